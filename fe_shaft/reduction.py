@@ -1,0 +1,139 @@
+r"""The rotor reduced to a few modes of each plane, for time simulation against a gas bearing.
+
+The modes are those of the undamped rotor at rest, held at `node` by an extra isotropic spring of about the
+gas film's stiffness k, so that the few kept modes already bend as the supported shaft does; the spring is
+then taken out again:
+
+.. math:: (K_p + k\, e e')\,\phi_i = \omega_i^2 M_p \phi_i, \quad
+          \phi_i' M_p \phi_j = \delta_{ij}, \quad q = \Phi \eta
+
+.. math:: \ddot\eta + \left(\Phi' C \Phi + \mathrm{diag}(2\zeta\omega_i) + \Omega\,\Phi' G \Phi\right)\dot\eta
+          + \Phi' K \Phi\, \eta = \Phi' f
+
+with K_p, M_p the blocks of plane p, (x, beta) or (y, alpha).  What couples the planes (gyroscopics,
+cross-coupled bearings) stays in the reduced matrices.
+
+Source: modes with a loaded interface after Benfield & Hruda, AIAA J. 9 (1971) 1255.
+Assumes: modal damping zeta of the shaft; modes at rest span the whirl at speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from fe_shaft.rotor import Rotor
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedRotor:
+    """Rotor in modal coordinates eta (2n,): n of the x plane, then n of the y plane; the mass matrix is I.
+
+    Attributes
+    ----------
+    Phi : ndarray (ndof, 2n)
+        Mass-normalised modes [kg^-1/2 and kg^-1/2/m].
+    K : ndarray (2n, 2n)
+        Stiffness without the nominal spring [1/s2].
+    C : ndarray (2n, 2n)
+        Damping of the bearings and of the modes [1/s].
+    G : ndarray (2n, 2n)
+        Gyroscopic matrix [1], to be multiplied by the speed [rad/s].
+    frequencies : ndarray (2n,)
+        Natural frequencies with the nominal spring [rad/s].
+    participation : ndarray (2, 2n)
+        Rows Phi' M 1_x and Phi' M 1_y [kg^1/2].
+    """
+
+    Phi: Matrix
+    K: Matrix
+    C: Matrix
+    G: Matrix
+    frequencies: Matrix
+    participation: Matrix
+
+    def shape(self, position_node: int) -> Matrix:
+        """Modes at a node (2, 2n) [kg^-1/2]: (x, y) = shape @ eta, and shape.T @ force is the modal force."""
+        if not 0 <= 4 * position_node < len(self.Phi):
+            raise ValueError(
+                f"reduced rotor: node {position_node} is not among 0 to {len(self.Phi) // 4 - 1}."
+            )
+        return self.Phi[4 * position_node : 4 * position_node + 2]
+
+    def body(self) -> Matrix:
+        """Participation of the modes in x and y (2, 2n) [kg^1/2]; gravity g along -y acts as -g * row 1."""
+        return self.participation
+
+
+def modal_reduction(
+    rotor: Rotor, node: int | None, support_stiffness: float, n_modes: int, damping_ratio: float
+) -> ReducedRotor:
+    """Reduce `rotor` to `n_modes` modes of each plane.
+
+    Parameters
+    ----------
+    rotor : Rotor
+        Its linear bearings stay part of it.
+    node : int or None
+        Where the gas bearing will act; None for a rotor on its linear bearings alone.
+    support_stiffness : float
+        Nominal stiffness of the gas bearing [N/m]; unused without a node.
+    n_modes : int
+        Modes kept in each plane.
+    damping_ratio : float
+        Modal damping of the shaft [1].
+
+    Raises
+    ------
+    ValueError
+        If `node` is not on the shaft or the planes have not `n_modes` modes.
+    """
+    _check(rotor, node, n_modes)
+    M, K, C, G = rotor.M(), rotor.K(), rotor.C(), rotor.G()
+    held = K.copy()
+    if node is not None:
+        held[4 * node : 4 * node + 2, 4 * node : 4 * node + 2] += support_stiffness * np.eye(2)
+    planes = [_plane_modes(M, held, dofs, n_modes) for dofs in ((0, 3), (1, 2))]
+    omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
+    modal_damping = np.diag(2 * damping_ratio * omega)
+    shifts = np.stack([np.arange(rotor.ndof) % 4 == axis for axis in (0, 1)])
+    return ReducedRotor(
+        Phi, Phi.T @ K @ Phi, Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi, omega, shifts @ M @ Phi
+    )
+
+
+def _plane_modes(M: Matrix, K: Matrix, dofs: tuple[int, int], n_modes: int) -> tuple[Matrix, Matrix]:
+    """Frequencies (n_modes,) [rad/s] and mass-normalised modes (ndof, n_modes) of one plane."""
+    plane = np.flatnonzero(np.isin(np.arange(len(M)) % 4, dofs))
+    block = np.ix_(plane, plane)
+    squares, vectors = eigh(K[block], M[block], subset_by_index=(0, n_modes - 1))
+    Phi = np.zeros((len(M), n_modes))
+    Phi[plane] = vectors
+    return np.sqrt(np.clip(squares, 0, None)), Phi * _signs(Phi[dofs[0] :: 4])
+
+
+def _signs(deflection: Matrix) -> Matrix:
+    """Make the first node that moves at least half as far as the farthest one move in the positive direction.
+
+    The farthest node itself would not do: rounding chooses it in an antisymmetric mode.
+    """
+    size = np.abs(deflection)
+    first = (size >= 0.5 * size.max(axis=0)).argmax(axis=0)
+    return np.where(deflection[first, np.arange(deflection.shape[1])] < 0, -1.0, 1.0)
+
+
+def _check(rotor: Rotor, node: int | None, n_modes: int) -> None:
+    if node is not None and not 0 <= node < rotor.n_nodes:
+        raise ValueError(
+            f"reduction: node {node}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; choose another."
+        )
+    if not 1 <= n_modes <= 2 * rotor.n_nodes:
+        raise ValueError(
+            f"reduction: {n_modes} modes a plane, but {rotor.n_nodes} nodes have 1 to {2 * rotor.n_nodes}; "
+            "keep fewer or use more elements."
+        )

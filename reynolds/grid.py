@@ -1,0 +1,225 @@
+"""The theta-z grid and the layout of the film's flat workspace.
+
+Pressure nodes sit at theta_i = i dtheta (i = 0 .. n_theta - 1, periodic) and z_j = j dz; the outermost z nodes are the
+bearing's edges, where p is ambient. A bearing that is symmetric about its midplane is solved on one half: row 0 is the
+midplane with half a cell, and forces count twice.
+
+Every film array is stored as theta lines of `stride = n_rows + 1` values, the last one being the edge, between two
+ghost lines that repeat the other end. So neighbours are at fixed distances (+-1 in z, +-stride in theta), every loop
+over the film is one flat loop, and with sizes known at compile time it vectorises without alias checks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+FILM_ARRAYS = (
+    "cos", "sin", "weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
+    "h_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
+    "m_old", "rate", "m_mid", "p_1", "p_2", "p_3", "p_mid",
+)  # fmt: skip
+INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
+                   "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h", "inj_cos", "inj_sin",
+                   "plenum_old", "plenum_rate", "plenum_mid", "plenum_1", "plenum_2", "plenum_3")  # fmt: skip
+NOZZLE_TERMS = 16
+
+
+class Layout(NamedTuple):
+    """Sizes and offsets (in doubles) of the film's part of a workspace; all integers, literal in compiled steps."""
+
+    n_theta: int
+    n_rows: int
+    stride: int
+    half: int
+    law: int
+    n_inj: int
+    n_border: int
+    length: int
+    first: int
+    cos: int
+    sin: int
+    weight: int
+    link: int
+    clearance: int
+    p: int
+    h: int
+    q: int
+    m: int
+    flow_t: int
+    flow_z: int
+    r: int
+    m_rhs: int
+    h_frozen: int
+    diag: int
+    west: int
+    east: int
+    down: int
+    up: int
+    dh: int
+    slope: int
+    two_p: int
+    m_old: int
+    rate: int
+    m_mid: int
+    p_1: int
+    p_2: int
+    p_3: int
+    p_mid: int
+    plenum: int
+    plenum_rhs: int
+    pin_conductance: int
+    supply: int
+    curtain: int
+    capacity: int
+    pin_flow: int
+    film_flow: int
+    gain_q: int
+    gain_h: int
+    defect: int
+    shift: int
+    pull_q: int
+    pull_h: int
+    pin_p: int
+    film_p: int
+    film_q: int
+    film_h: int
+    inj_cos: int
+    inj_sin: int
+    plenum_old: int
+    plenum_rate: int
+    plenum_mid: int
+    plenum_1: int
+    plenum_2: int
+    plenum_3: int
+    nozzle: int
+    source_weight: int
+    reader_weight: int
+    source_start: int
+    source_cell: int
+    reader_start: int
+    reader_cell: int
+    journal: int
+    journal_a: int
+    journal_b: int
+    journal_rhs: int
+    journal_old: int
+    static_a: int
+    static_rhs: int
+    predictor: int
+    force: int
+    inverse: int
+    spike: int
+    closure: int
+    border: int
+    border_force: int
+    border_reader: int
+    small: int
+    small_inverse: int
+    scale: int
+    lanes: int
+    convergence: int
+    size: int
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A theta-z grid over a bearing of radius `radius` and length `length` [m]."""
+
+    radius: float
+    length: float
+    n_theta: int
+    n_z: int
+    half: bool = True
+
+    def __post_init__(self) -> None:
+        if self.n_theta < 8 or self.n_theta % 4:
+            raise ValueError(f"n_theta = {self.n_theta}: must be a multiple of 4, at least 8")
+        if self.n_z < 4 or self.n_z % 2:
+            raise ValueError(f"n_z = {self.n_z}: must be even, at least 4 (intervals over the full length)")
+
+    @property
+    def dtheta(self) -> float:
+        """Angle between lines [rad]."""
+        return 2 * np.pi / self.n_theta
+
+    @property
+    def dy(self) -> float:
+        """Circumferential step [m]."""
+        return self.radius * self.dtheta
+
+    @property
+    def dz(self) -> float:
+        """Axial step [m]."""
+        return self.length / self.n_z
+
+    @property
+    def n_rows(self) -> int:
+        """Unknown rows in z."""
+        return self.n_z // 2 if self.half else self.n_z - 1
+
+    @property
+    def row_z(self) -> np.ndarray:
+        """z of the unknown rows [m], from the bearing's centre."""
+        rows = np.arange(self.n_rows)
+        return rows * self.dz if self.half else (rows + 1) * self.dz - self.length / 2
+
+    @property
+    def theta(self) -> np.ndarray:
+        """Angles of the lines [rad]."""
+        return np.arange(self.n_theta) * self.dtheta
+
+    @property
+    def z(self) -> np.ndarray:
+        """Centres of the n_z intervals [m]."""
+        return (np.arange(self.n_z) + 0.5) * self.dz - self.length / 2
+
+
+def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], base: int = 0) -> Layout:
+    """Lay the film's arrays out from offset `base`; sizes are the footprint cells of each injector."""
+    rows, stride, n_inj = grid.n_rows, grid.n_rows + 1, len(source_sizes)
+    length = _round(8 + (grid.n_theta + 2) * stride + 8)
+    borders, blocks = n_inj + 2, grid.n_theta * rows * rows
+    sizes = {name: length for name in FILM_ARRAYS}
+    sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
+    sizes |= {
+        "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
+        "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "journal_old": 2, "static_a": 4, "static_rhs": 2, "predictor": 16, "force": 2,
+        "inverse": blocks, "spike": blocks, "closure": rows * rows, "border": borders * length,
+        "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
+        "small_inverse": borders * borders, "scale": grid.n_theta, "lanes": 8 * stride, "convergence": 8,
+    }  # fmt: skip
+    offsets, at = {}, base
+    for name, size in sizes.items():
+        offsets[name], at = at, _round(at + max(size, 1))
+    starts = n_inj + 1
+    integers = {
+        "source_start": 0, "source_cell": starts, "reader_start": starts + sum(source_sizes),
+        "reader_cell": 2 * starts + sum(source_sizes),
+    }  # fmt: skip
+    return Layout(
+        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, n_inj=n_inj, n_border=borders,
+        length=length, first=8 + stride, size=at, **offsets, **integers,
+    )  # fmt: skip
+
+
+def _round(size: int) -> int:
+    return (size + 7) // 8 * 8
+
+
+def cells(layout: Layout) -> np.ndarray:
+    """Indices (n_theta, n_rows) of the unknown pressures inside a film array."""
+    lines = layout.first + np.arange(layout.n_theta) * layout.stride
+    return lines[:, None] + np.arange(layout.n_rows)
+
+
+def fill(w: np.ndarray, offset: int, layout: Layout, values: np.ndarray, edge: float) -> None:
+    """Write (n_theta, n_rows) `values` into the film array at `offset`: edges get `edge`, ghosts the other end."""
+    lines = np.full((layout.n_theta + 2, layout.stride), edge)
+    lines[1:-1, : layout.n_rows] = values
+    lines[0], lines[-1] = lines[-2], lines[1]
+    w[offset : offset + layout.length] = edge
+    start = offset + layout.first - layout.stride
+    w[start : start + lines.size] = lines.ravel()

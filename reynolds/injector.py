@@ -1,0 +1,225 @@
+r"""Injectors: pin seat -> plenum -> curtain -> footprint.
+
+The plenum pressure P_k is a state,
+
+.. math:: \frac{V}{\kappa R_g T}\,\dot P_k = \dot m_\mathrm{pin} - \dot m_\mathrm{film}
+
+(kappa = 1: isothermal). Two laws feed it:
+
+orifice       \dot m_pin = Cd1 \pi d_p (g_0 - y)_+ \Phi(P_s, P_k), y the pin's extension: a longer pin closes the seat;
+loss factor   \dot m_pin = l_f(y) (P_s^2 - P_k^2), laminar (Pierart & Santos 2015);
+
+and \dot m_film = Cd2 \pi d_o h_loc \Phi(P_k, p_loc) leaves through the curtain round the orifice. \Phi is the isentropic
+nozzle function, choked below the critical pressure ratio, odd for backflow and linear for r > 0.995 where its root is
+singular. It is evaluated as sqrt(1 - r) times a polynomial fitted to round-off, so that no power function is called and
+every platform computes the same bits.
+
+The source is spread over the orifice's disc by area weights. On a coarse grid the disc's mean pressure is not the mean
+of the node pressures, because p^2 is logarithmic round a source; `footprint` returns reading weights that put the
+missing part back (a multiple of the discrete Laplacian; Peaceman's well correction, here with the disc's own mean).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from reynolds.grid import NOZZLE_TERMS, Grid
+from reynolds.jit import inlined
+
+LINEAR_ABOVE = 0.995
+
+
+@dataclass(frozen=True)
+class Injector:
+    """One injector: SI units; `angle` [rad] from x towards y, `offset` [m] from the bearing's centre.
+
+    `law` is "orifice" or "loss_factor"; `pin` is the extension [m] taken when none is given in a call.
+    """
+
+    angle: float
+    offset: float = 0.0
+    law: str = "orifice"
+    pin: float = 22.5e-6
+    seat_gap: float = 40.2e-6
+    minimum_gap: float = 0.5e-6
+    pin_diameter: float = 2e-3
+    pin_discharge: float = 0.1244
+    orifice_diameter: float = 2e-3
+    curtain_discharge: float = 0.9
+    plenum_volume: float = 1e-9
+    polytropic_exponent: float = 1.0
+    loss_factor: float = 0.0
+    loss_exponent: float = 1.0
+
+    def conductance(self, pin: float) -> float:
+        """Pin conductance: Cd1 pi d_p g [m^2] (orifice) or l_f [kg/(s Pa^2)] at pin extension `pin` [m]."""
+        gap = max(self.seat_gap - pin, self.minimum_gap)
+        if self.law == "loss_factor":
+            return self.loss_factor * (gap / self.seat_gap) ** self.loss_exponent
+        return self.pin_discharge * math.pi * self.pin_diameter * gap
+
+
+def nozzle_flux(ratio: np.ndarray, kappa: float, gas_constant: float, temperature: float) -> np.ndarray:
+    """Isentropic mass flux per area and upstream pressure [s/m] at pressure ratio `ratio` (not linearised)."""
+    r = np.maximum(ratio, critical_ratio(kappa))
+    factor = 2 * kappa / ((kappa - 1) * gas_constant * temperature)
+    return np.sqrt(factor * (r ** (2 / kappa) - r ** ((kappa + 1) / kappa)))
+
+
+def critical_ratio(kappa: float) -> float:
+    """Pressure ratio below which the flow is choked."""
+    return float((2 / (kappa + 1)) ** (kappa / (kappa - 1)))
+
+
+def nozzle_coefficients(kappa: float, gas_constant: float, temperature: float) -> np.ndarray:
+    """Constants of `nozzle`: polynomial in (1 - r), critical ratio, choked flux, slope and limit of the linear part."""
+    critical = critical_ratio(kappa)
+    top = 1 - critical
+    nodes = top * (0.5 + 0.5 * np.cos(np.pi * (np.arange(64) + 0.5) / 64))
+    values = nozzle_flux(1 - nodes, kappa, gas_constant, temperature) / np.sqrt(nodes)
+    poly = np.polynomial.Chebyshev.fit(nodes, values, NOZZLE_TERMS - 1, domain=[0, top])
+    coefficients = poly.convert(kind=np.polynomial.Polynomial).coef
+    limit = 1 - LINEAR_ABOVE
+    at_limit = math.sqrt(limit) * np.polynomial.polynomial.polyval(limit, coefficients)
+    at_critical = math.sqrt(top) * np.polynomial.polynomial.polyval(top, coefficients)
+    return np.concatenate([coefficients, [critical, at_critical, at_limit / limit, limit]])
+
+
+@inlined
+def nozzle(up, down, c, w):
+    """Nozzle function [kg/(s m^2)] and its derivatives after upstream and downstream pressure [Pa].
+
+    `c` is the offset of `nozzle_coefficients` in w. Backflow has the opposite sign.
+    """
+    sign = 1.0
+    if down > up:
+        sign = -1.0
+        up, down = down, up
+    r = down / up
+    t = 1.0 - r
+    if r <= w[c + NOZZLE_TERMS]:
+        choked = w[c + NOZZLE_TERMS + 1]
+        g, dg = choked, 0.0
+    elif t < w[c + NOZZLE_TERMS + 3]:
+        dg = w[c + NOZZLE_TERMS + 2]
+        g = dg * t
+    else:
+        value = w[c + NOZZLE_TERMS - 1]
+        slope = 0.0
+        for n in range(NOZZLE_TERMS - 1):
+            slope = slope * t + value
+            value = value * t + w[c + NOZZLE_TERMS - 2 - n]
+        root = math.sqrt(t)
+        g = root * value
+        dg = root * slope + 0.5 * value / root
+    flow = up * g
+    d_up = g + dg * r
+    d_down = -dg
+    if sign < 0.0:
+        return -flow, -d_down, -d_up
+    return flow, d_up, d_down
+
+
+@inlined
+def pin_flow(pressure, supply, conductance, law, c, w):
+    """Mass flow through the pin seat [kg/s] and its derivative after the plenum pressure."""
+    if law == 1:
+        return conductance * (supply * supply - pressure * pressure), -2.0 * conductance * pressure
+    flow, _, d_down = nozzle(supply, pressure, c, w)
+    return conductance * flow, conductance * d_down
+
+
+def footprint(
+    grid: Grid, injector: Injector
+) -> tuple[list[tuple[int, int, float]], list[tuple[int, int, float]]]:
+    """Source and reading weights of an injector as lists (line, row, weight).
+
+    Source weights sum to 1 over the full bearing (a half-bearing list holds its own half); reading weights give the
+    disc's mean of p^2 from the nodes' p^2 and sum to 1.
+    """
+    spread = _area_weights(grid, injector)
+    beta = subgrid_correction(grid, injector, spread)
+    read = dict(spread)
+    for (i, j), _ in spread.items():
+        for (a, b), ratio in _neighbours(grid, i, j):
+            read[i, j] = read.get((i, j), 0.0) + beta * ratio
+            read[a, b] = read.get((a, b), 0.0) - beta * ratio
+    return _fold(grid, spread, source=True), _fold(grid, read, source=False)
+
+
+def _area_weights(grid: Grid, injector: Injector, samples: int = 400) -> dict[tuple[int, int], float]:
+    """Share of the orifice's disc in each cell; keys (line, axial node counted from the left edge)."""
+    radius = injector.orifice_diameter / 2
+    s = (np.arange(samples) + 0.5) / samples * 2 - 1
+    y, z = np.meshgrid(s * radius, s * radius, indexing="ij")
+    inside = y**2 + z**2 <= radius**2
+    line = np.rint((injector.angle * grid.radius + y[inside]) / grid.dy).astype(int) % grid.n_theta
+    node = np.rint((injector.offset + grid.length / 2 + z[inside]) / grid.dz).astype(int)
+    pairs, counts = np.unique(np.stack([line, node]), axis=1, return_counts=True)
+    return {(int(i), int(j)): float(n) / inside.sum() for (i, j), n in zip(pairs.T, counts, strict=True)}
+
+
+def _neighbours(grid: Grid, i: int, j: int) -> list[tuple[tuple[int, int], float]]:
+    theta, axial = grid.dz / grid.dy, grid.dy / grid.dz
+    return [
+        (((i + 1) % grid.n_theta, j), theta),
+        (((i - 1) % grid.n_theta, j), theta),
+        ((i, j + 1), axial),
+        ((i, j - 1), axial),
+    ]
+
+
+def subgrid_correction(grid: Grid, injector: Injector, spread: dict[tuple[int, int], float]) -> float:
+    """Mean of q over the disc minus the weighted mean of the node values, for a unit source Q/T.
+
+    The discrete source is solved on a patch whose rim carries the exact logarithm; in the continuum the mean over a
+    uniform disc source is 1/(8 pi) above the rim of the disc.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import spsolve
+
+    half = 24
+    n = 2 * half + 1
+    keys = np.array(list(spread))
+    centre = (int(np.rint(injector.angle * grid.radius / grid.dy)), int(np.rint(injector.offset / grid.dz)))
+    shift = (injector.angle * grid.radius - centre[0] * grid.dy, injector.offset - centre[1] * grid.dz)
+    a, b = np.meshgrid(np.arange(n) - half, np.arange(n) - half, indexing="ij")
+    distance = np.hypot(a * grid.dy - shift[0], b * grid.dz - shift[1])
+    rim = (np.abs(a) == half) | (np.abs(b) == half)
+    exact = -np.log(np.maximum(distance, 1e-12) / (injector.orifice_diameter / 2)) / (2 * np.pi)
+    rhs = np.where(rim, exact, 0.0)
+    line = (keys[:, 0] - centre[0] + grid.n_theta // 2) % grid.n_theta - grid.n_theta // 2 + half
+    node = keys[:, 1] - centre[1] - grid.n_z // 2 + half
+    weight = np.array(list(spread.values()))
+    np.add.at(rhs, (line, node), weight)
+    index = np.arange(n * n).reshape(n, n)
+    inner = index[1:-1, 1:-1].ravel()
+    theta, axial = grid.dz / grid.dy, grid.dy / grid.dz
+    entries = [(inner, inner, 2 * (theta + axial))]
+    entries += [(inner, index[2:, 1:-1].ravel(), -theta), (inner, index[:-2, 1:-1].ravel(), -theta)]
+    entries += [(inner, index[1:-1, 2:].ravel(), -axial), (inner, index[1:-1, :-2].ravel(), -axial)]
+    entries += [(index[rim], index[rim], 1.0)]
+    rows = np.concatenate([e[0] for e in entries])
+    cols = np.concatenate([e[1] for e in entries])
+    vals = np.concatenate([np.full(e[0].size, e[2]) for e in entries])
+    q = spsolve(coo_matrix((vals, (rows, cols))).tocsc(), rhs.ravel()).reshape(n, n)
+    return float(1 / (8 * np.pi) - weight @ q[line, node])
+
+
+def _fold(grid: Grid, full: dict[tuple[int, int], float], source: bool) -> list[tuple[int, int, float]]:
+    """Weights on the grid's unknown rows; on a half bearing sources keep their own half, readings add both."""
+    middle = grid.n_z // 2
+    folded: dict[tuple[int, int], float] = {}
+    for (i, node), weight in full.items():
+        if not grid.half:
+            row, share = node - 1, weight
+        else:
+            row = abs(node - middle)
+            share = weight / 2 if source else weight
+        if not 0 <= row < grid.n_rows:
+            raise ValueError(f"injector at {grid.dz * (node - middle):.4g} m from the centre: its orifice leaves the film")
+        folded[i, row] = folded.get((i, row), 0.0) + share
+    return [(i, j, v) for (i, j), v in sorted(folded.items())]

@@ -1,0 +1,69 @@
+"""The one place where kernels are made: allocation-free numba functions with a safe disk cache.
+
+`kernel` compiles an entry point, `inlined` a building block that is merged into its callers, so that literal sizes
+given by a caller reach every loop. Both refuse any allocation at compile time (``_nrt=False``), which is what lets the
+same code run outside Python. Kernels never raise: they return a status.
+
+numba's own cache looks only at the file of the decorated function; a change in a building block elsewhere would serve
+stale physics. Hence the cache folder carries the hash of every kernel source given to `cache_folder`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numba
+import platformdirs
+from numba.core import config
+
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A building block: merged into the kernels that call it."""
+    return numba.njit(forceinline=True, **_OPTIONS)(function)
+
+
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """An entry point, cached on disk under the hash of the kernel sources of its package."""
+    sources = Path(sys.modules[function.__module__].__file__ or "").parent.glob("*.py")
+    with _cached_in(cache_folder(sources)):
+        return numba.njit(cache=True, **_OPTIONS)(function)
+
+
+def cache_folder(sources: Iterable[Path]) -> Path:
+    """Folder in the user's cache that belongs to exactly these sources, this Python and this numba."""
+    digest = hashlib.sha256(f"{sys.version}{importlib.metadata.version('numba')}".encode())
+    for source in sorted(sources):
+        digest.update(source.read_bytes())
+    return cache_root() / digest.hexdigest()[:16]
+
+
+def cache_root() -> Path:
+    """The user's cache folder for compiled kernels, or a private temporary one where that is not writable."""
+    root = Path(os.environ.get("ROTORSIM_CACHE_DIR") or platformdirs.user_cache_dir("rotorsim"))
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            return root
+    except OSError:
+        return Path(tempfile.gettempdir()) / f"rotorsim-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+
+
+@contextmanager
+def _cached_in(folder: Path) -> Any:
+    """Point numba's cache at `folder` while decorating, and leave other people's code alone."""
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before

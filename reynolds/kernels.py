@@ -1,0 +1,118 @@
+"""Entry points for one film on any grid: sizes are arguments, so one compilation serves every grid."""
+
+from __future__ import annotations
+
+from reynolds.film import force
+from reynolds.jit import kernel
+from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, journal_direction, newton, refresh
+from reynolds.residual import jacobian, residual, thickness_derivative
+from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, SHARP, begin_pseudo_step, copy_state, hold_journal
+from reynolds.transient import STAGE, end_stage, predict, stage_rhs, start
+
+
+@kernel
+def factorise(w, ix, F, L, U, iadt):
+    """`newton.refresh` as a call."""
+    refresh(w, ix, F, L, U, iadt)
+
+
+@kernel
+def iterate(w, ix, F, L, U, iadt, tolerance, most):
+    """`newton.newton` as a call."""
+    return newton(w, ix, F, L, U, iadt, tolerance, most)
+
+
+@kernel
+def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
+    """One implicit stage for given m_rhs, plenum_rhs and journal equation; `fresh` factorises first."""
+    if fresh:
+        factorise(w, ix, F, L, U, iadt)
+    for _ in range(6):
+        n = iterate(w, ix, F, L, U, iadt, tolerance, 20)
+        if n != STALE_FACTORS:
+            return n
+        factorise(w, ix, F, L, U, iadt)
+    return NOT_CONVERGED
+
+
+@kernel
+def steady_film(w, ix, F, L, U, damping):
+    """Steady state from the pressures in w, force in w[force]; returns iterations of the last solve or NOT_CONVERGED."""
+    step = FIRST_STEP
+    tries = 0
+    while step < LAST_STEP and tries < 60:
+        tries += 1
+        copy_state(w, L, False)
+        begin_pseudo_step(w, L)
+        hold_journal(w, L, 1.0 / step, damping)
+        if stage_solve(w, ix, F, L, U, 1.0 / step, 1e-4, True) > 0:
+            step *= GROWTH
+        else:
+            copy_state(w, L, True)
+            step *= 0.2
+    hold_journal(w, L, 0.0, damping)
+    status = stage_solve(w, ix, F, L, U, 0.0, SHARP, True)
+    force(w, F, L)
+    return NOT_CONVERGED if step < LAST_STEP else status
+
+
+@kernel
+def linear_terms(w, ix, F, L, U):
+    """Jacobian without storage at the present state, and thickness derivatives after X and Y in borders 0 and 1."""
+    residual(w, ix, F, L, U, 0.0)
+    jacobian(w, F, L, U, 0.0)
+    for axis in range(2):
+        journal_direction(w, L, axis)
+        thickness_derivative(w, ix, F, L, U, 0.0, L.film_h, L.border + axis * L.length)
+    residual(w, ix, F, L, U, 0.0)
+
+
+@kernel
+def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
+    """March the film alone through journal positions `path` (n + 1, mid and end of each step), from rest.
+
+    Writes the force at every step's end, and per stage the injected and the escaping mass rate and the mass held.
+    """
+    U = speed * F.radius
+    adt = STAGE * dt
+    n = path.shape[0] // 2
+    w[L.journal], w[L.journal + 1] = path[0, 0], path[0, 1]
+    start(w, ix, F, L)
+    for e in range(4):
+        w[L.journal_a + e] = 1.0 if e % 3 == 0 else 0.0
+        w[L.journal_b + e] = 0.0
+    for i in range(n):
+        for stage in range(2):
+            predict(w, L, stage, min(i, 3))
+            stage_rhs(w, L, stage, adt)
+            row = 2 * i + 1 + stage
+            w[L.journal_rhs], w[L.journal_rhs + 1] = path[row, 0], path[row, 1]
+            w[L.journal], w[L.journal + 1] = path[row, 0], path[row, 1]
+            if stage_solve(w, ix, F, L, U, 1.0 / adt, tolerance, i + stage == 0) < 0:
+                return NOT_CONVERGED
+            end_stage(w, F, L, stage, adt)
+            residual(w, ix, F, L, U, 1.0 / adt)
+            book(w, L, flows, 2 * i + stage)
+        force(w, F, L)
+        forces[i, 0], forces[i, 1] = w[L.force], w[L.force + 1]
+    return n
+
+
+@kernel
+def book(w, L, flows, row):
+    """Injected flow [kg/s], escaping flow and mass held (times R_g T / (dy dz), full bearing) into a row of flows."""
+    injected = 0.0
+    for i in range(L.n_inj):
+        injected += w[L.film_flow + i]
+    out = 0.0
+    mass = 0.0
+    for i in range(L.n_theta):
+        k = L.first + i * L.stride
+        out += w[L.flow_z + k + L.n_rows - 1]
+        if L.half == 0:
+            out -= w[L.flow_z + k - 1]
+        for j in range(L.n_rows):
+            mass += w[L.weight + k + j] * w[L.m + k + j]
+    flows[row, 0] = injected
+    flows[row, 1] = out * (1.0 + L.half)
+    flows[row, 2] = mass * (1.0 + L.half)

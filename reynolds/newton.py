@@ -1,0 +1,271 @@
+r"""Newton's method for one implicit stage of film, plena and journal, with a frozen factorisation.
+
+The stage's equations are the film's residual, the plena (eliminated analytically) and the journal's
+
+.. math:: A\,X - B\,F(p) = b,
+
+where A = I, B = W (compliance of the rotor over a stage) in time, A = K, B = I for a static shaft and B = 0 for a
+journal held in place. The film's ring is bordered by one unknown per injector (its change of flow) and the two of the
+journal. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the film's stiffness in
+these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
+"""
+
+from __future__ import annotations
+
+import math
+
+from reynolds.film import force
+from reynolds.jit import inlined
+from reynolds.residual import jacobian, residual, thickness_derivative
+from reynolds.ring import close_ring, factor, invert_block, keep_spike, open_solve, spike_rhs
+
+RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
+"""Places in w[convergence]: estimated rate of convergence, stages since it was measured, and two counters."""
+MAX_AGE = 16
+NOT_CONVERGED = -1
+STALE_FACTORS = -2
+
+
+@inlined
+def journal_direction(w, L, axis):
+    """Film thickness derivative after the journal's x (axis 0) or y displacement, into dh."""
+    source = L.cos if axis == 0 else L.sin
+    for k in range(L.length):
+        w[L.dh + k] = -w[source + k] * w[L.slope + k]
+
+
+@inlined
+def read_force(w, F, L, array):
+    """Force (fx, fy) [N] that the change of pressure 0.5 q / p of the array q at offset `array` makes."""
+    fx = 0.0
+    fy = 0.0
+    for i in range(L.n_theta):
+        k0 = L.first + i * L.stride
+        for j in range(L.n_rows):
+            dp = 0.5 * w[L.weight + k0 + j] * w[array + k0 + j] / w[L.p + k0 + j]
+            fx -= dp * w[L.cos + k0 + j]
+            fy -= dp * w[L.sin + k0 + j]
+    return fx * F.area, fy * F.area
+
+
+@inlined
+def read_footprint(w, ix, L, i, array):
+    """Footprint reading of injector i of the change of q in the array at offset `array`."""
+    value = 0.0
+    for n in range(ix[L.reader_start + i], ix[L.reader_start + i + 1]):
+        value += w[L.reader_weight + n] * w[array + ix[L.reader_cell + n]]
+    return value
+
+
+@inlined
+def refresh(w, ix, F, L, U, iadt):
+    """Factorise at the present state: ring, borders and the small system. Leaves no residual behind."""
+    residual(w, ix, F, L, U, iadt)
+    jacobian(w, F, L, U, iadt)
+    factor(w, L)
+    for k in range(L.length):
+        w[L.h_frozen + k] = w[L.h + k]
+    for c in range(L.n_rows + L.n_border):
+        border = c - L.n_rows
+        if border < 0:
+            spike_rhs(w, L, c)
+        else:
+            border_column(w, ix, F, L, U, iadt, border, L.r)
+        open_solve(w, L, L.r)
+        if border < 0:
+            keep_spike(w, L, c)
+        else:
+            keep_border(w, ix, F, L, border)
+    build_small(w, L)
+    w[L.convergence + FACTORISATIONS] += 1.0
+    w[L.convergence + AGE] = MAX_AGE
+
+
+@inlined
+def keep_border(w, ix, F, L, border):
+    """Store the border column just solved in r, and what injectors and journal read of it."""
+    close_ring(w, L, L.r)
+    column = L.border + border * L.length
+    for k in range(L.length):
+        w[column + k] = w[L.r + k]
+    fx, fy = read_force(w, F, L, L.r)
+    w[L.border_force + 2 * border] = fx
+    w[L.border_force + 2 * border + 1] = fy
+    for i in range(L.n_inj):
+        w[L.border_reader + i * L.n_border + border] = read_footprint(w, ix, L, i, L.r)
+
+
+@inlined
+def border_column(w, ix, F, L, U, iadt, c, column):
+    """Right-hand side of border c: a unit film flow of injector c, or a unit journal displacement."""
+    if c >= L.n_inj:
+        journal_direction(w, L, c - L.n_inj)
+        thickness_derivative(w, ix, F, L, U, iadt, L.gain_h, column)
+        for k in range(L.length):
+            w[column + k] = -w[column + k]
+    else:
+        for k in range(L.length):
+            w[column + k] = 0.0
+        for n in range(ix[L.source_start + c], ix[L.source_start + c + 1]):
+            w[column + ix[L.source_cell + n]] += w[L.source_weight + n] * F.source
+
+
+@inlined
+def build_small(w, L):
+    """Inverse of the border system in the film flows' changes and the journal's displacement."""
+    nb = L.n_border
+    for i in range(L.n_inj):
+        for c in range(nb):
+            w[L.small_inverse + c * nb + i] = -w[L.gain_q + i] * w[L.border_reader + i * nb + c]
+        w[L.small_inverse + i * nb + i] += 1.0
+    for row in range(2):
+        r = L.n_inj + row
+        b = L.journal_b + 2 * row
+        for c in range(nb):
+            f = L.border_force + 2 * c
+            w[L.small_inverse + c * nb + r] = -(w[b] * w[f] + w[b + 1] * w[f + 1])
+        for col in range(2):
+            w[L.small_inverse + (L.n_inj + col) * nb + r] += w[L.journal_a + 2 * row + col]
+    invert_block(w, L.small_inverse, nb)
+
+
+@inlined
+def scale_rows(w, L):
+    """Turn r into the scaled right-hand side and fill two_p = 1/(2p)."""
+    for i in range(L.n_theta):
+        k = L.first + i * L.stride
+        ratio = w[L.h_frozen + k] / w[L.h + k]
+        w[L.scale + i] = -(ratio * ratio * ratio)
+    for i in range(L.n_theta):
+        k = L.r + L.first + i * L.stride
+        v = w[L.scale + i]
+        for j in range(L.n_rows):
+            w[k + j] *= v
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        w[L.two_p + k] = 0.5 / w[L.p + k]
+
+
+@inlined
+def solve_borders(w, ix, F, L):
+    """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
+    nb, ni = L.n_border, L.n_inj
+    s = L.stride
+    for j in range(2 * s):
+        w[L.lanes + j] = 0.0
+    for i in range(L.n_theta):
+        k = L.first + i * s
+        for j in range(L.n_rows):
+            p = w[L.p + k + j] + w[L.r + k + j] * w[L.two_p + k + j]
+            w[L.lanes + j] += p * w[L.cos + k + j]
+            w[L.lanes + s + j] += p * w[L.sin + k + j]
+    fx = 0.0
+    fy = 0.0
+    for j in range(L.n_rows):
+        fx -= w[L.lanes + j] * w[L.weight + L.first + j]
+        fy -= w[L.lanes + s + j] * w[L.weight + L.first + j]
+    fx *= F.area
+    fy *= F.area
+    o = L.small + nb
+    for i in range(ni):
+        w[o + i] = w[L.defect + i] + w[L.gain_q + i] * read_footprint(w, ix, L, i, L.r)
+    for row in range(2):
+        a, b = L.journal_a + 2 * row, L.journal_b + 2 * row
+        w[o + ni + row] = (
+            w[L.journal_rhs + row] - w[a] * w[L.journal] - w[a + 1] * w[L.journal + 1] + w[b] * fx + w[b + 1] * fy
+        )
+    for a in range(nb):
+        w[L.small + a] = 0.0
+    for c in range(nb):
+        v = w[o + c]
+        for a in range(nb):
+            w[L.small + a] += w[L.small_inverse + c * nb + a] * v
+
+
+@inlined
+def add_borders(w, L):
+    """r += border columns times their unknowns, two columns a sweep."""
+    nb = L.n_border
+    for c in range(0, nb - 1, 2):
+        u, v = w[L.small + c], w[L.small + c + 1]
+        a, b = L.border + c * L.length, L.border + (c + 1) * L.length
+        for k in range(L.first, L.first + L.n_theta * L.stride):
+            w[L.r + k] += u * w[a + k] + v * w[b + k]
+    if nb % 2 == 1:
+        v = w[L.small + nb - 1]
+        a = L.border + (nb - 1) * L.length
+        for k in range(L.first, L.first + L.n_theta * L.stride):
+            w[L.r + k] += v * w[a + k]
+
+
+@inlined
+def update(w, ix, F, L):
+    """Apply the correction in r; returns its size: rms of the pressures / ambient + journal / clearance scale."""
+    ni, s = L.n_inj, L.stride
+    for j in range(s):
+        w[L.lanes + j] = 0.0
+    for i in range(L.n_theta):
+        k = L.first + i * s
+        for j in range(L.n_rows):
+            dp = w[L.r + k + j] * w[L.two_p + k + j]
+            w[L.lanes + j] += dp * dp
+            w[L.p + k + j] = max(w[L.p + k + j] + dp, 0.1 * w[L.p + k + j])
+    total = 0.0
+    for j in range(L.n_rows):
+        total += w[L.lanes + j]
+    wrap(w, L, L.p)
+    dx, dy = w[L.small + ni], w[L.small + ni + 1]
+    w[L.journal] += dx
+    w[L.journal + 1] += dy
+    for i in range(ni):
+        dq = read_footprint(w, ix, L, i, L.r)
+        dh = -(w[L.inj_cos + i] * dx + w[L.inj_sin + i] * dy)
+        change = w[L.shift + i] + w[L.pull_q + i] * dq + w[L.pull_h + i] * dh
+        w[L.plenum + i] = max(w[L.plenum + i] - change, 0.1 * w[L.plenum + i])
+    return math.sqrt(total / (L.n_theta * L.n_rows)) / F.pa + (abs(dx) + abs(dy)) / F.clearance
+
+
+@inlined
+def wrap(w, L, array):
+    """Copy the ring's ends into the ghost lines."""
+    start = array + L.first
+    end = start + L.n_theta * L.stride
+    for j in range(L.n_rows):
+        w[start - L.stride + j] = w[end - L.stride + j]
+        w[end + j] = w[start + j]
+
+
+@inlined
+def newton(w, ix, F, L, U, iadt, tolerance, most):
+    """Iterate until what is left is below `tolerance`; returns the number of iterations or a negative status.
+
+    The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections and
+    kept for the stages that follow, at most MAX_AGE of them. STALE_FACTORS asks the caller for `refresh` and another go.
+    """
+    before = 0.0
+    n = 0
+    while n < most:
+        residual(w, ix, F, L, U, iadt)
+        scale_rows(w, L)
+        open_solve(w, L, L.r)
+        close_ring(w, L, L.r)
+        solve_borders(w, ix, F, L)
+        add_borders(w, L)
+        size = update(w, ix, F, L)
+        n += 1
+        w[L.convergence + ITERATIONS] += 1.0
+        if not size < 1e6:
+            return NOT_CONVERGED
+        rate = w[L.convergence + RATE]
+        known = w[L.convergence + AGE] < MAX_AGE
+        if n > 1:
+            rate = size / before
+            w[L.convergence + RATE] = max(rate, 0.02)
+            w[L.convergence + AGE] = 0.0
+            known = True
+        if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
+            w[L.convergence + AGE] += 1.0
+            return n
+        if n > 2 and rate > 0.3:
+            return STALE_FACTORS
+        before = size
+    return NOT_CONVERGED

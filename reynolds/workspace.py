@@ -1,0 +1,121 @@
+"""The film's constants as kernels see them: a parameter record, index arrays and a filled flat workspace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reynolds.grid import Grid, Layout, cells, fill, make_layout
+from reynolds.injector import Injector, footprint, nozzle_coefficients
+
+FILM_DTYPE = np.dtype(
+    [(name, "f8") for name in ("mu", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min")]
+)
+LAWS = ("orifice", "loss_factor")
+
+
+@dataclass(frozen=True)
+class Gas:
+    """Gas and ambient: viscosity [Pa s], pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio."""
+
+    viscosity: float = 1.85e-5
+    ambient_pressure: float = 101325.0
+    temperature: float = 293.15
+    gas_constant: float = 287.05
+    heat_capacity_ratio: float = 1.4
+
+
+@dataclass(frozen=True)
+class FilmModel:
+    """Grid, gas, clearance [m] and injectors of one film, and how they fill a workspace."""
+
+    grid: Grid
+    clearance: float
+    gas: Gas = Gas()
+    injectors: tuple[Injector, ...] = ()
+    h_min: float = 2.5e-7
+
+    def __post_init__(self) -> None:
+        if self.clearance <= 0:
+            raise ValueError(f"clearance = {self.clearance} m: must be positive")
+        if len({injector.law for injector in self.injectors}) > 1:
+            raise ValueError("injectors: all must have the same law")
+
+    @property
+    def law(self) -> int:
+        """0 for the orifice, 1 for the loss-factor form."""
+        return LAWS.index(self.injectors[0].law) if self.injectors else 0
+
+    def record(self) -> np.ndarray:
+        """Constants of the film as a one-element structured array."""
+        grid, gas = self.grid, self.gas
+        rt = gas.gas_constant * gas.temperature
+        area = grid.dy * grid.dz * (2 if grid.half else 1)
+        row = (gas.viscosity, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area, rt / (grid.dy * grid.dz))
+        return np.array([(*row, self.clearance, self.h_min)], FILM_DTYPE)
+
+    def footprints(self) -> tuple[list[list[tuple[int, int, float]]], list[list[tuple[int, int, float]]]]:
+        """Source and reading lists of every injector."""
+        pairs = [footprint(self.grid, injector) for injector in self.injectors]
+        return [p[0] for p in pairs], [p[1] for p in pairs]
+
+    def build(self, base: int = 0) -> tuple[Layout, np.ndarray, np.ndarray]:
+        """Layout from offset `base`, the workspace (float64) with constants filled in, and the index array (int64)."""
+        sources, readers = self.footprints()
+        layout = make_layout(self.grid, self.law, [len(s) for s in sources], [len(r) for r in readers], base)
+        w = np.zeros(layout.size)
+        self._fill_geometry(w, layout)
+        ix = self._fill_footprints(w, layout, sources, readers)
+        self._fill_injectors(w, layout)
+        return layout, w, ix
+
+    def _fill_geometry(self, w: np.ndarray, layout: Layout) -> None:
+        grid = self.grid
+        shape = (grid.n_theta, grid.n_rows)
+        theta = np.broadcast_to(grid.theta[:, None], shape)
+        for offset, line in ((layout.cos, np.cos(theta)), (layout.sin, np.sin(theta))):
+            fill(w, offset, layout, line, 0.0)
+            edges = layout.first + np.arange(-1, grid.n_theta + 1) * layout.stride + grid.n_rows
+            w[offset + edges] = np.concatenate([line[-1:, 0], line[:, 0], line[:1, 0]])
+        weight = np.ones(shape)
+        if grid.half:
+            weight[:, 0] = 0.5
+        fill(w, layout.weight, layout, weight, 0.0)
+        fill(w, layout.link, layout, np.ones(shape), 0.0 if grid.half else 1.0)
+        fill(w, layout.clearance, layout, np.full(shape, self.clearance), self.clearance)
+        for offset in (layout.p, layout.p_1, layout.p_2, layout.p_3):
+            fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
+        fill(w, layout.h, layout, np.full(shape, self.clearance), self.clearance)
+
+    def _fill_footprints(
+        self,
+        w: np.ndarray,
+        layout: Layout,
+        sources: Sequence[Sequence[tuple[int, int, float]]],
+        readers: Sequence[Sequence[tuple[int, int, float]]],
+    ) -> np.ndarray:
+        index = cells(layout)
+        parts = []
+        for lists, offset in ((sources, layout.source_weight), (readers, layout.reader_weight)):
+            flat = [entry for entries in lists for entry in entries]
+            w[offset : offset + len(flat)] = [value for _, _, value in flat]
+            parts += [np.cumsum([0] + [len(entries) for entries in lists]), [index[i, j] for i, j, _ in flat]]
+        share = 2 if self.grid.half else 1
+        for k, entries in enumerate(sources):
+            w[layout.inj_cos + k] = share * sum(v * np.cos(self.grid.theta[i]) for i, _, v in entries)
+            w[layout.inj_sin + k] = share * sum(v * np.sin(self.grid.theta[i]) for i, _, v in entries)
+        return np.concatenate([np.asarray(part, np.int64) for part in parts] + [np.zeros(1, np.int64)])
+
+    def _fill_injectors(self, w: np.ndarray, layout: Layout) -> None:
+        gas = self.gas
+        table = nozzle_coefficients(gas.heat_capacity_ratio, gas.gas_constant, gas.temperature)
+        w[layout.nozzle : layout.nozzle + table.size] = table
+        rt = gas.gas_constant * gas.temperature
+        for k, injector in enumerate(self.injectors):
+            w[layout.curtain + k] = injector.curtain_discharge * np.pi * injector.orifice_diameter
+            w[layout.capacity + k] = injector.plenum_volume / (injector.polytropic_exponent * rt)
+            w[layout.pin_conductance + k] = injector.conductance(injector.pin)
+            for offset in (layout.plenum, layout.supply, layout.plenum_1, layout.plenum_2, layout.plenum_3):
+                w[offset + k] = gas.ambient_pressure

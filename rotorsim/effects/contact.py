@@ -1,0 +1,61 @@
+r"""Contact of the journal with the sleeve, with Coulomb friction.
+
+The sleeve answers a penetration \delta = e - (c - g) (e radial displacement, c clearance, g gap at which the asperities
+meet) with
+
+.. math:: N = k\,\delta\,(1 + d\,\dot\delta)_+, \qquad T = \mu N \tanh(v_t / v_0),
+
+N inwards, T against the sliding speed v_t of the surface. The factor (1 + d \dot\delta) is Hunt and Crossley's (1975):
+no sticking and no jump of the force at first touch. tanh regularises Coulomb's law at v_0.
+"""
+
+import math
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+
+
+@inlined
+def contact(gap, x, y, vx, vy, surface_speed, p):
+    """Force on the journal and its negative derivative after the displacement; `gap` is c - g [m]."""
+    e = math.sqrt(x * x + y * y)
+    depth = e - gap
+    if p.stiffness == 0.0 or depth <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    nx = x / e
+    ny = y / e
+    hardening = max(1.0 + p.damping * (vx * nx + vy * ny), 0.0)
+    normal = p.stiffness * depth * hardening
+    slip = surface_speed + vy * nx - vx * ny
+    ratio = p.friction * math.tanh(slip / p.slip_speed)
+    bx = -nx + ratio * ny
+    by = -ny - ratio * nx
+    stiff = p.stiffness * hardening
+    hoop = normal / e
+    tx = -ny
+    ty = nx
+    # d(force) = b dN + N db;  dN = stiff n.dx,  db = (rotation of b) t.dx / e
+    rx = -by
+    ry = bx
+    kxx = -(bx * stiff * nx + hoop * rx * tx)
+    kxy = -(bx * stiff * ny + hoop * rx * ty)
+    kyx = -(by * stiff * nx + hoop * ry * tx)
+    kyy = -(by * stiff * ny + hoop * ry * ty)
+    return normal * bx, normal * by, kxx, kxy, kyx, kyy
+
+
+@register
+@dataclass(frozen=True)
+class Contact(Effect):
+    """Rub of the journal in the gas bearing."""
+
+    name = "contact"
+    port = "contact"
+    kernel = contact
+    place = "film"
+    stiffness: float = param("N/m", bounds=(0.0, 1e10), doc="Stiffness of the contact; 0 switches it off.")
+    damping: float = param("s/m", bounds=(0.0, 1e4), doc="Hunt-Crossley damping factor.")
+    friction: float = param("1", bounds=(0.0, 1.0), doc="Coulomb friction coefficient.")
+    slip_speed: float = param("m/s", default=1e-3, bounds=(1e-6, 10.0), doc="Speed at which friction is 76 % developed.")
+    asperity: float = param("m", default=2.5e-7, bounds=(0.0, 1e-4), doc="Film thickness at which surfaces touch.")

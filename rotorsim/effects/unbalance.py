@@ -1,0 +1,41 @@
+r"""Residual unbalance in one plane.
+
+A mass m at radius e turns with the shaft angle \varphi: with \beta the angular position,
+
+.. math:: f_x = me\,(\Omega^2 \cos(\varphi+\beta) + \dot\Omega \sin(\varphi+\beta)), \quad
+          f_y = me\,(\Omega^2 \sin(\varphi+\beta) - \dot\Omega \cos(\varphi+\beta)).
+
+Source: thesis eq. (1.1); the tangential term of a run-up is in Friswell et al. (2010), section 6.2. The phase is
+continuous whatever the speed does, because the force depends on the shaft angle and not on Omega t.
+"""
+
+import math
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+
+
+@inlined
+def unbalance(t, angle, speed, acceleration, x, y, vx, vy, p):
+    """Force (fx, fy) [N] of the unbalance at shaft angle `angle` [rad]."""
+    c = math.cos(angle + p.phase)
+    s = math.sin(angle + p.phase)
+    normal = p.me * speed * speed
+    tangential = p.me * acceleration
+    return normal * c + tangential * s, normal * s - tangential * c
+
+
+@register
+@dataclass(frozen=True)
+class Unbalance(Effect):
+    """Unbalance of one plane; give a list of tables for several planes."""
+
+    name = "unbalance"
+    port = "force"
+    kernel = unbalance
+    me: float = param("kg*m", bounds=(0.0, 1e-2), doc="Unbalance, mass times eccentricity.")
+    phase: float = param("rad", bounds=(-7.0, 7.0), doc="Angular position on the shaft, from x towards y.")
+    position: float | None = param(
+        "m", default=None, bounds=(-100.0, 100.0), doc="Plane along the shaft; the first disc when not given."
+    )

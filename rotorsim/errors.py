@@ -1,0 +1,38 @@
+"""What can go wrong, as exceptions whose text is one sentence: thing, value, limit and way out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class RotorsimError(Exception):
+    """Base of every error that a user can cause and mend; `where` holds numbers for programs."""
+
+    def __init__(self, message: str, **where: Any) -> None:
+        super().__init__(message)
+        self.where = where
+
+
+class MachineFileError(RotorsimError):
+    """A machine file that cannot be read or does not describe a machine; one line per problem."""
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """The sentences, one per problem."""
+        return tuple(str(self).splitlines())
+
+
+class ContactError(RotorsimError):
+    """The journal touches its sleeve where no contact is allowed."""
+
+
+class NoLiftOffError(RotorsimError):
+    """The film cannot carry the rotor at this speed and supply pressure."""
+
+
+class ConvergenceError(RotorsimError):
+    """An iteration ended without reaching its tolerance."""
+
+
+class DataError(RotorsimError):
+    """A record that lacks a channel, has wrong units or cannot be read."""

@@ -1,0 +1,68 @@
+"""`[effects.NAME]` tables to effects: units, bounds and sentences come from each effect's own fields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields
+from typing import Any
+
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.machine.messages import unknown_field
+from rotorsim.machine.part import Problems, Spec
+from rotorsim.machine.units import quote
+
+_UNLIMITED = 1e300
+
+
+def read_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
+    """Effects by name in the file's order; every problem of every table is raised at once."""
+    if not isinstance(tables, Mapping):
+        raise ValueError(f"{quote(tables)} is not a set of tables; write e.g. [effects.unbalance]")
+    problems: list[tuple[str, str]] = []
+    effects = {str(name): _read_entries(str(name), value, problems) for name, value in tables.items()}
+    if problems:
+        raise Problems(*problems)
+    return effects
+
+
+def spec_of_parameter(parameter: Field[Any]) -> Spec | None:
+    """Unit and limits of an effect's parameter, None for one without a unit."""
+    if "unit" not in parameter.metadata:
+        return None
+    low, high = parameter.metadata.get("bounds", (-_UNLIMITED, _UNLIMITED))
+    return Spec(
+        parameter.metadata["unit"], low=low if low > -_UNLIMITED else None, high=high if high < _UNLIMITED else None
+    )
+
+
+def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:
+    if name not in REGISTRY:
+        problems.append((name, f"unknown effect; known effects: {', '.join(sorted(REGISTRY))}"))
+        return ()
+    if isinstance(value, (list, tuple)) and value:
+        return tuple(_read_one(name, f"{name}.{i}", entry, problems) for i, entry in enumerate(value))
+    return (_read_one(name, name, value, problems),)
+
+
+def _read_one(name: str, path: str, table: Any, problems: list[tuple[str, str]]) -> Effect:
+    effect = REGISTRY[name]
+    if isinstance(table, effect):
+        return table
+    known = {f.name: f for f in fields(effect)}
+    values: dict[str, Any] = {}
+    if not isinstance(table, Mapping):
+        problems.append((path, f"{quote(table)} is not a table; write [effects.{name}]"))
+        table = {}
+    for key, given in table.items():
+        if key not in known:
+            problems.append((f"{path}.{key}", unknown_field(str(key), tuple(known))))
+            continue
+        try:
+            spec = spec_of_parameter(known[key])
+            values[key] = spec.read(given) if spec else given
+        except ValueError as error:
+            problems.append((f"{path}.{key}", str(error)))
+    for key, parameter in known.items():
+        if key not in table and parameter.default is MISSING and parameter.default_factory is MISSING:
+            problems.append((f"{path}.{key}", "missing; add it"))
+    return effect() if problems else effect(**values)

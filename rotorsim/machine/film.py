@@ -1,0 +1,81 @@
+"""The active gas bearing: film, gas, what the injectors have in common, and each injector."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from rotorsim.machine.part import Part, Problems, quantity
+from rotorsim.machine.units import show
+
+
+class GasFilm(Part):
+    """A gas-lubricated journal bearing."""
+
+    kind: Literal["gas_film"] = Field(description="Always 'gas_film'.")
+    position: float = quantity("m", "Coordinate z of the film's centre.", low=-100, high=100)
+    diameter: float = quantity("m", "Diameter of the journal.", above=0, high=10)
+    length: float = quantity("m", "Axial length of the film.", above=0, high=10)
+    clearance: float = quantity("m", "Radial clearance.", above=0, high=1e-3)
+    nominal_stiffness: float = quantity(
+        "N/m", "Isotropic spring that stands for the film when the rotor's modes are chosen, nowhere else.",
+        4e6, above=0, high=1e12,
+    )  # fmt: skip
+
+
+class Gas(Part):
+    """The gas in film and injectors: ideal, isothermal in the film."""
+
+    viscosity: float = quantity("Pa*s", "Dynamic viscosity.", 1.85e-5, above=0, high=1)
+    ambient_pressure: float = quantity("Pa", "Absolute ambient pressure.", 101325.0, above=0, high=1e8)
+    temperature: float = quantity("K", "Absolute temperature.", 293.15, above=0, high=5000)
+    gas_constant: float = quantity("J/(kg*K)", "Specific gas constant.", 287.05, above=0, high=1e5)
+    heat_capacity_ratio: float = quantity("1", "Ratio of the heat capacities.", 1.4, above=1, high=2)
+
+
+class Injection(Part):
+    """What all injectors have in common: pin seat, plenum and orifice into the film."""
+
+    law: Literal["orifice", "loss_factor"] = Field(
+        description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."
+    )
+    seat_gap: float = quantity("m", "Gap of the pin's seat with the pin fully drawn back.", above=0, high=1e-2)
+    minimum_gap: float = quantity("m", "Gap that stays open when the pin is fully pushed in.", low=0, high=1e-2)
+    pin_diameter: float = quantity("m", "Diameter of the pin's seat.", above=0, high=0.1)
+    pin_discharge: float | None = quantity(
+        "1", "Discharge coefficient of the pin's seat; law 'orifice' needs it.", None, above=0, high=2
+    )
+    orifice_diameter: float = quantity("m", "Diameter of the orifice into the film.", above=0, high=0.1)
+    curtain_discharge: float = quantity("1", "Discharge coefficient from orifice to film.", above=0, high=2)
+    plenum_volume: float = quantity("m^3", "Volume between pin and film.", above=0, high=1e-3)
+    polytropic_exponent: float = quantity("1", "Exponent of the plenum's gas; 1 is isothermal.", 1.0, low=1, high=2)
+    loss_factor: float | None = quantity(
+        "kg/(s*Pa^2)", "Mass flow per difference of squared pressures, fully open; law 'loss_factor' needs it.",
+        None, above=0, high=1e-6,
+    )  # fmt: skip
+    loss_exponent: float = quantity(
+        "1", "Exponent n of loss_factor (gap / seat_gap)^n.", 1.0, low=0, high=4
+    )
+    pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2)
+    pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2)
+
+    @model_validator(mode="after")
+    def _complete(self) -> Injection:
+        needs = {"orifice": "pin_discharge", "loss_factor": "loss_factor"}[self.law]
+        if getattr(self, needs) is None:
+            raise Problems((needs, f"missing, but law '{self.law}' needs it; add it or choose the other law"))
+        if self.minimum_gap >= self.seat_gap:
+            least, most = show(self.minimum_gap, "m"), show(self.seat_gap, "m")
+            raise Problems(("minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"))
+        return self
+
+
+class Injector(Part):
+    """One injector."""
+
+    angle: float = quantity("rad", "Where it stands, from x towards y.", low=-7, high=7)
+    offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10)
+    reference: Literal["+x", "-x", "+y", "-y", "none"] = Field(
+        description="Reference voltage that drives its pin, and with which sign; '+' pushes the pin in (closes it)."
+    )

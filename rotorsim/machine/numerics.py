@@ -1,0 +1,39 @@
+"""How finely the machine is computed."""
+
+from __future__ import annotations
+
+from pydantic import model_validator
+
+from rotorsim.machine.part import Part, Problems, count, quantity
+from rotorsim.machine.units import show
+
+SAMPLE = 2e-4
+"""Sampling time of the controller and of every record [s]."""
+
+
+class Grid(Part):
+    """Grid of the gas film."""
+
+    n_theta: int = count("Intervals round the circumference.", 32, low=8, high=512, multiple=4)
+    n_z: int = count("Intervals along the full length of the film.", 16, low=4, high=256, multiple=2)
+
+
+class Solver(Part):
+    """Step and tolerances of the coupled solution."""
+
+    time_step: float = quantity(
+        "s", "Time step; the sampling time of 0.2 ms is a whole multiple of it.", 1e-4, low=1e-7, high=1e-3
+    )
+    tolerance: float = quantity(
+        "1", "Tolerance of the film pressure, relative to ambient pressure.", 5e-6, above=0, high=1e-3
+    )
+    modes_per_plane: int = count("Rotor modes kept in each plane.", 6, low=1, high=40)
+    minimum_film: float = quantity("m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4)
+
+    @model_validator(mode="after")
+    def _divides_the_sample(self) -> Solver:
+        steps = SAMPLE / self.time_step
+        if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
+            said = show(self.time_step, "s")
+            raise Problems(("time_step", f"'{said}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"))
+        return self

@@ -1,0 +1,83 @@
+"""The units people write in machine files: SI unit -> what it measures, an example, and units with their factors.
+
+Factors are decimal strings, so that '25 um' is the double nearest to 25e-6. A test compares every entry with pint,
+which `rotorsim.machine.units` asks for whatever is not listed here.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+
+class Dimension(NamedTuple):
+    """One kind of quantity; `people` are the units in which values are shown, from small to large."""
+
+    name: str
+    example: str
+    people: tuple[str, ...]
+    factors: dict[str, str]
+
+
+_TURN = repr(2 * pi)
+_RPM, _KRPM = repr(2 * pi / 60), repr(2000 * pi / 60)
+_DEG = repr(pi / 180)
+
+TABLE: dict[str, Dimension] = {
+    "1": Dimension("number", "0.5", (), {}),
+    "m": Dimension(
+        "length", "25 mm", ("um", "mm"), {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9"}
+    ),
+    "m^3": Dimension("volume", "1 mm^3", ("mm^3",), {"m^3": "1", "mm^3": "1e-9", "cm^3": "1e-6"}),
+    "kg": Dimension("mass", "1.5 kg", ("g", "kg"), {"kg": "1", "g": "1e-3"}),
+    "kg*m": Dimension("mass*length", "10 g*mm", ("g*mm",), {"kg*m": "1", "g*mm": "1e-6", "kg*mm": "1e-3"}),
+    "kg*m^2": Dimension(
+        "moment of inertia", "0.0037 kg*m^2", ("kg*m^2",), {"kg*m^2": "1", "kg*mm^2": "1e-6", "g*mm^2": "1e-9"}
+    ),
+    "kg/m^3": Dimension("density", "7850 kg/m^3", ("kg/m^3",), {"kg/m^3": "1", "g/cm^3": "1e3"}),
+    "s": Dimension("time", "0.1 ms", ("us", "ms", "s"), {"s": "1", "ms": "1e-3", "us": "1e-6", "min": "60"}),
+    "K": Dimension("temperature", "293.15 K", ("K",), {"K": "1"}),
+    "rad": Dimension("angle", "90 deg", ("deg",), {"rad": "1", "mrad": "1e-3", "deg": _DEG, "turn": _TURN}),
+    "rad/s": Dimension(
+        "rotational speed",
+        "6000 rpm",
+        ("rpm",),
+        {"rad/s": "1", "rpm": _RPM, "krpm": _KRPM, "Hz": _TURN, "deg/s": _DEG},
+    ),
+    "rad/s^2": Dimension(
+        "rotational acceleration",
+        "100 rpm/s",
+        ("rpm/s",),
+        {"rad/s^2": "1", "rpm/s": _RPM, "krpm/s": _KRPM, "Hz/s": _TURN, "deg/s^2": _DEG},
+    ),
+    "m/s": Dimension("velocity", "1 mm/s", ("mm/s", "m/s"), {"m/s": "1", "mm/s": "1e-3", "um/s": "1e-6"}),
+    "m/s^2": Dimension("acceleration", "9.81 m/s^2", ("m/s^2",), {"m/s^2": "1", "mm/s^2": "1e-3"}),
+    "s/m": Dimension("time/length", "1 s/m", ("s/m",), {"s/m": "1"}),
+    "N": Dimension("force", "0.5 N", ("N",), {"N": "1", "mN": "1e-3", "kN": "1e3"}),
+    "Pa": Dimension(
+        "pressure",
+        "0.3 MPa",
+        ("Pa", "kPa", "MPa", "GPa"),
+        {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9", "bar": "1e5", "mbar": "1e2"},
+    ),
+    "Pa*s": Dimension("viscosity", "18.5 uPa*s", ("uPa*s",), {"Pa*s": "1", "uPa*s": "1e-6", "mPa*s": "1e-3"}),
+    "N/m": Dimension(
+        "stiffness",
+        "50 MN/m",
+        ("N/m", "MN/m"),
+        {"N/m": "1", "kN/m": "1e3", "MN/m": "1e6", "N/mm": "1e3", "N/um": "1e6"},
+    ),
+    "N*s/m": Dimension("damping", "100 N*s/m", ("N*s/m",), {"N*s/m": "1", "kN*s/m": "1e3", "N*s/mm": "1e3"}),
+    "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}),
+    "m/V": Dimension("length/voltage", "4.2 um/V", ("um/V",), {"m/V": "1", "um/V": "1e-6", "mm/V": "1e-3"}),
+    "J/(kg*K)": Dimension("gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}),
+    "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),
+}
+
+CLOSED = frozenset({"rad", "rad/s", "rad/s^2"})
+"""Dimensions whose units are these and no others: pint takes radians for a number and 1 Hz for 1 rad/s."""
+
+
+def dimension(unit: str) -> Dimension:
+    """The entry of an SI unit; a plain one for a unit that is not listed."""
+    return TABLE.get(unit) or Dimension(f"quantity in {unit}", f"1 {unit}", (unit,), {unit: "1"})

@@ -1,0 +1,76 @@
+"""Inputs: what is derived from what, and sentences for what cannot be."""
+
+import numpy as np
+import pytest
+
+from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, modal_reduction, steel
+
+
+def shaft(n: int = 3) -> list[ShaftElement]:
+    return [ShaftElement(0.1, 0.0, 0.02) for _ in range(n)]
+
+
+def test_material_derives_the_elastic_constant_that_is_missing():
+    assert steel.Poisson == pytest.approx(211 / 162.4 - 1)
+    assert Material("m", rho=7850.0, E=210e9, Poisson=0.3).G_s == pytest.approx(210e9 / 2.6)
+
+
+def test_disc_from_geometry_has_the_inertia_of_a_ring():
+    """Against 2 kg of solid disc, d = .1 m, w = .02 m: Ip = m r^2 / 2, Id = m (3 r^2 + w^2) / 12."""
+    rho = 2 / (np.pi * 0.05**2 * 0.02)
+    disc = DiskElement.from_geometry(0, Material("m", rho, 1e11, Poisson=0.3), 0.02, 0.0, 0.1)
+    assert (disc.m, disc.Ip, disc.Id) == pytest.approx((2.0, 0.0025, 2 * (3 * 0.05**2 + 0.02**2) / 12))
+
+
+def test_bearing_is_isotropic_unless_told_otherwise():
+    bearing = BearingElement(0, 1e6, 100.0)
+    assert np.array_equal(bearing.stiffness, 1e6 * np.eye(2))
+    assert np.array_equal(bearing.damping, 100.0 * np.eye(2))
+    assert BearingElement(0, 1e6, 100.0, kyy=0.0, cyy=0.0).stiffness[1, 1] == 0.0
+
+
+def test_elements_are_numbered_by_order_or_sorted_by_their_numbers():
+    assert [e.n for e in Rotor(shaft()).shaft_elements] == [0, 1, 2]
+    shuffled = Rotor([ShaftElement(0.3, 0.0, 0.02, n=1), ShaftElement(0.1, 0.0, 0.02, n=0)])
+    assert shuffled.nodes_pos == pytest.approx([0.0, 0.1, 0.4])
+    assert shuffled.ndof == 12
+    assert shuffled.number_dof == 4
+
+
+def test_two_discs_on_one_node_add_up():
+    one = Rotor(shaft(), [DiskElement(1, 3.0, 0.01, 0.02)])
+    two = Rotor(shaft(), [DiskElement(1, 1.0, 0.004, 0.01), DiskElement(1, 2.0, 0.006, 0.01)])
+    assert two.M() == pytest.approx(one.M())
+    assert two.mass == pytest.approx(one.mass)
+
+
+@pytest.mark.parametrize(
+    ("build", "sentence"),
+    [
+        (lambda: Material("m", 7800.0, 2e11), "give G_s"),
+        (lambda: Material("m", 7800.0, 2e11, 8e10, 0.4), "contradict"),
+        (lambda: Material("m", 0.0, 2e11, 8e10), "rho = 0 must be positive"),
+        (lambda: ShaftElement(0.0, 0.0, 0.02), "L = 0 must be positive"),
+        (lambda: ShaftElement(0.1, 0.03, 0.02), "below odl = 0.02 m"),
+        (lambda: ShaftElement(0.1, 0.0, 0.02, odr=0.03), "only cylinders are modelled"),
+        (lambda: DiskElement(0, -1.0, 0.0, 0.0), "none may be negative"),
+        (lambda: DiskElement.from_geometry(0, steel, 0.1, 0.3, 0.2), "below o_d = 0.2 m"),
+        (lambda: Rotor([]), "no elements"),
+        (
+            lambda: Rotor(shaft(), [DiskElement(4, 1.0, 0.0, 0.0)]),
+            "disc at node 4, but the shaft has nodes 0 to 3",
+        ),
+        (lambda: Rotor(shaft(), [], [BearingElement(-1, 1e6, 0.0)]), "bearing at node -1"),
+        (lambda: Rotor(shaft(), [], [BearingElement(1, 1e6, 0.0)] * 2), "2 bearings at node 1"),
+        (lambda: Rotor([ShaftElement(0.1, 0.0, 0.02, n=0)] * 2), "numbered \\[0, 0\\]"),
+        (lambda: Rotor([*shaft(1), ShaftElement(0.1, 0.0, 0.02, n=1)]), "leave all of them out"),
+        (lambda: Rotor(shaft(), [], [BearingElement(1, 1e6, 0.0)]).run_static(), "free to fall or tilt"),
+        (lambda: Rotor(shaft()).run_unbalance_response(7, 1e-5, 0.0, 1.0), "unbalance at node 7"),
+        (lambda: modal_reduction(Rotor(shaft()), 9, 4e6, 2, 0.0), "reduction: node 9"),
+        (lambda: modal_reduction(Rotor(shaft()), 1, 4e6, 9, 0.0), "9 modes a plane"),
+        (lambda: modal_reduction(Rotor(shaft()), 1, 4e6, 2, 0.0).shape(4), "node 4 is not among 0 to 3"),
+    ],
+)
+def test_impossible_input_is_refused_with_a_sentence_that_names_it(build, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        build()
