@@ -4,8 +4,8 @@ Pressure nodes sit at theta_i = i dtheta (i = 0 .. n_theta - 1, periodic) and z_
 bearing's edges, where p is ambient. A bearing that is symmetric about its midplane is solved on one half: row 0 is the
 midplane with half a cell, and forces count twice.
 
-Every film array is stored as theta lines of `stride = n_rows + 1` values, the last one being the edge, between two
-ghost lines that repeat the other end. So neighbours are at fixed distances (+-1 in z, +-stride in theta), every loop
+Every film array is stored as theta lines of `stride` values between two ghost lines that repeat the other end: the
+unknown rows, the upper edge and, on a full bearing, the lower edge of the NEXT line, which sits right before its rows. So neighbours are at fixed distances (+-1 in z, +-stride in theta), every loop
 over the film is one flat loop, and with sizes known at compile time it vectorises without alias checks.
 """
 
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 FILM_ARRAYS = (
-    "cos", "sin", "weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
+    "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
     "m_old", "rate", "m_mid", "p_1", "p_2", "p_3", "p_mid",
 )  # fmt: skip
@@ -42,6 +42,7 @@ class Layout(NamedTuple):
     cos: int
     sin: int
     weight: int
+    per_weight: int
     link: int
     clearance: int
     p: int
@@ -179,7 +180,7 @@ class Grid:
 
 def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], base: int = 0) -> Layout:
     """Lay the film's arrays out from offset `base`; sizes are the footprint cells of each injector."""
-    rows, stride, n_inj = grid.n_rows, grid.n_rows + 1, len(source_sizes)
+    rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
     length = _round(8 + (grid.n_theta + 2) * stride + 8)
     borders, blocks = n_inj + 2, grid.n_theta * rows * rows
     sizes = {name: length for name in FILM_ARRAYS}
@@ -215,11 +216,18 @@ def cells(layout: Layout) -> np.ndarray:
     return lines[:, None] + np.arange(layout.n_rows)
 
 
-def fill(w: np.ndarray, offset: int, layout: Layout, values: np.ndarray, edge: float) -> None:
-    """Write (n_theta, n_rows) `values` into the film array at `offset`: edges get `edge`, ghosts the other end."""
-    lines = np.full((layout.n_theta + 2, layout.stride), edge)
-    lines[1:-1, : layout.n_rows] = values
+def fill(w: np.ndarray, offset: int, layout: Layout, values: np.ndarray, edge: float | np.ndarray) -> None:
+    """Write (n_theta, n_rows) `values` into the film array at `offset`: ghosts repeat the other end.
+
+    `edge` is the value of both edges, one number or one per line.
+    """
+    rows = layout.n_rows
+    edges = np.broadcast_to(np.asarray(edge, float), layout.n_theta)
+    lines = np.empty((layout.n_theta + 2, layout.stride))
+    lines[1:-1, :rows] = values
+    lines[1:-1, rows] = edges
+    lines[1:-1, rows + 1 :] = np.roll(edges, -1)[:, None]
     lines[0], lines[-1] = lines[-2], lines[1]
-    w[offset : offset + layout.length] = edge
+    w[offset : offset + layout.length] = edges[0]
     start = offset + layout.first - layout.stride
     w[start : start + lines.size] = lines.ravel()

@@ -90,17 +90,16 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
             w[L.journal], w[L.journal + 1] = path[row, 0], path[row, 1]
             if stage_solve(w, ix, F, L, U, 1.0 / adt, tolerance, i + stage == 0) < 0:
                 return NOT_CONVERGED
-            end_stage(w, F, L, stage, adt)
-            residual(w, ix, F, L, U, 1.0 / adt)
-            book(w, L, flows, 2 * i + stage)
+            end_stage(w, L, stage, adt)
+            book(w, L, L.m_mid if stage == 0 else L.m_old, flows, 2 * i + stage)
         force(w, F, L)
         forces[i, 0], forces[i, 1] = w[L.force], w[L.force + 1]
     return n
 
 
 @kernel
-def book(w, L, flows, row):
-    """Injected flow [kg/s], escaping flow and mass held (times R_g T / (dy dz), full bearing) into a row of flows."""
+def book(w, L, kept, flows, row):
+    """Injected flow [kg/s], escaping flow and mass held in the array `kept` (both times R_g T / (dy dz)) into a row of flows."""
     injected = 0.0
     for i in range(L.n_inj):
         injected += w[L.film_flow + i]
@@ -112,7 +111,7 @@ def book(w, L, flows, row):
         if L.half == 0:
             out -= w[L.flow_z + k - 1]
         for j in range(L.n_rows):
-            mass += w[L.weight + k + j] * w[L.m + k + j]
+            mass += w[L.weight + k + j] * w[kept + k + j]
     flows[row, 0] = injected
     flows[row, 1] = out * (1.0 + L.half)
     flows[row, 2] = mass * (1.0 + L.half)

@@ -239,12 +239,17 @@ def newton(w, ix, F, L, U, iadt, tolerance, most):
     """Iterate until what is left is below `tolerance`; returns the number of iterations or a negative status.
 
     The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections and
-    kept for the stages that follow, at most MAX_AGE of them. STALE_FACTORS asks the caller for `refresh` and another go.
+    kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer. STALE_FACTORS asks the caller for `refresh` and another go.
     """
     before = 0.0
     n = 0
-    while n < most:
+    done = False
+    while True:
         residual(w, ix, F, L, U, iadt)
+        if done:
+            return n
+        if n == most:
+            return NOT_CONVERGED
         scale_rows(w, L)
         open_solve(w, L, L.r)
         close_ring(w, L, L.r)
@@ -262,10 +267,9 @@ def newton(w, ix, F, L, U, iadt, tolerance, most):
             w[L.convergence + RATE] = max(rate, 0.02)
             w[L.convergence + AGE] = 0.0
             known = True
-        if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
+        done = size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate))
+        if done:
             w[L.convergence + AGE] += 1.0
-            return n
-        if n > 2 and rate > 0.3:
+        elif n > 2 and rate > 0.3:
             return STALE_FACTORS
         before = size
-    return NOT_CONVERGED

@@ -169,4 +169,5 @@ def close_ring(w, L, r):
     for i in range(1, L.n_theta):
         apply_block(w, L.spike + i * n * n, o + s, r + L.first + i * s, n, -1.0)
     for i in range(L.n_theta):
-        w[r + L.first + i * s + n] = 0.0
+        for e in range(n, s):
+            w[r + L.first + i * s + e] = 0.0

@@ -6,8 +6,7 @@ order, one-step and L-stable (Bank et al. 1985; Hosea & Shampine 1996). Both sta
 .. math:: m_\gamma = m_n + a\,\Delta t\,(\dot m_n + \dot m_\gamma), \qquad
           m_{n+1} = \frac{m_\gamma - (1-\gamma)^2 m_n}{\gamma(2-\gamma)} + a\,\Delta t\,\dot m_{n+1},
 
-so that mass is conserved. The rate at the start of a step is the one the last step ended with, taken from the stage
-equation itself. Starting values are polynomials through the last steps.
+so that mass is conserved. The rate at the start of a step is the one the last step ended with. Starting values are polynomials through the last steps.
 """
 
 from __future__ import annotations
@@ -36,39 +35,29 @@ def predictor_table() -> list[float]:
     return rows
 
 
-TABLE = tuple(predictor_table())
+TABLE = tuple(float(v) for v in predictor_table())
 
 
 @inlined
 def predict(w, L, stage, order):
     """Starting values of p and plena for a stage from the last `order` + 1 values."""
     row = 16 * stage + 4 * order
-    a, b, c, d = TABLE[row], TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
-    floor = 0.1
-    if stage == TO_MID:
-        for k in range(L.length):
-            v = a * w[L.p + k] + b * w[L.p_1 + k] + c * w[L.p_2 + k] + d * w[L.p_3 + k]
-            now = w[L.p + k]
-            w[L.p_3 + k] = w[L.p_2 + k]
-            w[L.p_2 + k] = w[L.p_1 + k]
+    b, c, d = TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
+    # written in differences: a constant (the edge pressure) is kept to the last bit
+    for k in range(L.length):
+        now, one, two, three = w[L.p + k], w[L.p_1 + k], w[L.p_2 + k], w[L.p_3 + k]
+        w[L.p + k] = max(now + b * (one - now) + c * (two - now) + d * (three - now), 0.1 * now)
+        if stage == TO_MID:
+            w[L.p_3 + k] = two
+            w[L.p_2 + k] = one
             w[L.p_1 + k] = now
-            w[L.p + k] = max(v, floor * now)
-        for i in range(L.n_inj):
-            now = w[L.plenum + i]
-            v = a * now + b * w[L.plenum_1 + i] + c * w[L.plenum_2 + i] + d * w[L.plenum_3 + i]
-            w[L.plenum_3 + i] = w[L.plenum_2 + i]
-            w[L.plenum_2 + i] = w[L.plenum_1 + i]
+    for i in range(L.n_inj):
+        now, one, two, three = w[L.plenum + i], w[L.plenum_1 + i], w[L.plenum_2 + i], w[L.plenum_3 + i]
+        w[L.plenum + i] = max(now + b * (one - now) + c * (two - now) + d * (three - now), 0.1 * now)
+        if stage == TO_MID:
+            w[L.plenum_3 + i] = two
+            w[L.plenum_2 + i] = one
             w[L.plenum_1 + i] = now
-            w[L.plenum + i] = max(v, floor * now)
-    else:
-        for k in range(L.length):
-            now = w[L.p + k]
-            v = a * now + b * w[L.p_1 + k] + c * w[L.p_2 + k] + d * w[L.p_3 + k]
-            w[L.p + k] = max(v, floor * now)
-        for i in range(L.n_inj):
-            now = w[L.plenum + i]
-            v = a * now + b * w[L.plenum_1 + i] + c * w[L.plenum_2 + i] + d * w[L.plenum_3 + i]
-            w[L.plenum + i] = max(v, floor * now)
 
 
 @inlined
@@ -99,23 +88,25 @@ def stage_rhs(w, L, stage, adt):
 
 
 @inlined
-def end_stage(w, F, L, stage, adt):
-    """Keep what the stage found: mass and plena at gamma dt, or at the step's end together with the rates."""
-    thickness(w, F, L)
-    if stage == TO_MID:
-        for k in range(L.length):
-            w[L.m_mid + k] = w[L.p + k] * w[L.h + k]
-        for i in range(L.n_inj):
-            w[L.plenum_mid + i] = w[L.plenum + i]
-    else:
-        inverse = 1.0 / adt
-        for k in range(L.length):
-            m = w[L.p + k] * w[L.h + k]
-            w[L.m_old + k] = m
-            w[L.rate + k] = (m - w[L.m_rhs + k]) * inverse
-        for i in range(L.n_inj):
-            w[L.plenum_old + i] = w[L.plenum + i]
-            w[L.plenum_rate + i] = (w[L.plenum + i] - w[L.plenum_rhs + i]) * inverse
+def end_stage(w, L, stage, adt):
+    """Keep what the stage found: mass and plena at gamma dt, or at the step's end together with the rates.
+
+    The mass kept is the one the fluxes of the answer account for, p h minus the residual that Newton's tolerance has
+    left (in r after `newton`): so mass is conserved to round-off and the tolerance leaves no drift.
+    """
+    keep = L.m_mid if stage == TO_MID else L.m_old
+    inverse = 1.0 / adt
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        m = w[L.m + k] - adt * w[L.per_weight + k] * w[L.r + k]
+        w[L.rate + k] = (m - w[L.m_rhs + k]) * inverse if stage == TO_END else w[L.rate + k]
+        w[keep + k] = m
+    for i in range(L.n_inj):
+        rate = (w[L.pin_flow + i] - w[L.film_flow + i]) / w[L.capacity + i]
+        if stage == TO_MID:
+            w[L.plenum_mid + i] = w[L.plenum_rhs + i] + adt * rate
+        else:
+            w[L.plenum_old + i] = w[L.plenum_rhs + i] + adt * rate
+            w[L.plenum_rate + i] = rate
 
 
 @inlined

@@ -48,13 +48,13 @@ class FilmModel:
         """0 for the orifice, 1 for the loss-factor form."""
         return LAWS.index(self.injectors[0].law) if self.injectors else 0
 
-    def record(self) -> np.ndarray:
-        """Constants of the film as a one-element structured array."""
+    def record(self) -> np.recarray:
+        """Constants of the film as a one-element record array (its row has the constants as attributes)."""
         grid, gas = self.grid, self.gas
         rt = gas.gas_constant * gas.temperature
         area = grid.dy * grid.dz * (2 if grid.half else 1)
         row = (gas.viscosity, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area, rt / (grid.dy * grid.dz))
-        return np.array([(*row, self.clearance, self.h_min)], FILM_DTYPE)
+        return np.array([(*row, self.clearance, self.h_min)], FILM_DTYPE).view(np.recarray)
 
     def footprints(self) -> tuple[list[list[tuple[int, int, float]]], list[list[tuple[int, int, float]]]]:
         """Source and reading lists of every injector."""
@@ -74,16 +74,17 @@ class FilmModel:
     def _fill_geometry(self, w: np.ndarray, layout: Layout) -> None:
         grid = self.grid
         shape = (grid.n_theta, grid.n_rows)
-        theta = np.broadcast_to(grid.theta[:, None], shape)
-        for offset, line in ((layout.cos, np.cos(theta)), (layout.sin, np.sin(theta))):
-            fill(w, offset, layout, line, 0.0)
-            edges = layout.first + np.arange(-1, grid.n_theta + 1) * layout.stride + grid.n_rows
-            w[offset + edges] = np.concatenate([line[-1:, 0], line[:, 0], line[:1, 0]])
+        for offset, line in ((layout.cos, np.cos(grid.theta)), (layout.sin, np.sin(grid.theta))):
+            fill(w, offset, layout, np.broadcast_to(line[:, None], shape), line)
         weight = np.ones(shape)
         if grid.half:
             weight[:, 0] = 0.5
         fill(w, layout.weight, layout, weight, 0.0)
-        fill(w, layout.link, layout, np.ones(shape), 0.0 if grid.half else 1.0)
+        fill(w, layout.per_weight, layout, 1 / weight, 0.0)
+        fill(w, layout.link, layout, np.ones(shape), 0.0)
+        if not grid.half:
+            lines = layout.link + layout.first + np.arange(-1, grid.n_theta + 1) * layout.stride
+            w[lines + grid.n_rows + 1] = 1.0
         fill(w, layout.clearance, layout, np.full(shape, self.clearance), self.clearance)
         for offset in (layout.p, layout.p_1, layout.p_2, layout.p_3):
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)

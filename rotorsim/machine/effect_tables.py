@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
+from difflib import get_close_matches
 from typing import Any
 
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.messages import unknown_field
-from rotorsim.machine.part import Problems, Spec
+from rotorsim.machine.part import PartError, Spec
 from rotorsim.machine.units import quote
 
 _UNLIMITED = 1e300
@@ -21,7 +22,7 @@ def read_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
     problems: list[tuple[str, str]] = []
     effects = {str(name): _read_entries(str(name), value, problems) for name, value in tables.items()}
     if problems:
-        raise Problems(*problems)
+        raise PartError(*problems)
     return effects
 
 
@@ -31,13 +32,17 @@ def spec_of_parameter(parameter: Field[Any]) -> Spec | None:
         return None
     low, high = parameter.metadata.get("bounds", (-_UNLIMITED, _UNLIMITED))
     return Spec(
-        parameter.metadata["unit"], low=low if low > -_UNLIMITED else None, high=high if high < _UNLIMITED else None
+        parameter.metadata["unit"],
+        low=low if low > -_UNLIMITED else None,
+        high=high if high < _UNLIMITED else None,
     )
 
 
 def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:
     if name not in REGISTRY:
-        problems.append((name, f"unknown effect; known effects: {', '.join(sorted(REGISTRY))}"))
+        close = get_close_matches(name, REGISTRY, n=1)
+        hint = f"did you mean '{close[0]}'? " if close else ""
+        problems.append((name, f"unknown effect; {hint}known effects: {', '.join(sorted(REGISTRY))}"))
         return ()
     if isinstance(value, (list, tuple)) and value:
         return tuple(_read_one(name, f"{name}.{i}", entry, problems) for i, entry in enumerate(value))

@@ -4,34 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
-from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from rotorsim.machine.part import Problems, spec_of
-from rotorsim.machine.units import dimension, quote
+from rotorsim.machine.part import PartError, spec_of
+from rotorsim.machine.unit_table import dimension
+from rotorsim.machine.units import quote
 
 
 def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
     """All problems of a validation, one line each."""
-    return [line for item in error.errors() for line in _lines(item, model)]
+    items = error.errors()
+    below = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
+    return [
+        line
+        for item in items
+        if not (item["type"] == "too_short" and item["loc"] in below)  # its items are there, but wrong
+        for line in _lines(item, model)
+    ]
 
 
 def unknown_field(key: str, known: Iterable[str]) -> str:
     """Sentence about a key that is none of `known`."""
     names = sorted(known)
     close = get_close_matches(key, names, n=1, cutoff=0.6)
-    return f"unknown field; did you mean '{close[0]}'?" if close else f"unknown field; known fields: {', '.join(names)}"
+    return (
+        f"unknown field; did you mean '{close[0]}'?"
+        if close
+        else f"unknown field; known fields: {', '.join(names)}"
+    )
 
 
 def _lines(item: Any, model: type[BaseModel]) -> list[str]:
     path, owner = _walk(model, item["loc"])
     cause = item.get("ctx", {}).get("error")
-    if isinstance(cause, Problems):
+    if isinstance(cause, PartError):
         return [f"{'.'.join(filter(None, (path, below)))}: {sentence}" for below, sentence in cause.items]
-    say = _SENTENCES.get(item["type"], lambda i, _: i["msg"].removeprefix("Value error, "))
-    suffix = {"union_tag_not_found": ".kind", "union_tag_invalid": ".kind"}.get(item["type"], "")
+    say = _SENTENCES.get(item["type"], _plainly)
+    suffix = ".kind" if item["type"].startswith("union_tag") else ""
     return [f"{path}{suffix}: {say(item, owner)}".removeprefix(": ")]
 
 
@@ -40,21 +52,80 @@ def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseM
     here: Any = model
     owner, path = model, []
     for key in loc:
-        if isinstance(here, dict):
-            here = here.get(key, here)
+        choices = _choices(here)
+        if len(choices) > 1:
+            here = next((c for c in choices if key in get_args(c.model_fields["kind"].annotation)), None)
             continue
+        here = choices[0]
         path.append(str(key))
-        if isinstance(here, type) and issubclass(here, BaseModel):
+        if get_origin(here) is tuple:
+            here = get_args(here)[0]
+        elif isinstance(here, type) and issubclass(here, BaseModel):
             owner = here
-            here = _content(here.model_fields[key].annotation) if key in here.model_fields else None
+            here = here.model_fields[key].annotation if key in here.model_fields else None
     return ".".join(path), owner
 
 
-def _content(kind: Any) -> Any:
-    """The part a field holds: itself, the item of its tuple, or parts by tag for a union of several."""
-    if get_origin(kind) is tuple:
-        return _Items(_content(get_args(kind)[0]))
+def _choices(kind: Any) -> tuple[Any, ...]:
+    """What a field may hold besides nothing; more than one choice is a union told apart by `kind`."""
+    if get_origin(kind) is Annotated:
+        return _choices(get_args(kind)[0])
     if get_origin(kind) in (Union, UnionType):
-        parts = [k for k in get_args(kind) if isinstance(k, type) and issubclass(k, BaseModel)]
-        return parts[0] if len(parts) == 1 else {_tag(k): k for k in parts}
-    return _content(get_args(kind)[0]) if hasattr(kind, "__metadata__") else kind
+        return tuple(c for k in get_args(kind) if k is not NoneType for c in _choices(k))
+    return (kind,)
+
+
+def _missing(item: Any, owner: type[BaseModel]) -> str:
+    info = owner.model_fields[item["loc"][-1]]
+    spec = spec_of(info)
+    meaning = (info.description or "").rstrip(".")
+    if spec is None:
+        return f"missing ({meaning}); add it"
+    example = dimension(spec.unit).example
+    return f"missing ({meaning}); write e.g. {example if spec.unit == '1' else repr(example)}"
+
+
+def _unknown(item: Any, owner: type[BaseModel]) -> str:
+    return unknown_field(str(item["loc"][-1]), owner.model_fields)
+
+
+def _one_of(item: Any, _: type[BaseModel]) -> str:
+    return f"{quote(item['input'])} is not known; write {item['ctx']['expected']}"
+
+
+def _tag(item: Any, _: type[BaseModel]) -> str:
+    given = item["input"]
+    if not isinstance(given, dict):
+        return _table(item, _)
+    said = f"{quote(given['kind'])} is not known" if "kind" in given else "missing"
+    return f"{said}; write 'linear' or 'gas_film'"
+
+
+def _table(item: Any, _: type[BaseModel]) -> str:
+    return f"{quote(item['input'])} is not a table; write its fields below a [header]"
+
+
+def _list(item: Any, _: type[BaseModel]) -> str:
+    return f"{quote(item['input'])} is not a list of tables; write a [[header]] for each"
+
+
+def _text(item: Any, _: type[BaseModel]) -> str:
+    return f"{quote(item['input'])} is not text; write it in quotes"
+
+
+def _plainly(item: Any, _: type[BaseModel]) -> str:
+    return str(item["msg"]).removeprefix("Value error, ")
+
+
+_SENTENCES: dict[str, Callable[[Any, type[BaseModel]], str]] = {
+    "missing": _missing,
+    "extra_forbidden": _unknown,
+    "literal_error": _one_of,
+    "union_tag_invalid": _tag,
+    "union_tag_not_found": _tag,
+    "model_type": _table,
+    "model_attributes_type": _table,
+    "tuple_type": _list,
+    "string_type": _text,
+    "too_short": lambda *_: "empty; give at least one",
+}

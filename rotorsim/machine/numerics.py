@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from rotorsim.machine.part import Part, Problems, count, quantity
+from rotorsim.machine.part import Part, PartError, count, quantity
 from rotorsim.machine.units import show
 
 SAMPLE = 2e-4
@@ -28,12 +28,16 @@ class Solver(Part):
         "1", "Tolerance of the film pressure, relative to ambient pressure.", 5e-6, above=0, high=1e-3
     )
     modes_per_plane: int = count("Rotor modes kept in each plane.", 6, low=1, high=40)
-    minimum_film: float = quantity("m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4)
+    minimum_film: float = quantity(
+        "m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4
+    )
 
     @model_validator(mode="after")
     def _divides_the_sample(self) -> Solver:
         steps = SAMPLE / self.time_step
         if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
             said = show(self.time_step, "s")
-            raise Problems(("time_step", f"'{said}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"))
+            raise PartError(
+                ("time_step", f"'{said}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'")
+            )
         return self

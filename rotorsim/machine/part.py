@@ -1,21 +1,23 @@
 """Base of every part of a machine, and the fields it is made of: a unit, limits and a sentence each.
 
-A value is text with a unit (or a bare number where there is none) until `Part` has validated it, and an SI float
-afterwards. Unknown fields are refused, instances are frozen.
+A value is text with a unit (or a bare number where there is none) until `Part` has validated it, and an SI
+float afterwards. Unknown fields are refused, instances are frozen.
 """
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from math import ceil
 from typing import Any, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
 from rotorsim.machine import units
+from rotorsim.machine.unit_table import dimension
 
 
-class Problems(ValueError):
+class PartError(ValueError):
     """Several problems of one part: pairs of a path below it and a sentence."""
 
     def __init__(self, *items: tuple[str, str]) -> None:
@@ -25,43 +27,45 @@ class Problems(ValueError):
 
 @dataclass(frozen=True)
 class Spec:
-    """Unit and limits of a field: `above` is open, `low` and `high` are closed; `multiple` makes it a whole number."""
+    """Unit and limits of a field: `above` is open, `low`, `high` are closed; `multiple` makes it whole."""
 
     unit: str = "1"
     above: float | None = None
     low: float | None = None
     high: float | None = None
-    multiple: int | None = None
+    multiple: int = 0
 
     def read(self, value: Any) -> float:
         """SI value of what the file says; raises ValueError with a sentence."""
         number = units.parse(value, self.unit)
-        if self.multiple:
-            number = self._whole(value, number)
-        self._check(value, number)
-        return number
+        self._check_limits(units.quote(value), number)
+        return self._whole(value, number) if self.multiple else number
 
     def _whole(self, value: Any, number: float) -> int:
+        said = units.quote(value)
         if isinstance(value, float) or number != int(number):
-            raise ValueError(f"{units.quote(value)} is not a whole number; write e.g. {max(1, round(number))}")
-        if number % cast(int, self.multiple) and number > 0:
-            below = int(number // self.multiple * self.multiple)
+            raise ValueError(f"{said} is not a whole number; write e.g. {max(1, round(number))}")
+        if number % self.multiple:
             kind = "even" if self.multiple == 2 else f"a multiple of {self.multiple}"
-            raise ValueError(f"{units.quote(value)} is not {kind}; write e.g. {below + cast(int, self.multiple)}")
+            raise ValueError(
+                f"{said} is not {kind}; write e.g. {ceil(number / self.multiple) * self.multiple}"
+            )
         return int(number)
 
-    def _check(self, value: Any, number: float) -> None:
-        said = units.quote(value)
+    def _check_limits(self, said: str, number: float) -> None:
         if self.above is not None and number <= self.above:
-            limit = units.show(self.above, self.unit)
-            raise ValueError(f"{said} must be above {limit}; write e.g. {units.dimension(self.unit).example!r}")
+            limit = units.show(self.above, self.unit) if self.above else "0"
+            mirrored = self.above == 0 and number < 0
+            example = units.show(-number, self.unit) if mirrored else dimension(self.unit).example
+            raise ValueError(f"{said} must be above {limit}; write e.g. {self._quoted(example)}")
         if self.low is not None and number < self.low:
-            raise ValueError(f"{said} is below the limit; write at least {self._limit(self.low)}")
+            limit = self._quoted(units.show(self.low, self.unit))
+            raise ValueError(f"{said} is below the limit; write at least {limit}")
         if self.high is not None and number > self.high:
-            raise ValueError(f"{said} is above the limit; write at most {self._limit(self.high)}")
+            limit = self._quoted(units.show(self.high, self.unit))
+            raise ValueError(f"{said} is above the limit; write at most {limit}")
 
-    def _limit(self, value: float) -> str:
-        text = units.show(value, self.unit)
+    def _quoted(self, text: str) -> str:
         return text if self.unit == "1" else f"'{text}'"
 
 
@@ -74,7 +78,7 @@ def spec_of(info: FieldInfo) -> Spec | None:
 def quantity(
     unit: str,
     doc: str,
-    default: float | None | Any = ...,
+    default: Any = ...,
     *,
     above: float | None = None,
     low: float | None = None,

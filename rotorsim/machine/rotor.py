@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from rotorsim.machine.part import Part, Problems, quantity
+from rotorsim.machine.part import Part, PartError, quantity
 from rotorsim.machine.units import show
 
 
@@ -30,7 +30,9 @@ class Section(Part):
     def _bore_inside(self) -> Section:
         if self.inner_diameter >= self.outer_diameter:
             bore, outer = show(self.inner_diameter, "m"), show(self.outer_diameter, "m")
-            raise Problems(("inner_diameter", f"'{bore}' is not below outer_diameter '{outer}'; make the bore smaller"))
+            raise PartError(
+                ("inner_diameter", f"'{bore}' is not below outer_diameter '{outer}'; make the bore smaller")
+            )
         return self
 
 
@@ -39,8 +41,12 @@ class Shaft(Part):
 
     start: float = quantity("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
     material: Material = Field(description="What the shaft is made of.")
-    sections: tuple[Section, ...] = Field(min_length=1, description="Pieces of the shaft, from left to right.")
-    damping_ratio: float = quantity("1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5)
+    sections: tuple[Section, ...] = Field(
+        min_length=1, description="Pieces of the shaft, from left to right."
+    )
+    damping_ratio: float = quantity(
+        "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5
+    )
     max_element_length: float = quantity("m", "Longest finite element.", 0.025, above=0, high=10)
 
     @property
@@ -64,7 +70,9 @@ class Shaft(Part):
         if self.length / self.max_element_length > 1000:
             longest = show(self.max_element_length, "m")
             fit = show(float(f"{self.length / 20:.2g}"), "m")
-            raise Problems(("max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{fit}'"))
+            raise PartError(
+                ("max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{fit}'")
+            )
         return self
 
 
@@ -95,4 +103,6 @@ class LinearBearing(Part):
 class Probe(Part):
     """Where the displacement of the shaft is measured."""
 
-    position: float = quantity("m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100)
+    position: float = quantity(
+        "m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100
+    )

@@ -1,7 +1,7 @@
-"""The units people write in machine files: SI unit -> what it measures, an example, and units with their factors.
+"""Units people write in machine files: SI unit -> what it measures, an example, and units with their factors.
 
-Factors are decimal strings, so that '25 um' is the double nearest to 25e-6. A test compares every entry with pint,
-which `rotorsim.machine.units` asks for whatever is not listed here.
+Factors are decimal strings, so that '25 um' is the double nearest to 25e-6. A test compares every entry with
+pint, which `rotorsim.machine.units` asks for whatever is not listed here.
 """
 
 from __future__ import annotations
@@ -32,7 +32,10 @@ TABLE: dict[str, Dimension] = {
     "kg": Dimension("mass", "1.5 kg", ("g", "kg"), {"kg": "1", "g": "1e-3"}),
     "kg*m": Dimension("mass*length", "10 g*mm", ("g*mm",), {"kg*m": "1", "g*mm": "1e-6", "kg*mm": "1e-3"}),
     "kg*m^2": Dimension(
-        "moment of inertia", "0.0037 kg*m^2", ("kg*m^2",), {"kg*m^2": "1", "kg*mm^2": "1e-6", "g*mm^2": "1e-9"}
+        "moment of inertia",
+        "0.0037 kg*m^2",
+        ("kg*m^2",),
+        {"kg*m^2": "1", "kg*mm^2": "1e-6", "g*mm^2": "1e-9"},
     ),
     "kg/m^3": Dimension("density", "7850 kg/m^3", ("kg/m^3",), {"kg/m^3": "1", "g/cm^3": "1e3"}),
     "s": Dimension("time", "0.1 ms", ("us", "ms", "s"), {"s": "1", "ms": "1e-3", "us": "1e-6", "min": "60"}),
@@ -70,7 +73,9 @@ TABLE: dict[str, Dimension] = {
     "N*s/m": Dimension("damping", "100 N*s/m", ("N*s/m",), {"N*s/m": "1", "kN*s/m": "1e3", "N*s/mm": "1e3"}),
     "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}),
     "m/V": Dimension("length/voltage", "4.2 um/V", ("um/V",), {"m/V": "1", "um/V": "1e-6", "mm/V": "1e-3"}),
-    "J/(kg*K)": Dimension("gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}),
+    "J/(kg*K)": Dimension(
+        "gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}
+    ),
     "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),
 }
 

@@ -1,6 +1,6 @@
 """Text with a unit to an SI float and back: the only place that knows pint.
 
-`parse` and `show` are inverse to each other, to the last bit. Numbers are scaled as decimals, so that '25 um' is the
+`parse` and `show` are inverse to each other, to the last bit. Numbers are scaled as decimals: '25 um' is the
 double nearest to 25e-6. A gauge pressure is a plain pressure here.
 """
 
@@ -16,7 +16,17 @@ from rotorsim.machine.unit_table import CLOSED, dimension
 
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")
-_SPELLINGS = {"µ": "u", "μ": "u", "·": "*", "²": "^2", "³": "^3", "**": "^", " * ": "*", " / ": "/", "°C": "degC"}
+_SPELLINGS = {
+    "µ": "u",
+    "μ": "u",
+    "·": "*",
+    "²": "^2",
+    "³": "^3",
+    "**": "^",
+    " * ": "*",
+    " / ": "/",
+    "°C": "degC",
+}
 
 
 def parse(value: Any, unit: str) -> float:
@@ -25,8 +35,8 @@ def parse(value: Any, unit: str) -> float:
     Raises
     ------
     ValueError
-        With a sentence that names the value and the way out, if it has no unit, a wrong or an unknown one, or is not
-        finite.
+        With a sentence that names the value and the way out, if it has no unit, a wrong or an unknown one, or
+        is not finite.
     """
     kind = dimension(unit)
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -51,13 +61,15 @@ def show(value: float, unit: str) -> str:
     if unit == "1":
         return _shortest(value)
     kind = dimension(unit)
-    fitting = [u for u in kind.people if abs(value) >= float(kind.factors[u])] or list(kind.people[:1])
+    if value == 0:
+        return "0 " + kind.example.split(" ", 1)[1]
+    fitting = [u for u in kind.people if abs(value) >= 0.1 * float(kind.factors[u])] or list(kind.people[:1])
     decimal = Decimal(repr(float(value)))
     for written in (fitting[-1], kind.people[-1]):
         scaled = float(decimal / Decimal(kind.factors[written]))
         for candidate in (float(f"{scaled:.12g}"), scaled):
             text = f"{_shortest(candidate)} {written}"
-            if parse(text, unit) == value:
+            if _reads_back(text, unit, value):
                 return text
     return f"{_shortest(value)} {unit}"
 
@@ -66,6 +78,13 @@ def quote(value: Any) -> str:
     """A value as it stands in a machine file, cut to a readable length."""
     text = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
     return text if len(text) <= 50 else text[:46] + "..." + text[-1]
+
+
+def _reads_back(text: str, unit: str, value: float) -> bool:
+    try:
+        return parse(text, unit) == value
+    except ValueError:  # out of range in this unit
+        return False
 
 
 def _example(unit: str) -> str:

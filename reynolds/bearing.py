@@ -1,0 +1,252 @@
+"""A gas journal bearing on its own: steady state, frequency-dependent coefficients, march in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reynolds.forces import friction_torque
+from reynolds.grid import Grid, Layout, cells
+from reynolds.injector import Injector
+from reynolds.workspace import FilmModel, Gas
+
+Array = NDArray[np.float64]
+
+
+class FilmError(ValueError):
+    """A film that cannot be computed, with where and why."""
+
+
+@dataclass(frozen=True)
+class SteadyFilm:
+    """A steady film: pressures (n_theta, n_z) [Pa, absolute] at the interval centres `z`, force (2,) on the journal [N].
+
+    A pressure is the mean of the two nodes beside it, so that the force is exactly the sum of (p - pa) over the cells;
+    `p_max` is the highest nodal value. `mass_flow` (n_inj,) [kg/s] through each injector into the film, `plenum` (n_inj,)
+    [Pa, absolute], `friction_torque` [N m] against the rotation, `h_min` [m], `edge_flow` [kg/s] out of the two edges.
+    """
+
+    pressure: Array
+    theta: Array
+    z: Array
+    force: Array
+    mass_flow: Array
+    plenum: Array
+    edge_flow: float
+    friction_torque: float
+    h_min: float
+    p_max: float
+    converged: bool
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Dynamic coefficients (n_freq, 2, 2):  dF = -(K + i omega C) dX;  K [N/m], C [N s/m]."""
+
+    K: Array
+    C: Array
+    whirl_frequency: Array
+
+
+@dataclass(frozen=True)
+class March:
+    """A film marched in time: `force` (n, 2) [N] at every step's end and the relative `mass_defect` of the balance."""
+
+    time: Array
+    force: Array
+    pressure: Array
+    mass_defect: float
+
+
+@dataclass(frozen=True)
+class GasBearing:
+    """A gas journal bearing with radius, length and clearance [m]; see `reynolds.residual` for the equation.
+
+    Half the bearing is solved when it is symmetric about its midplane. n_theta is a multiple of 4; n_z, even, counts the
+    intervals over the full length. Injectors act only with a supply pressure given or not: at 0 gauge they still vent.
+    """
+
+    radius: float
+    length: float
+    clearance: float
+    viscosity: float = 1.85e-5
+    ambient_pressure: float = 101325.0
+    temperature: float = 293.15
+    gas_constant: float = 287.05
+    injectors: tuple[Injector, ...] = ()
+    n_theta: int = 64
+    n_z: int = 16
+    heat_capacity_ratio: float = 1.4
+    symmetric: bool | None = field(default=None, kw_only=True)
+    """Solve one half: True, False, or None to decide by the injectors."""
+
+    @cached_property
+    def model(self) -> FilmModel:
+        """Grid, gas and injectors as the kernels' workspace takes them."""
+        half = all(i.offset == 0 for i in self.injectors) if self.symmetric is None else self.symmetric
+        gas = Gas(
+            self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio
+        )
+        grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
+        return FilmModel(grid, self.clearance, gas, tuple(self.injectors))
+
+    @cached_property
+    def _built(self) -> tuple[Layout, Array, NDArray[np.int64]]:
+        return self.model.build()
+
+    def steady(
+        self,
+        journal: ArrayLike = (0.0, 0.0),
+        speed: float = 0.0,
+        supply_pressure: float = 0.0,
+        pins: ArrayLike | None = None,
+    ) -> SteadyFilm:
+        """Steady film for a journal held at (X, Y) [m].
+
+        speed [rad/s], supply_pressure [Pa, gauge], pins (n_inj,) [m] (None: each injector's own).
+        Raises FilmError where the journal touches the sleeve or nothing converges.
+        """
+        w, F, converged = self._solve(journal, speed, supply_pressure, pins)
+        return self._result(w, F, speed, converged)
+
+    def coefficients(
+        self,
+        journal: ArrayLike = (0.0, 0.0),
+        speed: float = 0.0,
+        whirl_frequency: ArrayLike = 0.0,
+        supply_pressure: float = 0.0,
+        pins: ArrayLike | None = None,
+    ) -> Coefficients:
+        """K and C (n_freq, 2, 2) at the whirl frequencies [rad/s] by linear perturbation of the steady film."""
+        from reynolds.perturbation import dynamic_stiffness, linear_film
+
+        w, F, _ = self._solve(journal, speed, supply_pressure, pins)
+        omega = np.atleast_1d(np.asarray(whirl_frequency, float))
+        film = linear_film(self.model, self._built[0], w, self._built[2], F, speed)
+        Z = np.stack([dynamic_stiffness(film, value) for value in omega])
+        rate = np.where(omega == 0, 1.0, omega)[:, None, None]
+        C = Z.imag / rate
+        for i in np.flatnonzero(omega == 0):
+            C[i] = dynamic_stiffness(film, 1e-3).imag / 1e-3
+        return Coefficients(Z.real, C, omega)
+
+    def march(
+        self,
+        path: Any,
+        duration: float,
+        dt: float,
+        speed: float = 0.0,
+        supply_pressure: float = 0.0,
+        pins: ArrayLike | None = None,
+        tolerance: float = 1e-9,
+    ) -> March:
+        """March the film from its steady state at path(0) with the journal at path(t) -> (X, Y) [m]; dt [s]."""
+        from reynolds import kernels
+        from reynolds.transient import GAMMA
+
+        layout, _, ix = self._built
+        w, F, _ = self._solve(path(0.0), speed, supply_pressure, pins)
+        for array in (layout.p_1, layout.p_2, layout.p_3):
+            w[array : array + layout.length] = w[layout.p : layout.p + layout.length]
+        steps = round(duration / dt)
+        begin = np.arange(steps) * dt
+        times = np.concatenate([[0.0], np.stack([begin + GAMMA * dt, begin + dt], axis=1).ravel()])
+        positions = np.array([path(t) for t in times], float)
+        forces, flows = np.zeros((steps, 2)), np.zeros((2 * steps, 3))
+        done = kernels.march_film(w, ix, F, layout, speed, dt, tolerance, positions, forces, flows)
+        if done < 0:
+            raise FilmError(f"film: no convergence with dt = {dt} s; take a smaller step")
+        return March(times[2::2], forces, self._pressure(w), _mass_defect(flows, self.model, dt))
+
+    def _solve(
+        self, journal: ArrayLike, speed: float, supply_pressure: float, pins: ArrayLike | None
+    ) -> tuple[Array, Any, bool]:
+        from reynolds import kernels
+
+        layout, w0, ix = self._built
+        w = w0.copy()
+        position = np.asarray(journal, float)
+        h_min = self.clearance - float(np.hypot(*position))
+        if not h_min > 0:
+            raise FilmError(f"film: h_min = {h_min * 1e6:.3g} um: the journal touches the sleeve; move it inwards")
+        w[layout.journal : layout.journal + 2] = position
+        w[layout.static_a : layout.static_a + 4] = (1.0, 0.0, 0.0, 1.0)
+        w[layout.static_rhs : layout.static_rhs + 2] = position
+        extensions = [i.pin for i in self.injectors] if pins is None else np.asarray(pins, float)
+        for k, (injector, pin) in enumerate(zip(self.injectors, extensions, strict=True)):
+            w[layout.pin_conductance + k] = injector.conductance(float(pin))
+            w[layout.supply + k] = supply_pressure + self.ambient_pressure
+        F = self.model.record()[0]
+        status = kernels.steady_film(w, ix, F, layout, speed * self.radius, 0.0)
+        if status < 0:
+            raise FilmError(f"film: no steady state at journal {position}, speed {speed} rad/s; refine the grid")
+        return w, F, status > 0
+
+    def _pressure(self, w: Array) -> Array:
+        return interval_pressure(self.model, self._built[0], w)
+
+    def _result(self, w: Array, F: Any, speed: float, converged: bool) -> SteadyFilm:
+        layout, model = self._built[0], self.model
+        n = layout.n_inj
+        escaping = _edge_flow(model, layout, w)
+        return SteadyFilm(
+            pressure=self._pressure(w),
+            theta=model.grid.theta,
+            z=model.grid.z,
+            force=w[layout.force : layout.force + 2].copy(),
+            mass_flow=w[layout.film_flow : layout.film_flow + n].copy(),
+            plenum=w[layout.plenum : layout.plenum + n].copy(),
+            edge_flow=escaping,
+            friction_torque=friction_torque(model, layout, w, speed),
+            h_min=self.clearance - float(np.hypot(*w[layout.journal : layout.journal + 2])),
+            p_max=float(w[layout.p + cells(layout)].max()),
+            converged=converged,
+        )
+
+
+def nodal_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:
+    """Pressure (n_theta, n_z + 1) at the nodes over the full length, edges included."""
+    p = w[layout.p + cells(layout)]
+    edge = np.full((layout.n_theta, 1), model.gas.ambient_pressure)
+    if model.grid.half:
+        return np.hstack([edge, p[:, :0:-1], p, edge])
+    return np.hstack([edge, p, edge])
+
+
+def interval_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:
+    """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
+    nodes = nodal_pressure(model, layout, w)
+    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
+
+
+def _edge_flow(model: FilmModel, layout: Layout, w: Array) -> float:
+    grid, gas = model.grid, model.gas
+    last = layout.flow_z + layout.first + np.arange(layout.n_theta) * layout.stride + layout.n_rows - 1
+    out = w[last].sum()
+    if not grid.half:
+        out -= w[last - layout.n_rows].sum()
+    return float(out * grid.dy * grid.dz / (gas.gas_constant * gas.temperature) * (2 if grid.half else 1))
+
+
+def _mass_defect(flows: Array, model: FilmModel, dt: float) -> float:
+    """Largest |held - begun - in + out| over the march, relative to the mass injected (or held, without injection).
+
+    The integrals are the method's own: a step of TR-BDF2 takes the rates of its start, its stage and its end with
+    weights that follow from the two stage equations.
+    """
+    from reynolds.transient import MID, STAGE
+
+    rate = flows[:, 0] * model.record()["source"][0] - flows[:, 1]
+    held = flows[1::2, 2]
+    mid, end = rate[0::2], rate[1::2]
+    old = np.concatenate([[np.nan], end[:-1]])
+    change = STAGE * dt * (MID * (old + mid) + end)
+    defect = np.diff(held) - change[1:]
+    injected = np.cumsum(flows[1::2, 0] * model.record()["source"][0] * dt)
+    scale = injected[-1] if injected[-1] > 0 else held.mean()
+    return float(np.abs(np.cumsum(defect)).max() / scale)
+

@@ -1,0 +1,137 @@
+r"""Linear perturbation of the steady film: sparse descriptor matrices and K(omega), C(omega).
+
+With y = (q of every node, plenum pressures) and the journal's displacement X,
+
+.. math:: S\,\dot y + S_X\,\dot X + J\,y + J_X\,X + J_u u = 0, \qquad \delta F = F_y\,y, \qquad
+          K + i\omega C = F_y\,(J + i\omega S)^{-1}(J_X + i\omega S_X),
+
+u = (conductance of every pin, supply pressure). J and J_X are the Jacobians of the residual itself, so that the
+coefficients are those of the non-linear film and not of a second discretisation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from reynolds.grid import Layout, cells
+from reynolds.workspace import FilmModel
+
+
+@dataclass(frozen=True)
+class LinearFilm:
+    """Matrices of the perturbed film: S (n,), J (n, n) sparse, S_X, J_X (n, 2), J_u (n, n_inj + 1), F_y (2, n)."""
+
+    S: np.ndarray
+    J: Any
+    S_X: np.ndarray
+    J_X: np.ndarray
+    J_u: np.ndarray
+    F_y: np.ndarray
+
+
+def dynamic_stiffness(film: LinearFilm, omega: float) -> np.ndarray:
+    """K + i omega C (2, 2) [N/m] at the whirl frequency omega [rad/s]."""
+    matrix = film.J + 1j * omega * sparse.diags(film.S)
+    return np.asarray(film.F_y @ splu(matrix.tocsc()).solve(film.J_X + 1j * omega * film.S_X))
+
+
+def linear_film(model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float) -> LinearFilm:
+    """Matrices at the steady state held in the workspace w (left as it is) for shaft speed `speed` [rad/s]."""
+    from reynolds import kernels
+
+    w = w.copy()
+    kernels.linear_terms(w, ix, F, layout, speed * model.grid.radius)
+    index = cells(layout)
+    n, ni = index.size, layout.n_inj
+
+    def film(offset: int) -> np.ndarray:
+        return np.asarray(w[offset + index]).ravel()
+
+    J = _injector_rows(layout, w, ix, F, index, _ring_matrix(layout, w))
+    capacity = w[layout.capacity : layout.capacity + ni]
+    S = np.concatenate([film(layout.weight) * 0.5 * film(layout.h) / film(layout.p), capacity])
+    axes = np.stack([-film(layout.cos) * film(layout.slope), -film(layout.sin) * film(layout.slope)], axis=1)
+    S_X = np.vstack([(film(layout.weight) * film(layout.p))[:, None] * axes, np.zeros((ni, 2))])
+    local = np.stack([w[layout.inj_cos : layout.inj_cos + ni], w[layout.inj_sin : layout.inj_sin + ni]], axis=1)
+    J_X = np.vstack(
+        [
+            np.stack([film(layout.border + axis * layout.length) for axis in range(2)], axis=1),
+            -w[layout.film_h : layout.film_h + ni][:, None] * local,
+        ]
+    )
+    read = 0.5 * float(F["area"]) * film(layout.weight) / film(layout.p)
+    F_y = np.hstack([-np.stack([read * film(layout.cos), read * film(layout.sin)]), np.zeros((2, ni))])
+    return LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
+
+
+def _ring_matrix(layout: Layout, w: np.ndarray) -> Any:
+    """The five-point Jacobian as a sparse matrix, padded with empty plenum rows and columns."""
+    nt, nr = layout.n_theta, layout.n_rows
+    number = np.arange(nt * nr).reshape(nt, nr)
+    at = cells(layout)
+    entries = [
+        (number, number, w[layout.diag + at]),
+        (number, np.roll(number, 1, axis=0), w[layout.west + at]),
+        (number, np.roll(number, -1, axis=0), w[layout.east + at]),
+        (number[:, 1:], number[:, :-1], w[layout.down + at][:, 1:]),
+        (number[:, :-1], number[:, 1:], w[layout.up + at][:, :-1]),
+    ]
+    rows, cols, values = (np.concatenate([np.ravel(e[part]) for e in entries]) for part in range(3))
+    size = nt * nr + layout.n_inj
+    return sparse.coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()
+
+
+def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index: np.ndarray, ring: Any) -> Any:
+    """Add the plena and the film's dependence on them."""
+    n = index.size
+    position = {int(cell): k for k, cell in enumerate(index.ravel())}
+    rows: list[int] = []
+    cols: list[int] = []
+    values: list[float] = []
+
+    def add(row: int, col: int, value: float) -> None:
+        rows.append(row)
+        cols.append(col)
+        values.append(float(value))
+
+    for k in range(layout.n_inj):
+        sources = range(ix[layout.source_start + k], ix[layout.source_start + k + 1])
+        readers = range(ix[layout.reader_start + k], ix[layout.reader_start + k + 1])
+        film_p, film_q = w[layout.film_p + k], w[layout.film_q + k]
+        add(n + k, n + k, film_p - w[layout.pin_p + k])
+        for r in readers:
+            add(n + k, position[int(ix[layout.reader_cell + r])], film_q * w[layout.reader_weight + r])
+        for s in sources:
+            row = position[int(ix[layout.source_cell + s])]
+            share = float(F["source"]) * w[layout.source_weight + s]
+            add(row, n + k, -share * film_p)
+            for r in readers:
+                col = position[int(ix[layout.reader_cell + r])]
+                add(row, col, -share * film_q * w[layout.reader_weight + r])
+    return ring + sparse.coo_matrix((values, (rows, cols)), shape=ring.shape).tocsc()
+
+
+def _inputs(model: FilmModel, layout: Layout, w: np.ndarray, n: int) -> np.ndarray:
+    """Derivative of the plenum rows after each pin's conductance and after the supply pressure."""
+    ni = layout.n_inj
+    J_u = np.zeros((n + ni, ni + 1))
+    for k in range(ni):
+        conductance, flow = w[layout.pin_conductance + k], w[layout.pin_flow + k]
+        J_u[n + k, k] = -flow / conductance
+        J_u[n + k, ni] = -_supply_slope(model, w, layout, k)
+    return J_u
+
+
+def _supply_slope(model: FilmModel, w: np.ndarray, layout: Layout, k: int) -> float:
+    """Derivative of a pin's flow after the supply pressure: the flow is homogeneous in both pressures.
+
+    Of degree 1 for the orifice and 2 for the laminar form (Euler's theorem).
+    """
+    degree = 1 + layout.law
+    flow, plenum, supply = w[layout.pin_flow + k], w[layout.plenum + k], w[layout.supply + k]
+    return float((degree * flow - plenum * w[layout.pin_p + k]) / supply)

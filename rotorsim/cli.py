@@ -1,0 +1,58 @@
+"""The command line: `rotorsim COMMAND`. Commands live in `rotorsim.commands`; errors become sentences."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from rotorsim.commands import machine
+from rotorsim.errors import RotorsimError
+
+app = typer.Typer(
+    name="rotorsim",
+    help="First-principles simulation of rotors on active gas bearings.",
+    epilog="Example: rotorsim machine show dtu_gas_bearing",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(machine.app, name="machine")
+
+
+@app.callback()
+def _options(
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an error; goes anywhere.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command; a user's error ends as a sentence on stderr and exit code 2, without a traceback."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    debug = "--debug" in arguments
+    try:
+        app(args=[a for a in arguments if a != "--debug"], prog_name="rotorsim")
+    except BrokenPipeError:
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # so that the flush at exit stays silent
+        sys.exit(1)
+    except (RotorsimError, OSError) as error:
+        if debug:
+            raise
+        print(sentence(error), file=sys.stderr)
+        sys.exit(2)
+
+
+def sentence(error: RotorsimError | OSError) -> str:
+    """What to tell the user about an error."""
+    if isinstance(error, RotorsimError):
+        return str(error)
+    file = error.filename2 or error.filename
+    where = f"{file}: " if file else ""
+    reason = (error.strerror or str(error)).lower()
+    return f"{where}{reason}; check that the folder exists and is writable, or choose another path"

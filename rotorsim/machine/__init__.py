@@ -1,0 +1,74 @@
+"""Machine files: TOML with units in, a validated machine in SI units out."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from rotorsim.errors import MachineFileError
+from rotorsim.machine import toml
+from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
+from rotorsim.machine.numerics import SAMPLE, Grid, Solver
+from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
+from rotorsim.machine.schema import Machine
+
+__all__ = [
+    "SAMPLE",
+    "Disc",
+    "Gas",
+    "GasFilm",
+    "Grid",
+    "Injection",
+    "Injector",
+    "LinearBearing",
+    "Machine",
+    "Material",
+    "Probe",
+    "Section",
+    "Shaft",
+    "Solver",
+    "load_machine",
+    "machine_text",
+    "shipped_machines",
+]
+
+
+def shipped_machines() -> tuple[str, ...]:
+    """Names of the machines that come with rotorsim."""
+    folder = files("rotorsim.machine") / "rigs"
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
+
+
+def machine_text(name_or_path: str | Path) -> str:
+    """Text of a shipped machine or of a machine file, comments included."""
+    name = str(name_or_path)
+    if name in shipped_machines():
+        return (files("rotorsim.machine") / "rigs" / f"{name}.toml").read_text(encoding="utf-8")
+    if not Path(name).exists():
+        known = ", ".join(shipped_machines())
+        raise MachineFileError(
+            f"'{name}' is no shipped machine ({known}) and no file; give one of these or a path"
+        )
+    return toml.read_text(Path(name))
+
+
+def load_machine(name_or_path: str | Path) -> Machine:
+    """Load a shipped machine by name or a machine file by path.
+
+    Raises
+    ------
+    MachineFileError
+        With one line per problem: file, path of the field, value, limit or unit, way out.
+
+    Examples
+    --------
+    >>> load_machine("plain_rotor").name
+    'plain_rotor'
+    """
+    text = machine_text(name_or_path)
+    try:
+        return Machine.from_text(text)
+    except MachineFileError as error:
+        raise MachineFileError(
+            "\n".join(f"{name_or_path}: {problem}" for problem in error.problems)
+        ) from error

@@ -1,0 +1,69 @@
+"""One value of a machine file changed in place: comments and order of the rest stay."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from numbers import Integral, Real
+from typing import Any
+
+from rotorsim.errors import MachineFileError
+from rotorsim.machine.units import quote
+
+
+def with_value(text: str, path: str, value: Any) -> str:
+    """TOML `text` with `value` at the dotted `path`; list items by index, absent tables are made.
+
+    Raises
+    ------
+    MachineFileError
+        If the path does not lead to a value.
+    """
+    import tomlkit
+
+    keys = path.split(".")
+    if not all(keys):
+        raise MachineFileError(f"{path!r} is not a path; write e.g. 'effects.unbalance.me'")
+    document = tomlkit.parse(text)
+    table = _descend(document, keys[:-1], path)
+    if isinstance(table, list):
+        _item(table, keys[-1], ".".join(keys[:-1]))
+    if isinstance(table, list) or isinstance(table.get(keys[-1]), (MutableMapping, list)):
+        raise MachineFileError(f"{path}: holds several values; name the one to change, e.g. '{path}.position'")
+    try:
+        table[keys[-1]] = _plain(value)
+    except ValueError as error:  # tomlkit's answer to what TOML cannot say
+        raise MachineFileError(f"{path}: {quote(value)} is no value; write text with a unit") from error
+    return tomlkit.dumps(document)
+
+
+def _descend(table: Any, keys: list[str], path: str) -> Any:
+    """The table that holds the last key of `path`."""
+    import tomlkit
+
+    for depth, key in enumerate(keys):
+        if isinstance(table, list):
+            table = _item(table, key, ".".join(keys[:depth]))
+        elif key == "0" and "0" not in table:  # a single table is its own first item
+            continue
+        else:
+            if key not in table:
+                table[key] = tomlkit.table(is_super_table=depth < len(keys) - 1)
+            table = table[key]
+        if not isinstance(table, (MutableMapping, list)):
+            raise MachineFileError(
+                f"{path}: '{'.'.join(keys[: depth + 1])}' is a value, not a table; check the path"
+            )
+    return table
+
+
+def _item(items: list[Any], key: str, where: str) -> Any:
+    if key.isdecimal() and int(key) < len(items):
+        return items[int(key)]
+    raise MachineFileError(f"{where}: has {len(items)} entries, counted from 0; '{key}' is none of them")
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of numpy and the like as TOML knows them."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return value
+    return int(value) if isinstance(value, Integral) else float(value)

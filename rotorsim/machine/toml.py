@@ -1,0 +1,112 @@
+"""Machine files as text: reading with care, writing in one piece, a machine as canonical TOML."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from rotorsim.effects import Effect
+from rotorsim.errors import MachineFileError
+from rotorsim.machine.effect_tables import spec_of_parameter
+from rotorsim.machine.part import Part, Spec, spec_of
+from rotorsim.machine.units import show
+
+MAX_BYTES = 1_000_000
+
+
+def read_text(path: Path) -> str:
+    """Text of a machine file; raises MachineFileError if it cannot be one."""
+    if not path.is_file():
+        raise MachineFileError(f"{path}: is not a file; give the path of a machine file")
+    if path.stat().st_size > MAX_BYTES:
+        size = path.stat().st_size / 1e6
+        raise MachineFileError(f"{path}: {size:.3g} MB is above the limit of 1 MB; is it a machine file?")
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise MachineFileError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
+    except UnicodeDecodeError as error:
+        raise MachineFileError(f"{path}: is not text; a machine file is TOML in UTF-8") from error
+    if "\0" in text:
+        raise MachineFileError(f"{path}: is binary; a machine file is TOML in UTF-8")
+    return text
+
+
+def parse(text: str) -> dict[str, Any]:
+    """Tables of a TOML text; raises MachineFileError with line and column."""
+    if not text.strip():
+        raise MachineFileError(
+            "the machine file is empty; 'rotorsim machine new PATH' writes one to start from"
+        )
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:
+        raise MachineFileError(f"not a TOML file: {str(error)[:200]}; mend that line") from error
+    except RecursionError as error:
+        raise MachineFileError("not a machine file: brackets are nested too deeply; remove some") from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file in one piece: it is complete, or as it was before."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(part, path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def dumps(part: Part) -> str:
+    """Canonical TOML of a part: every value with its unit, exact to the last bit."""
+    return "\n".join(_table(part, "")).lstrip("\n") + "\n"
+
+
+def entries(part: Part | Effect) -> Iterator[tuple[str, Any, Spec | None, str]]:
+    """Name, value, unit and limits, and sentence of every field that is set."""
+    if isinstance(part, Effect):
+        for f in fields(part):
+            if getattr(part, f.name) is not None:
+                yield f.name, getattr(part, f.name), spec_of_parameter(f), f.metadata.get("doc", "")
+        return
+    for name, info in type(part).model_fields.items():
+        if getattr(part, name) is not None:
+            yield name, getattr(part, name), spec_of(info), info.description or ""
+
+
+def _table(part: Part | Effect, path: str) -> Iterator[str]:
+    below: list[tuple[str, Any]] = []
+    for name, value, spec, _ in entries(part):
+        if isinstance(value, (Part, tuple, dict)):
+            below.append((f"{path}.{name}".lstrip("."), value))
+        else:
+            yield f"{name} = {_literal(value, spec)}"
+    for name, value in below:
+        yield from _nested(name, value)
+
+
+def _nested(path: str, value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        for name, parts in value.items():
+            yield from _nested(f"{path}.{name}", parts[0] if len(parts) == 1 else parts)
+    elif isinstance(value, tuple):
+        for part in value:
+            yield from ("", f"[[{path}]]", *_table(part, path))
+    else:
+        yield from ("", f"[{path}]", *_table(value, path))
+
+
+def _literal(value: Any, spec: Spec | None) -> str:
+    if isinstance(value, (bool, int)) or (spec is not None and spec.unit == "1"):
+        return json.dumps(value)
+    if spec is not None:
+        return json.dumps(show(value, spec.unit))
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

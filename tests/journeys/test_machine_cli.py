@@ -1,0 +1,127 @@
+"""`rotorsim machine`: from a new file to a checked one, and what a user sees who got it wrong."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from rotorsim.cli import main
+from rotorsim.machine import load_machine, machine_text
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command; exit code, stdout, stderr."""
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as caught:
+            main([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        return caught.value.code or 0, out, err
+
+    return call
+
+
+def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
+    path = tmp_path / "rig.toml"
+    assert run("machine", "new", path)[0] == 0
+    assert path.read_text() == machine_text("dtu_gas_bearing")
+    code, out, err = run("machine", "check", path)
+    assert (code, err) == (0, "")
+    assert "ok, dtu_gas_bearing: 3.54 kg on 2 bearings; gas film with 25 um clearance and 4 injectors" in out
+    code, out, _ = run("machine", "show", path)
+    assert code == 0 and "-121.3 mm" in out and "4.194 um/V" in out
+
+
+def test_new_starts_from_any_machine_and_overwrites_only_when_told(run, tmp_path):
+    path = tmp_path / "rig.toml"
+    path.write_text("mine")
+    code, _, err = run("machine", "new", path, "--from", "plain_rotor")
+    assert (code, path.read_text()) == (2, "mine")
+    assert "is there already; choose another name or add --force" in err
+    assert run("machine", "new", path, "--from", "plain_rotor", "--force")[0] == 0
+    assert load_machine(path) == load_machine("plain_rotor")
+
+
+def test_json_gives_si_numbers(run):
+    code, out, _ = run("machine", "show", "dtu_gas_bearing", "--json")
+    numbers = json.loads(out)
+    assert code == 0
+    assert numbers["bearings"][1]["clearance"] == 25e-6
+    assert numbers["effects"]["unbalance"][0]["me"] == 60e-6
+    assert numbers["mass"] == pytest.approx(3.54, abs=0.005)
+
+
+def changed(old, new):
+    return machine_text("dtu_gas_bearing").replace(old, new, 1).encode()
+
+
+BAD_FILES = {
+    "unknown field": (changed("[gas]", "[gass]"), "gass: unknown field; did you mean 'gas'?"),
+    "missing field": (changed('mass = "1.5 kg"', ""), "discs.0.mass: missing (Mass); write e.g. '1.5 kg'"),
+    "no unit": (changed('"-121.3 mm"', "0"), "shaft.start: 0 has no unit; write e.g. '0 mm'"),
+    "wrong unit": (changed('"60 g*mm"', '"20 g"'), "effects.unbalance.me: '20 g' is not a mass*length"),
+    "negative clearance": (changed('clearance = "25', 'clearance = "-25'), "bearings.1.clearance: '-25 um' must be above 0"),
+    "disc outside": (changed('"378.7 mm"', '"500 mm"'), "discs.0.position: '500 mm' is outside the shaft"),
+    "bearing twice": (changed('position = "0 mm"', 'position = "236.6875 mm"'), "is where bearings.0 is; move one"),
+    "odd grid": (changed("n_theta = 32", "n_theta = 31"), "grid.n_theta: 31 is not a multiple of 4; write e.g. 32"),
+    "unknown effect": (changed("[effects.gravity]", "[effects.levity]"), "effects.levity: unknown effect; "),
+    "empty": (b"", "the machine file is empty; 'rotorsim machine new PATH' writes one"),
+    "binary": (bytes(range(256)), "is not text; a machine file is TOML in UTF-8"),
+    "null bytes": (b"a\0b", "is binary; a machine file is TOML in UTF-8"),
+    "no TOML": (b"hello", "not a TOML file: Expected '=' after a key in a key/value pair (at end of document)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+@pytest.mark.parametrize("command", ["check", "show"])
+def test_a_bad_file_ends_with_a_sentence_and_exit_code_2(run, tmp_path, case, command):
+    content, sentence = BAD_FILES[case]
+    path = tmp_path / "bad.toml"
+    path.write_bytes(content)
+    code, out, err = run("machine", command, path)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"{path}: ") and err.count("\n") == 1
+    assert sentence in err and "Traceback" not in err
+
+
+def test_a_huge_file_is_refused_unread(run, tmp_path):
+    path = tmp_path / "huge.toml"
+    with path.open("wb") as file:
+        file.truncate(100_000_000)
+    code, _, err = run("machine", "check", path)
+    assert (code, err) == (2, f"{path}: 100 MB is above the limit of 1 MB; is it a machine file?\n")
+
+
+def test_a_missing_file_or_a_folder_ends_with_a_sentence(run, tmp_path):
+    code, _, err = run("machine", "check", tmp_path / "none.toml")
+    assert code == 2 and "is no shipped machine (dtu_gas_bearing," in err and "give one of these or a path" in err
+    code, _, err = run("machine", "check", tmp_path)
+    assert (code, err) == (2, f"{tmp_path}: is not a file; give the path of a machine file\n")
+
+
+def test_a_folder_that_cannot_be_written_is_named(run, tmp_path):
+    path = tmp_path / "none" / "rig.toml"
+    code, _, err = run("machine", "new", path)
+    assert code == 2
+    assert err.startswith(f"{path}: no such file or directory; check that the folder exists and is writable")
+
+
+def test_debug_shows_the_traceback(tmp_path):
+    with pytest.raises(Exception, match="no shipped machine"):
+        main(["machine", "check", str(tmp_path / "none.toml"), "--debug"])
+
+
+@pytest.mark.parametrize("command", ["new", "check", "show"])
+def test_every_help_page_has_an_example(run, command):
+    code, out, _ = run("machine", command, "--help")
+    assert code == 0 and f"Example: rotorsim machine {command}" in out
+
+
+def test_a_new_process_prints_the_sentence_and_no_traceback(tmp_path):
+    code = "from rotorsim.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "machine", "show", "no_such_rig"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("'no_such_rig' is no shipped machine") and done.stderr.count("\n") == 1
