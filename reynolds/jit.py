@@ -33,9 +33,14 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """An entry point, cached on disk under the hash of the kernel sources of its package."""
-    sources = Path(sys.modules[function.__module__].__file__ or "").parent.glob("*.py")
-    with _cached_in(cache_folder(sources)):
+    """An entry point, cached on disk under the hash of the sources it may be made of.
+
+    These are all files of its package, or the file alone if it belongs to none (a generated module, whose name hashes
+    what it imports).
+    """
+    module = sys.modules[function.__module__]
+    own = Path(module.__file__ or "")
+    with _cached_in(cache_folder(own.parent.glob("*.py") if module.__package__ else [own])):
         return numba.njit(cache=True, **_OPTIONS)(function)
 
 

@@ -40,6 +40,8 @@ class Effect:
     """Where it acts when `position` is not given: 'disc' (the first), 'film' or 'start' (the left shaft end)."""
     influence: ClassVar[str] = "node"
     needs_motion: ClassVar[bool] = False
+    steady: ClassVar[bool] = False
+    """Whether its force is constant in time, so that an equilibrium includes it."""
 
 
 REGISTRY: dict[str, type[Effect]] = {}

@@ -25,6 +25,7 @@ class Gravity(Effect):
     port = "force"
     kernel = gravity
     influence = "mass"
+    steady = True
     acceleration: float = param("m/s^2", bounds=(0.0, 100.0), doc="Magnitude of the gravitational acceleration.")
     direction: float = param(
         "rad", default=-math.pi / 2, bounds=(-7.0, 7.0), doc="Its direction, from x towards y; -90 deg is down."

@@ -28,7 +28,9 @@ def with_value(text: str, path: str, value: Any) -> str:
     if isinstance(table, list):
         _item(table, keys[-1], ".".join(keys[:-1]))
     if isinstance(table, list) or isinstance(table.get(keys[-1]), (MutableMapping, list)):
-        raise MachineFileError(f"{path}: holds several values; name the one to change, e.g. '{path}.position'")
+        raise MachineFileError(
+            f"{path}: holds several values; name the one to change, e.g. '{path}.position'"
+        )
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot say

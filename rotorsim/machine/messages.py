@@ -43,7 +43,7 @@ def _lines(item: Any, model: type[BaseModel]) -> list[str]:
     if isinstance(cause, PartError):
         return [f"{'.'.join(filter(None, (path, below)))}: {sentence}" for below, sentence in cause.items]
     say = _SENTENCES.get(item["type"], _plainly)
-    suffix = ".kind" if item["type"].startswith("union_tag") else ""
+    suffix = ".kind" if item["type"].startswith("union_tag") and isinstance(item["input"], dict) else ""
     return [f"{path}{suffix}: {say(item, owner)}".removeprefix(": ")]
 
 

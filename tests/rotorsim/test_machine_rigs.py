@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+
 from rotorsim.machine import GasFilm, load_machine, shipped_machines
 from rotorsim.machine.schema import Machine
 
@@ -33,7 +34,7 @@ def test_the_shaft_of_the_rig_weighs_what_the_thesis_says(name):
 
 @pytest.mark.parametrize("name", RIGS)
 def test_disc_and_gas_bearing_of_the_rig_are_where_the_thesis_has_them(name):
-    """The disc at the shaft's end, the gas bearing at 0.625 of its distance, amid the journal (DTU thesis)."""
+    """Disc at the shaft's end, gas bearing at 0.625 of its distance, amid the journal (DTU thesis)."""
     machine = load_machine(name)
     distance = machine.discs[0].position
     before, journal, _ = machine.shaft.sections

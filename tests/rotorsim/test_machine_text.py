@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from rotorsim.errors import MachineFileError
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
@@ -21,7 +22,11 @@ def table(required, **optional):
 
 
 MATERIAL = table(
-    {"density": si(0, 1e5, "kg/m^3"), "youngs_modulus": si(0, 1e13, "Pa"), "poisson_ratio": st.floats(-0.9, 0.5)}
+    {
+        "density": si(0, 1e5, "kg/m^3"),
+        "youngs_modulus": si(0, 1e13, "Pa"),
+        "poisson_ratio": st.floats(-0.9, 0.5),
+    }
 )
 SECTION = table(
     {"length": si(0.4, 1, "m"), "outer_diameter": si(0.01, 1, "m")}, inner_diameter=si(0, 0.009, "m")
@@ -33,14 +38,19 @@ SHAFT = table(
 )
 FILM = table(
     {
-        "kind": st.just("gas_film"), "position": si(0.2, 0.3, "m"), "diameter": si(0.02, 1, "m"),
-        "length": si(0.02, 0.1, "m"), "clearance": si(1e-6, 1e-3, "m"),
+        "kind": st.just("gas_film"),
+        "position": si(0.2, 0.3, "m"),
+        "diameter": si(0.02, 1, "m"),
+        "length": si(0.02, 0.1, "m"),
+        "clearance": si(1e-6, 1e-3, "m"),
     }
-)  # fmt: skip
+)
 BEARING = table(
     {"kind": st.just("linear"), "position": si(0.001, 0.1, "m"), "kxx": si(0, 1e14, "N/m")},
-    kyy=si(0, 1e14, "N/m"), kxy=si(-1e14, 1e14, "N/m"), cyy=si(0, 1e12, "N*s/m"),
-)  # fmt: skip
+    kyy=si(0, 1e14, "N/m"),
+    kxy=si(-1e14, 1e14, "N/m"),
+    cyy=si(0, 1e12, "N*s/m"),
+)
 UNBALANCE = table({"me": si(0, 1e-2, "kg*m")}, phase=si(-7, 7, "rad"), position=si(0.1, 0.3, "m"))
 INJECTOR = table(
     {"angle": si(-7, 7, "rad"), "reference": st.sampled_from(["+x", "-x", "+y", "-y", "none"])},
@@ -48,31 +58,56 @@ INJECTOR = table(
 )
 INJECTION = table(
     {
-        "law": st.just("orifice"), "seat_gap": si(2e-6, 1e-4, "m"), "minimum_gap": si(0, 1e-6, "m"),
-        "pin_diameter": si(0, 0.1, "m"), "pin_discharge": st.floats(0.1, 2), "orifice_diameter": si(0, 0.01, "m"),
-        "curtain_discharge": st.floats(0.1, 2), "plenum_volume": si(0, 1e-3, "m^3"),
-        "pin_bias": si(0, 1e-2, "m"), "pin_per_volt": si(0, 1e-2, "m/V"),
+        "law": st.just("orifice"),
+        "seat_gap": si(2e-6, 1e-4, "m"),
+        "minimum_gap": si(0, 1e-6, "m"),
+        "pin_diameter": si(0, 0.1, "m"),
+        "pin_discharge": st.floats(0.1, 2),
+        "orifice_diameter": si(0, 0.01, "m"),
+        "curtain_discharge": st.floats(0.1, 2),
+        "plenum_volume": si(0, 1e-3, "m^3"),
+        "pin_bias": si(0, 1e-2, "m"),
+        "pin_per_volt": si(0, 1e-2, "m/V"),
     },
-    loss_factor=si(0, 1e-6, "kg/(s*Pa^2)"), polytropic_exponent=st.floats(1, 2),
-)  # fmt: skip
+    loss_factor=si(0, 1e-6, "kg/(s*Pa^2)"),
+    polytropic_exponent=st.floats(1, 2),
+)
 DISC = table(
     {
-        "position": si(0.1, 0.4, "m"), "mass": si(0, 1e6, "kg"),
-        "polar_inertia": si(0, 1e6, "kg*m^2"), "diametral_inertia": si(0, 1e6, "kg*m^2"),
+        "position": si(0.1, 0.4, "m"),
+        "mass": si(0, 1e6, "kg"),
+        "polar_inertia": si(0, 1e6, "kg*m^2"),
+        "diametral_inertia": si(0, 1e6, "kg*m^2"),
     }
-)  # fmt: skip
+)
 MACHINE = table(
     {
-        "name": st.text(), "shaft": SHAFT, "discs": st.lists(DISC, min_size=1, max_size=2),
-        "bearings": st.tuples(BEARING, FILM).map(list), "injection": INJECTION, "effects": table(
-            {}, unbalance=st.one_of(UNBALANCE, st.lists(UNBALANCE, min_size=1, max_size=3)), gravity=st.just({})
+        "name": st.text(),
+        "shaft": SHAFT,
+        "discs": st.lists(DISC, min_size=1, max_size=2),
+        "bearings": st.tuples(BEARING, FILM).map(list),
+        "injection": INJECTION,
+        "effects": table(
+            {},
+            unbalance=st.one_of(UNBALANCE, st.lists(UNBALANCE, min_size=1, max_size=3)),
+            gravity=st.just({}),
         ),
     },
-    description=st.text(), injectors=st.lists(INJECTOR, max_size=4), probe=table({"position": si(0, 0.3, "m")}),
-    gas=table({}, temperature=si(200, 400, "K"), viscosity=si(1e-6, 1, "Pa*s"), ambient_pressure=si(1, 1e8, "Pa")),
-    grid=table({}, n_theta=st.integers(2, 128).map(lambda n: 4 * n), n_z=st.integers(2, 128).map(lambda n: 2 * n)),
-    solver=table({}, time_step=st.sampled_from(["0.2 ms", "0.1 ms", "50 us", "40 us"]), tolerance=st.floats(1e-12, 1e-3)),
-)  # fmt: skip
+    description=st.text(),
+    injectors=st.lists(INJECTOR, max_size=4),
+    probe=table({"position": si(0, 0.3, "m")}),
+    gas=table(
+        {}, temperature=si(200, 400, "K"), viscosity=si(1e-6, 1, "Pa*s"), ambient_pressure=si(1, 1e8, "Pa")
+    ),
+    grid=table(
+        {}, n_theta=st.integers(2, 128).map(lambda n: 4 * n), n_z=st.integers(2, 128).map(lambda n: 2 * n)
+    ),
+    solver=table(
+        {},
+        time_step=st.sampled_from(["0.2 ms", "0.1 ms", "50 us", "40 us"]),
+        tolerance=st.floats(1e-12, 1e-3),
+    ),
+)
 
 
 @settings(deadline=None)
@@ -89,9 +124,10 @@ def test_replace_changes_one_value_and_leaves_the_original_alone():
     machine = load_machine("dtu_gas_bearing")
     changed = machine.replace("effects.unbalance.me", "12 g*mm")
     assert changed.effects["unbalance"][0].me == 12e-6
-    assert machine.effects["unbalance"][0].me == 60e-6
+    assert machine == load_machine("dtu_gas_bearing")
     assert changed != machine and changed.hash != machine.hash
-    assert changed.replace(path="effects.unbalance.me", value="60 g*mm") == machine
+    back = f"{machine.effects['unbalance'][0].me!r} kg*m"
+    assert changed.replace(path="effects.unbalance.me", value=back) == machine
 
 
 def test_replace_reaches_list_items_by_index_and_absent_tables_and_fields():
@@ -114,7 +150,11 @@ def test_replace_works_on_one_of_several_planes_of_unbalance():
 @pytest.mark.parametrize(
     ("path", "value", "sentence"),
     [
-        ("effects.unbalance.me", "20 g", "effects.unbalance.me: '20 g' is not a mass*length; write e.g. '10 g*mm'"),
+        (
+            "effects.unbalance.me",
+            "20 g",
+            "effects.unbalance.me: '20 g' is not a mass*length; write e.g. '10 g*mm'",
+        ),
         ("effects.unbalanc.me", "2 g*mm", "effects.unbalanc: unknown effect; did you mean 'unbalance'?"),
         ("bearings.7.kxx", "3 MN/m", "bearings: has 2 entries, counted from 0; '7' is none of them"),
         ("bearings.kxx", "3 MN/m", "bearings: has 2 entries, counted from 0; 'kxx' is none of them"),

@@ -3,8 +3,9 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from rotorsim.machine.unit_table import TABLE
 from rotorsim.machine.units import parse, show
 
@@ -51,7 +52,9 @@ def test_the_table_of_units_agrees_with_pint(unit):
     ureg = pint.UnitRegistry()
     for written, factor in TABLE[unit].factors.items():
         turns = 2 * math.pi if written.startswith("Hz") else 1.0  # pint takes 1 Hz for 1 rad/s
-        assert float(factor) == pytest.approx(turns * ureg.Quantity(1.0, written).to(unit).magnitude, rel=1e-12)
+        assert float(factor) == pytest.approx(
+            turns * ureg.Quantity(1.0, written).to(unit).magnitude, rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("unit", list(TABLE))
@@ -60,6 +63,7 @@ def test_every_example_in_an_error_message_is_valid(unit):
     assert set(TABLE[unit].people) <= set(TABLE[unit].factors)
 
 
+@settings(deadline=None)
 @given(value=FINITE, unit=st.sampled_from([*TABLE, "V/m"]))
 def test_what_is_shown_reads_back_to_the_last_bit(value, unit):
     assert parse(show(value, unit), unit) == value
@@ -92,6 +96,7 @@ def test_what_is_no_such_quantity_is_refused_with_a_sentence(value, unit, senten
     assert str(caught.value) == sentence
 
 
+@settings(deadline=None)
 @given(st.text(max_size=30))
 def test_no_text_breaks_the_reader_of_units(text):
     try:

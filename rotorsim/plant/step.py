@@ -1,0 +1,240 @@
+"""The coupled step: film, plena and rotor in one implicit TR-BDF2 step, and the loop over samples.
+
+This file is both a module (with the stand-ins of `neutral`) and the template from which `compose` writes a machine's own
+module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects.
+A step that does not converge is taken back and repeated as two of half the size.
+"""
+
+from __future__ import annotations
+
+import math
+
+from reynolds.film import force
+from reynolds.jit import kernel
+from reynolds.newton import FACTORISATIONS, NOT_CONVERGED, STALE_FACTORS, build_small, newton, refresh
+from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
+from rotorsim.plant.actuator import set_pins, set_supply
+from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_forces
+from rotorsim.plant.rotor import (
+    SPEED_STEP,
+    add_force,
+    end_rotor_stage,
+    form_matrix,
+    free_velocity,
+    project,
+    rotor_rhs,
+)
+from rotorsim.plant.samples import write_sample
+
+PARTS = 1024
+"""The smallest part of a step that is tried."""
+
+
+@kernel
+def factorise(w, ix, P, speed, adt):
+    """Factorise the film at the present state."""
+    refresh(w, ix, P.film, FILM, speed * P.film.radius, 1.0 / adt)
+
+
+@kernel
+def form(w, speed, adt):
+    """Form the rotor's stage matrix."""
+    form_matrix(w, ROTOR, FILM, speed, adt)
+
+
+@kernel
+def solve_film(w, ix, P, speed, adt):
+    """Newton's method for film, plena and journal, with a new factorisation when the old one has gone stale."""
+    for _ in range(4):
+        n = newton(w, ix, P.film, FILM, speed * P.film.radius, 1.0 / adt, P.tolerance, 16)
+        if n != STALE_FACTORS:
+            return n
+        factorise(w, ix, P, speed, adt)
+    return NOT_CONVERGED
+
+
+@kernel
+def journal_equation(w, P, x0, y0, vx, vy, speed):
+    """Set X - W (F + F_c) = X_0 with the contact force linearised at the present journal; returns whether it touches."""
+    x, y = w[FILM.journal], w[FILM.journal + 1]
+    fx, fy, kxx, kxy, kyx, kyy = contact_forces(x, y, vx, vy, speed * P.film.radius, P)
+    touching = fx != 0.0 or fy != 0.0
+    b = FILM.journal_b
+    # force without displacement: F_c + K_c X
+    gx = fx + kxx * x + kxy * y
+    gy = fy + kyx * x + kyy * y
+    for row in range(2):
+        u, v = w[b + 2 * row], w[b + 2 * row + 1]
+        w[FILM.journal_a + 2 * row] = u * kxx + v * kyx
+        w[FILM.journal_a + 2 * row + 1] = u * kxy + v * kyy
+        w[FILM.journal_rhs + row] = u * gx + v * gy
+    w[FILM.journal_a] += 1.0
+    w[FILM.journal_a + 3] += 1.0
+    w[FILM.journal_rhs] += x0
+    w[FILM.journal_rhs + 1] += y0
+    if touching or w[ROTOR.contact] != 0.0:
+        build_small(w, FILM)
+    w[ROTOR.contact] = 1.0 if touching else 0.0
+    w[ROTOR.contact_fx] = gx
+    w[ROTOR.contact_fy] = gy
+    w[ROTOR.contact_k] = kxx
+    w[ROTOR.contact_k + 1] = kxy
+    w[ROTOR.contact_k + 2] = kyx
+    w[ROTOR.contact_k + 3] = kyy
+    return touching
+
+
+@kernel
+def solve_stage(w, ix, P, speed, adt):
+    """Film, plena, journal and contact of a stage: the contact's linearisation is repeated until it holds."""
+    xr, yr = project(w, ROTOR, ROTOR.journal, ROTOR.q_rhs)
+    vx, vy = project(w, ROTOR, ROTOR.journal, ROTOR.free)
+    x0, y0 = xr + adt * vx, yr + adt * vy
+    force(w, P.film, FILM)
+    b = FILM.journal_b
+    if w[ROTOR.contact] == 0.0:
+        w[FILM.journal] = x0 + w[b] * w[FILM.force] + w[b + 1] * w[FILM.force + 1]
+        w[FILM.journal + 1] = y0 + w[b + 2] * w[FILM.force] + w[b + 3] * w[FILM.force + 1]
+    for _ in range(30):
+        x, y = w[FILM.journal], w[FILM.journal + 1]
+        touching = journal_equation(w, P, x0, y0, (x - xr) / adt, (y - yr) / adt, speed)
+        if solve_film(w, ix, P, speed, adt) < 0:
+            return NOT_CONVERGED
+        if ROTOR.n_contact == 0:
+            return 1
+        moved = abs(w[FILM.journal] - x) + abs(w[FILM.journal + 1] - y)
+        if touching:
+            if moved < 1e-12:
+                return 1
+        else:
+            x, y = w[FILM.journal], w[FILM.journal + 1]
+            fx, fy, _, _, _, _ = contact_forces(x, y, (x - xr) / adt, (y - yr) / adt, speed * P.film.radius, P)
+            if fx == 0.0 and fy == 0.0:
+                return 1
+    return NOT_CONVERGED
+
+
+@kernel
+def try_step(w, ix, P, dt):
+    """One TR-BDF2 step; returns 1, or NOT_CONVERGED with the film taken back (the rotor's start is untouched)."""
+    adt = STAGE * dt
+    order = int(w[ROTOR.order])
+    for stage in range(2):
+        tau = dt if stage == TO_END else GAMMA * dt
+        acceleration = w[ROTOR.acceleration]
+        speed = w[ROTOR.speed] + acceleration * tau
+        angle = w[ROTOR.angle] + (w[ROTOR.speed] + 0.5 * acceleration * tau) * tau
+        if adt != w[ROTOR.matrix_step] or abs(speed - w[ROTOR.matrix_speed]) > SPEED_STEP:
+            renew = adt != w[ROTOR.matrix_step]
+            form(w, speed, adt)
+            if ROTOR.has_film == 1:
+                if renew:
+                    w[FILM.journal_a] = 1.0
+                    w[FILM.journal_a + 1] = 0.0
+                    w[FILM.journal_a + 2] = 0.0
+                    w[FILM.journal_a + 3] = 1.0
+                    factorise(w, ix, P, speed, adt)
+                else:
+                    build_small(w, FILM)
+        rotor_rhs(w, ROTOR, stage, adt)
+        for m in range(ROTOR.n):
+            w[ROTOR.f + m] = 0.0
+        add_force(w, ROTOR, ROTOR.disc, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
+        add_forces(w, P, w[ROTOR.time] + tau, angle, speed, acceleration)
+        free_velocity(w, ROTOR, adt)
+        fx = 0.0
+        fy = 0.0
+        if ROTOR.has_film == 1:
+            predict(w, FILM, stage, order)
+            stage_rhs(w, FILM, stage, adt)
+            if solve_stage(w, ix, P, speed, adt) < 0:
+                take_back(w, FILM)
+                return NOT_CONVERGED
+            end_stage(w, FILM, stage, adt)
+            force(w, P.film, FILM)
+            x, y = w[FILM.journal], w[FILM.journal + 1]
+            s = ROTOR.contact_k
+            w[ROTOR.contact_fx] -= w[s] * x + w[s + 1] * y
+            w[ROTOR.contact_fy] -= w[s + 2] * x + w[s + 3] * y
+            fx = w[FILM.force] + w[ROTOR.contact_fx]
+            fy = w[FILM.force + 1] + w[ROTOR.contact_fy]
+        end_rotor_stage(w, ROTOR, stage, adt, fx, fy)
+    w[ROTOR.order] = min(order + 1, 3)
+    advance_clock(w, dt)
+    return 1
+
+
+@kernel
+def advance_clock(w, dt):
+    """Move time, angle and speed to the step's end; the angle stays within one turn."""
+    angle = w[ROTOR.angle] + (w[ROTOR.speed] + 0.5 * w[ROTOR.acceleration] * dt) * dt
+    turns = math.floor(angle / (2.0 * math.pi))
+    w[ROTOR.angle] = angle - turns * 2.0 * math.pi
+    w[ROTOR.turns] += turns
+    w[ROTOR.speed] += w[ROTOR.acceleration] * dt
+    w[ROTOR.time] += dt
+
+
+@kernel
+def step(w, ix, P):
+    """Advance by the plant's time step, in smaller ones where needed; returns 1 or NOT_CONVERGED."""
+    left = PARTS
+    part = PARTS
+    while left > 0:
+        if try_step(w, ix, P, P.dt * part / PARTS) > 0:
+            left -= part
+            if part < PARTS:
+                w[ROTOR.substeps] += 1.0
+            if part < PARTS and left % (2 * part) == 0 and left > 0:
+                part *= 2
+                w[ROTOR.order] = 0.0
+        else:
+            part //= 2
+            w[ROTOR.order] = 0.0
+            if part == 0:
+                return NOT_CONVERGED
+    if part < PARTS:
+        w[ROTOR.order] = 0.0
+    return 1
+
+
+@kernel
+def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
+    """Hold the inputs of the coming sample; the speed reaches `end_speed` [rad/s] at its end."""
+    w[ROTOR.acceleration] = (end_speed - w[ROTOR.speed]) / P.sample
+    # a force that jumps: the rates at the start of the sample are those after the jump
+    jump_x, jump_y = fx - w[ROTOR.disc_fx], fy - w[ROTOR.disc_fy]
+    if jump_x != 0.0 or jump_y != 0.0:
+        add_force(w, ROTOR, ROTOR.disc, jump_x, jump_y, ROTOR.a_old)
+        w[ROTOR.disc_fx] = fx
+        w[ROTOR.disc_fy] = fy
+    if ROTOR.has_film == 1:
+        set_pins(w, P, FILM, ROTOR, ref_x, ref_y)
+        set_supply(w, P, FILM, ROTOR, supply)
+
+
+@kernel
+def run(w, ix, P, inputs, out, steps_per_sample):
+    """Advance by one sample for each row of `inputs`; out gets the state BEFORE each. Returns samples done.
+
+    inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, absolute], reference x, y [V], disc force x, y [N].
+    """
+    for i in range(inputs.shape[0]):
+        set_inputs(w, P, inputs[i, 0], inputs[i, 1], inputs[i, 2], inputs[i, 3], inputs[i, 4], inputs[i, 5])
+        write_sample(w, P, FILM, ROTOR, out, i)
+        for _ in range(steps_per_sample):
+            if step(w, ix, P) < 0:
+                return i
+    return inputs.shape[0]
+
+
+@kernel
+def look(w, P, out):
+    """Write the present state into the first row of out."""
+    write_sample(w, P, FILM, ROTOR, out, 0)
+
+
+@kernel
+def factorisations(w):
+    """Number of film factorisations so far."""
+    return w[FILM.convergence + FACTORISATIONS]
