@@ -11,6 +11,7 @@ regular; the contact force is an effect of its own.
 from __future__ import annotations
 
 from reynolds.jit import inlined
+from reynolds.lanes import dot
 
 
 @inlined
@@ -27,20 +28,7 @@ def thickness(w, F, L):
 
 
 @inlined
-def force(w, F, L):
-    """Film force on the journal [N] into w[force], lane by lane so that the sum vectorises in a fixed order."""
-    for j in range(L.stride):
-        w[L.lanes + j] = 0.0
-        w[L.lanes + L.stride + j] = 0.0
-    for i in range(L.n_theta):
-        k0 = L.first + i * L.stride
-        for j in range(L.n_rows):
-            w[L.lanes + j] += w[L.p + k0 + j] * w[L.cos + k0 + j]
-            w[L.lanes + L.stride + j] += w[L.p + k0 + j] * w[L.sin + k0 + j]
-    fx = 0.0
-    fy = 0.0
-    for j in range(L.n_rows):
-        fx -= w[L.lanes + j] * w[L.weight + L.first + j]
-        fy -= w[L.lanes + L.stride + j] * w[L.weight + L.first + j]
-    w[L.force] = fx * F.area
-    w[L.force + 1] = fy * F.area
+def force(w, L):
+    """Film force on the journal [N] into w[force]; the constant ambient pressure adds nothing over a full turn."""
+    w[L.force] = dot(w, L.p + L.first, L.force_x + L.first, L.span)
+    w[L.force + 1] = dot(w, L.p + L.first, L.force_y + L.first, L.span)

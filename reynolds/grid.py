@@ -19,7 +19,7 @@ import numpy as np
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
-    "m_old", "rate", "m_mid", "p_1", "p_2", "p_3", "p_mid",
+    "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3", "p_mid",
 )  # fmt: skip
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h", "inj_cos", "inj_sin",
@@ -38,6 +38,7 @@ class Layout(NamedTuple):
     n_inj: int
     n_border: int
     length: int
+    span: int
     first: int
     cos: int
     sin: int
@@ -65,6 +66,9 @@ class Layout(NamedTuple):
     m_old: int
     rate: int
     m_mid: int
+    dp: int
+    force_x: int
+    force_y: int
     p_1: int
     p_2: int
     p_3: int
@@ -119,7 +123,6 @@ class Layout(NamedTuple):
     border_reader: int
     small: int
     small_inverse: int
-    scale: int
     lanes: int
     convergence: int
     size: int
@@ -182,15 +185,16 @@ def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: lis
     """Lay the film's arrays out from offset `base`; sizes are the footprint cells of each injector."""
     rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
     length = _round(8 + (grid.n_theta + 2) * stride + 8)
+    span = _round(grid.n_theta * stride)
     borders, blocks = n_inj + 2, grid.n_theta * rows * rows
     sizes = {name: length for name in FILM_ARRAYS}
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "journal_old": 2, "static_a": 4, "static_rhs": 2, "predictor": 16, "force": 2,
-        "inverse": blocks, "spike": blocks, "closure": rows * rows, "border": borders * length,
+        "inverse": blocks, "spike": rows * length, "closure": rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
-        "small_inverse": borders * borders, "scale": grid.n_theta, "lanes": 8 * stride, "convergence": 8,
+        "small_inverse": borders * borders, "lanes": 8 * stride, "convergence": 8,
     }  # fmt: skip
     offsets, at = {}, base
     for name, size in sizes.items():
@@ -202,7 +206,7 @@ def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: lis
     }  # fmt: skip
     return Layout(
         n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, n_inj=n_inj, n_border=borders,
-        length=length, first=8 + stride, size=at, **offsets, **integers,
+        length=length, span=span, first=8 + stride, size=at, **offsets, **integers,
     )  # fmt: skip
 
 

@@ -52,7 +52,7 @@ def steady_film(w, ix, F, L, U, damping):
             step *= 0.2
     hold_journal(w, L, 0.0, damping)
     status = stage_solve(w, ix, F, L, U, 0.0, SHARP, True)
-    force(w, F, L)
+    force(w, L)
     return NOT_CONVERGED if step < LAST_STEP else status
 
 
@@ -92,7 +92,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
                 return NOT_CONVERGED
             end_stage(w, L, stage, adt)
             book(w, L, L.m_mid if stage == 0 else L.m_old, flows, 2 * i + stage)
-        force(w, F, L)
+        force(w, L)
         forces[i, 0], forces[i, 1] = w[L.force], w[L.force + 1]
     return n
 

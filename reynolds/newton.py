@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 
-from reynolds.film import force
 from reynolds.jit import inlined
+from reynolds.lanes import add_columns, dot
 from reynolds.residual import jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, invert_block, keep_spike, open_solve, spike_rhs
 
@@ -35,17 +35,13 @@ def journal_direction(w, L, axis):
 
 
 @inlined
-def read_force(w, F, L, array):
-    """Force (fx, fy) [N] that the change of pressure 0.5 q / p of the array q at offset `array` makes."""
-    fx = 0.0
-    fy = 0.0
-    for i in range(L.n_theta):
-        k0 = L.first + i * L.stride
-        for j in range(L.n_rows):
-            dp = 0.5 * w[L.weight + k0 + j] * w[array + k0 + j] / w[L.p + k0 + j]
-            fx -= dp * w[L.cos + k0 + j]
-            fy -= dp * w[L.sin + k0 + j]
-    return fx * F.area, fy * F.area
+def read_force(w, L, array):
+    """Force (fx, fy) [N] that the change of pressure q / (2 p) of the array q at offset `array` makes."""
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        w[L.dp + k] = 0.5 * w[array + k] / w[L.p + k]
+    fx = dot(w, L.dp + L.first, L.force_x + L.first, L.span)
+    fy = dot(w, L.dp + L.first, L.force_y + L.first, L.span)
+    return fx, fy
 
 
 @inlined
@@ -75,20 +71,19 @@ def refresh(w, ix, F, L, U, iadt):
         if border < 0:
             keep_spike(w, L, c)
         else:
-            keep_border(w, ix, F, L, border)
-    build_small(w, L)
+            keep_border(w, ix, L, border)
     w[L.convergence + FACTORISATIONS] += 1.0
     w[L.convergence + AGE] = MAX_AGE
 
 
 @inlined
-def keep_border(w, ix, F, L, border):
+def keep_border(w, ix, L, border):
     """Store the border column just solved in r, and what injectors and journal read of it."""
     close_ring(w, L, L.r)
     column = L.border + border * L.length
     for k in range(L.length):
         w[column + k] = w[L.r + k]
-    fx, fy = read_force(w, F, L, L.r)
+    fx, fy = read_force(w, L, L.r)
     w[L.border_force + 2 * border] = fx
     w[L.border_force + 2 * border + 1] = fy
     for i in range(L.n_inj):
@@ -111,13 +106,15 @@ def border_column(w, ix, F, L, U, iadt, c, column):
 
 
 @inlined
-def build_small(w, L):
-    """Inverse of the border system in the film flows' changes and the journal's displacement."""
+def build_small(w, ix, L):
+    """Inverse of the border system in the film flows' changes (as scaled rows see them) and the journal's displacement."""
     nb = L.n_border
     for i in range(L.n_inj):
+        cell = ix[L.source_cell + ix[L.source_start + i]]
+        ratio = w[L.h + cell] / w[L.h_frozen + cell]
         for c in range(nb):
             w[L.small_inverse + c * nb + i] = -w[L.gain_q + i] * w[L.border_reader + i * nb + c]
-        w[L.small_inverse + i * nb + i] += 1.0
+        w[L.small_inverse + i * nb + i] += ratio * ratio * ratio
     for row in range(2):
         r = L.n_inj + row
         b = L.journal_b + 2 * row
@@ -131,40 +128,23 @@ def build_small(w, L):
 
 @inlined
 def scale_rows(w, L):
-    """Turn r into the scaled right-hand side and fill two_p = 1/(2p)."""
-    for i in range(L.n_theta):
-        k = L.first + i * L.stride
-        ratio = w[L.h_frozen + k] / w[L.h + k]
-        w[L.scale + i] = -(ratio * ratio * ratio)
-    for i in range(L.n_theta):
-        k = L.r + L.first + i * L.stride
-        v = w[L.scale + i]
-        for j in range(L.n_rows):
-            w[k + j] *= v
+    """Turn r into the scaled right-hand side and fill two_p = 1/(2p); one division serves both."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
-        w[L.two_p + k] = 0.5 / w[L.p + k]
+        inverse = 1.0 / w[L.m + k]
+        ratio = w[L.h_frozen + k] * w[L.p + k] * inverse
+        w[L.two_p + k] = 0.5 * w[L.h + k] * inverse
+        w[L.r + k] *= -(ratio * ratio * ratio)
 
 
 @inlined
-def solve_borders(w, ix, F, L):
+def solve_borders(w, ix, L):
     """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
+    build_small(w, ix, L)
     nb, ni = L.n_border, L.n_inj
-    s = L.stride
-    for j in range(2 * s):
-        w[L.lanes + j] = 0.0
-    for i in range(L.n_theta):
-        k = L.first + i * s
-        for j in range(L.n_rows):
-            p = w[L.p + k + j] + w[L.r + k + j] * w[L.two_p + k + j]
-            w[L.lanes + j] += p * w[L.cos + k + j]
-            w[L.lanes + s + j] += p * w[L.sin + k + j]
-    fx = 0.0
-    fy = 0.0
-    for j in range(L.n_rows):
-        fx -= w[L.lanes + j] * w[L.weight + L.first + j]
-        fy -= w[L.lanes + s + j] * w[L.weight + L.first + j]
-    fx *= F.area
-    fy *= F.area
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        w[L.dp + k] = w[L.p + k] + w[L.r + k] * w[L.two_p + k]
+    fx = dot(w, L.dp + L.first, L.force_x + L.first, L.span)
+    fy = dot(w, L.dp + L.first, L.force_y + L.first, L.span)
     o = L.small + nb
     for i in range(ni):
         w[o + i] = w[L.defect + i] + w[L.gain_q + i] * read_footprint(w, ix, L, i, L.r)
@@ -183,35 +163,19 @@ def solve_borders(w, ix, F, L):
 
 @inlined
 def add_borders(w, L):
-    """r += border columns times their unknowns, two columns a sweep."""
-    nb = L.n_border
-    for c in range(0, nb - 1, 2):
-        u, v = w[L.small + c], w[L.small + c + 1]
-        a, b = L.border + c * L.length, L.border + (c + 1) * L.length
-        for k in range(L.first, L.first + L.n_theta * L.stride):
-            w[L.r + k] += u * w[a + k] + v * w[b + k]
-    if nb % 2 == 1:
-        v = w[L.small + nb - 1]
-        a = L.border + (nb - 1) * L.length
-        for k in range(L.first, L.first + L.n_theta * L.stride):
-            w[L.r + k] += v * w[a + k]
+    """r += border columns times their unknowns."""
+    add_columns(w, L.r, L.border, L.length, L.small, L.n_border, L.first, L.n_theta * L.stride)
 
 
 @inlined
 def update(w, ix, F, L):
     """Apply the correction in r; returns its size: rms of the pressures / ambient + journal / clearance scale."""
-    ni, s = L.n_inj, L.stride
-    for j in range(s):
-        w[L.lanes + j] = 0.0
-    for i in range(L.n_theta):
-        k = L.first + i * s
-        for j in range(L.n_rows):
-            dp = w[L.r + k + j] * w[L.two_p + k + j]
-            w[L.lanes + j] += dp * dp
-            w[L.p + k + j] = max(w[L.p + k + j] + dp, 0.1 * w[L.p + k + j])
-    total = 0.0
-    for j in range(L.n_rows):
-        total += w[L.lanes + j]
+    ni = L.n_inj
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        dp = w[L.r + k] * w[L.two_p + k]
+        w[L.dp + k] = dp
+        w[L.p + k] = max(w[L.p + k] + dp, 0.1 * w[L.p + k])
+    total = dot(w, L.dp + L.first, L.dp + L.first, L.span)
     wrap(w, L, L.p)
     dx, dy = w[L.small + ni], w[L.small + ni + 1]
     w[L.journal] += dx
@@ -253,7 +217,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, most):
         scale_rows(w, L)
         open_solve(w, L, L.r)
         close_ring(w, L, L.r)
-        solve_borders(w, ix, F, L)
+        solve_borders(w, ix, L)
         add_borders(w, L)
         size = update(w, ix, F, L)
         n += 1

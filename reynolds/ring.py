@@ -13,15 +13,7 @@ Source: Golub & Van Loan (2013), sections 4.5 and 4.8 (block elimination, border
 from __future__ import annotations
 
 from reynolds.jit import inlined
-
-
-@inlined
-def apply_block(w, block, x, y, n, sign):
-    """y += sign * B x for the column-major n x n block at offset `block`."""
-    for c in range(n):
-        v = sign * w[x + c]
-        for a in range(n):
-            w[y + a] += w[block + c * n + a] * v
+from reynolds.lanes import add_columns, multiply
 
 
 @inlined
@@ -102,9 +94,12 @@ def keep_spike(w, L, c):
     """Store the spike column just solved in r, and complete the closing block with the last one."""
     n, s = L.n_rows, L.stride
     first_line, last_line = L.first + s, L.first + (L.n_theta - 1) * s
-    for i in range(1, L.n_theta):
-        for a in range(n):
-            w[L.spike + i * n * n + c * n + a] = w[L.r + L.first + i * s + a]
+    column = L.spike + c * L.length
+    for k in range(L.length):
+        w[column + k] = w[L.r + k]
+    for i in range(L.n_theta):
+        for e in range(n if i > 0 else 0, s):
+            w[column + L.first + i * s + e] = 0.0
     for a in range(n):
         w[L.closure + c * n + a] = w[L.inverse + c * n + a] - (
             w[L.east + L.first + a] * w[L.r + first_line + a] + w[L.west + L.first + a] * w[L.r + last_line + a]
@@ -118,38 +113,29 @@ def open_solve(w, L, r):
     """Solve the open chain of lines 1 .. n_theta - 1 in place for the right-hand side at r."""
     n, s, half = L.n_rows, L.stride, L.n_theta // 2
     o = L.lanes
+    u = o + s
     for step in range(1, half):
-        a = r + L.first + step * s
-        b = r + L.first + (L.n_theta - step) * s
-        ea, eb = a - r, b - r
+        a, b = L.first + step * s, L.first + (L.n_theta - step) * s
+        multiply(w, L.inverse + step * n * n, r + a, o, n, False)
+        multiply(w, L.inverse + (L.n_theta - step) * n * n, r + b, u, n, False)
         for e in range(n):
-            w[o + e] = 0.0
-            w[o + s + e] = 0.0
-        apply_block(w, L.inverse + step * n * n, a, o, n, 1.0)
-        apply_block(w, L.inverse + (L.n_theta - step) * n * n, b, o + s, n, 1.0)
+            w[r + a + e] = w[o + e]
+            w[r + b + e] = w[u + e]
+            w[r + a + s + e] -= w[L.west + a + s + e] * w[o + e]
         for e in range(n):
-            w[a + e] = w[o + e]
-            w[b + e] = w[o + s + e]
-        for e in range(n):
-            w[a + s + e] -= w[L.west + ea + s + e] * w[o + e]
-        for e in range(n):
-            w[b - s + e] -= w[L.east + eb - s + e] * w[o + s + e]
+            w[r + b - s + e] -= w[L.east + b - s + e] * w[u + e]
     middle = r + L.first + half * s
-    for e in range(n):
-        w[o + e] = 0.0
-    apply_block(w, L.inverse + half * n * n, middle, o, n, 1.0)
+    multiply(w, L.inverse + half * n * n, middle, o, n, False)
     for e in range(n):
         w[middle + e] = w[o + e]
     for back in range(1, half):
         step = half - back
-        a = r + L.first + step * s
-        b = r + L.first + (L.n_theta - step) * s
-        ea, eb = a - r, b - r
+        a, b = L.first + step * s, L.first + (L.n_theta - step) * s
         for e in range(n):
-            w[o + e] = w[L.east + ea + e] * w[a + s + e]
-            w[o + s + e] = w[L.west + eb + e] * w[b - s + e]
-        apply_block(w, L.inverse + step * n * n, o, a, n, -1.0)
-        apply_block(w, L.inverse + (L.n_theta - step) * n * n, o + s, b, n, -1.0)
+            w[o + e] = w[L.east + a + e] * w[r + a + s + e]
+            w[u + e] = w[L.west + b + e] * w[r + b - s + e]
+        multiply(w, L.inverse + step * n * n, o, r + a, n, True)
+        multiply(w, L.inverse + (L.n_theta - step) * n * n, u, r + b, n, True)
 
 
 @inlined
@@ -158,16 +144,15 @@ def close_ring(w, L, r):
     n, s, last = L.n_rows, L.stride, L.n_theta - 1
     first, tail, zero = L.first + s, L.first + last * s, L.first
     o = L.lanes
+    for i in range(L.n_theta):
+        for e in range(n, s):
+            w[r + L.first + i * s + e] = 0.0
     for a in range(n):
         w[o + a] = (
             w[r + zero + a] - w[L.east + zero + a] * w[r + first + a] - w[L.west + zero + a] * w[r + tail + a]
         )
         w[o + s + a] = 0.0
-    apply_block(w, L.closure, o, o + s, n, 1.0)
+    multiply(w, L.closure, o, o + s, n, True)
     for a in range(n):
-        w[r + zero + a] = w[o + s + a]
-    for i in range(1, L.n_theta):
-        apply_block(w, L.spike + i * n * n, o + s, r + L.first + i * s, n, -1.0)
-    for i in range(L.n_theta):
-        for e in range(n, s):
-            w[r + L.first + i * s + e] = 0.0
+        w[r + zero + a] = -w[o + s + a]
+    add_columns(w, r, L.spike, L.length, o + s, n, first, last * s)

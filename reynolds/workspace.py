@@ -74,6 +74,7 @@ class FilmModel:
     def _fill_geometry(self, w: np.ndarray, layout: Layout) -> None:
         grid = self.grid
         shape = (grid.n_theta, grid.n_rows)
+        theta = grid.theta[:, None]
         for offset, line in ((layout.cos, np.cos(grid.theta)), (layout.sin, np.sin(grid.theta))):
             fill(w, offset, layout, np.broadcast_to(line[:, None], shape), line)
         weight = np.ones(shape)
@@ -81,6 +82,10 @@ class FilmModel:
             weight[:, 0] = 0.5
         fill(w, layout.weight, layout, weight, 0.0)
         fill(w, layout.per_weight, layout, 1 / weight, 0.0)
+        inside = cells(layout)
+        area = float(self.record()["area"][0])
+        w[layout.force_x + inside] = -area * weight * np.cos(theta)
+        w[layout.force_y + inside] = -area * weight * np.sin(theta)
         fill(w, layout.link, layout, np.ones(shape), 0.0)
         if not grid.half:
             lines = layout.link + layout.first + np.arange(-1, grid.n_theta + 1) * layout.stride

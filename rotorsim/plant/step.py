@@ -11,7 +11,7 @@ import math
 
 from reynolds.film import force
 from reynolds.jit import kernel
-from reynolds.newton import FACTORISATIONS, NOT_CONVERGED, STALE_FACTORS, build_small, newton, refresh
+from reynolds.newton import FACTORISATIONS, NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.actuator import set_pins, set_supply
 from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_forces
@@ -72,8 +72,6 @@ def journal_equation(w, P, x0, y0, vx, vy, speed):
     w[FILM.journal_a + 3] += 1.0
     w[FILM.journal_rhs] += x0
     w[FILM.journal_rhs + 1] += y0
-    if touching or w[ROTOR.contact] != 0.0:
-        build_small(w, FILM)
     w[ROTOR.contact] = 1.0 if touching else 0.0
     w[ROTOR.contact_fx] = gx
     w[ROTOR.contact_fy] = gy
@@ -90,7 +88,7 @@ def solve_stage(w, ix, P, speed, adt):
     xr, yr = project(w, ROTOR, ROTOR.journal, ROTOR.q_rhs)
     vx, vy = project(w, ROTOR, ROTOR.journal, ROTOR.free)
     x0, y0 = xr + adt * vx, yr + adt * vy
-    force(w, P.film, FILM)
+    force(w, FILM)
     b = FILM.journal_b
     if w[ROTOR.contact] == 0.0:
         w[FILM.journal] = x0 + w[b] * w[FILM.force] + w[b + 1] * w[FILM.force + 1]
@@ -127,15 +125,8 @@ def try_step(w, ix, P, dt):
         if adt != w[ROTOR.matrix_step] or abs(speed - w[ROTOR.matrix_speed]) > SPEED_STEP:
             renew = adt != w[ROTOR.matrix_step]
             form(w, speed, adt)
-            if ROTOR.has_film == 1:
-                if renew:
-                    w[FILM.journal_a] = 1.0
-                    w[FILM.journal_a + 1] = 0.0
-                    w[FILM.journal_a + 2] = 0.0
-                    w[FILM.journal_a + 3] = 1.0
-                    factorise(w, ix, P, speed, adt)
-                else:
-                    build_small(w, FILM)
+            if ROTOR.has_film == 1 and renew:
+                factorise(w, ix, P, speed, adt)
         rotor_rhs(w, ROTOR, stage, adt)
         for m in range(ROTOR.n):
             w[ROTOR.f + m] = 0.0
@@ -151,7 +142,7 @@ def try_step(w, ix, P, dt):
                 take_back(w, FILM)
                 return NOT_CONVERGED
             end_stage(w, FILM, stage, adt)
-            force(w, P.film, FILM)
+            force(w, FILM)
             x, y = w[FILM.journal], w[FILM.journal + 1]
             s = ROTOR.contact_k
             w[ROTOR.contact_fx] -= w[s] * x + w[s + 1] * y

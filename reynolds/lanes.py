@@ -1,0 +1,167 @@
+"""Small dense products and sums in eight lanes: they vectorise, and add in the same order on every processor.
+
+Without reassociation a compiler may not vectorise a sum; here the eight partial sums are part of the definition, written
+as LLVM vectors. A processor with shorter vectors takes several of them and finds the same bits. The Python bodies say
+what is computed and serve when compilation is switched off.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, config, types
+from numba.extending import intrinsic
+
+from reynolds.jit import inlined
+
+LANES = 8
+_DOUBLE = ir.DoubleType()
+
+
+def _vector_at(builder: Any, data: Any, index: Any, lanes: int) -> Any:
+    """Pointer to `lanes` doubles from data[index]."""
+    return builder.bitcast(builder.gep(data, [index]), ir.VectorType(_DOUBLE, lanes).as_pointer())
+
+
+def _splat(builder: Any, value: Any, lanes: int) -> Any:
+    vector = ir.VectorType(_DOUBLE, lanes)
+    one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), lanes), [0] * lanes)
+    return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), mask)
+
+
+def _data(context: Any, builder: Any, array_type: Any, array: Any) -> Any:
+    return context.make_array(array_type)(context, builder, array).data
+
+
+def _zero(lanes: int) -> Any:
+    return ir.Constant(ir.VectorType(_DOUBLE, lanes), [0.0] * lanes)
+
+
+@intrinsic
+def _dot(typing, w, x, y, n):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        data = _data(context, builder, signature.args[0], args[0])
+        total = cgutils.alloca_once_value(builder, _zero(LANES))
+        step = ir.Constant(args[3].type, LANES)
+        with cgutils.for_range_slice(builder, ir.Constant(args[3].type, 0), args[3], step) as (k, _):
+            a = builder.load(_vector_at(builder, data, builder.add(args[1], k), LANES), align=8)
+            b = builder.load(_vector_at(builder, data, builder.add(args[2], k), LANES), align=8)
+            builder.store(builder.fadd(builder.load(total), builder.fmul(a, b)), total)
+        lanes = builder.load(total)
+        parts = [builder.extract_element(lanes, ir.Constant(ir.IntType(32), i)) for i in range(LANES)]
+        while len(parts) > 1:
+            half = len(parts) // 2
+            parts = [builder.fadd(parts[i], parts[i + half]) for i in range(half)]
+        return parts[0]
+
+    return types.float64(w, types.intp, types.intp, types.intp), generate
+
+
+def _block_product(lanes: int, columns: int) -> Any:
+    """Intrinsic y = B x or y = y - B x for `lanes` rows and n columns (a multiple of `columns`) at distance `lead`."""
+
+    @intrinsic
+    def product(typing, w, block, lead, x, y, n, keep):  # type: ignore[no-untyped-def]
+        def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            data = _data(context, builder, signature.args[0], args[0])
+            block, lead, x, y, n, keep = args[1:]
+            sums = [cgutils.alloca_once_value(builder, _zero(lanes)) for _ in range(columns)]
+            step = ir.Constant(n.type, columns)
+            with cgutils.for_range_slice(builder, ir.Constant(n.type, 0), n, step) as (k, _):
+                for i, part in enumerate(sums):
+                    m = builder.add(k, ir.Constant(n.type, i))
+                    column = _vector_at(builder, data, builder.add(block, builder.mul(m, lead)), lanes)
+                    value = _splat(builder, builder.load(builder.gep(data, [builder.add(x, m)])), lanes)
+                    product = builder.fmul(builder.load(column, align=8), value)
+                    builder.store(builder.fadd(builder.load(part), product), part)
+            total = builder.load(sums[0])
+            for part in sums[1:]:
+                total = builder.fadd(total, builder.load(part))
+            target = _vector_at(builder, data, y, lanes)
+            difference = builder.fsub(builder.load(target, align=8), total)
+            builder.store(builder.select(keep, difference, total), target, align=8)
+            return context.get_dummy_value()
+
+        integer = types.intp
+        return types.none(w, integer, integer, integer, integer, integer, types.boolean), generate
+
+    return product
+
+
+_rows_of_8, _rows_of_4 = _block_product(8, 2), _block_product(4, 2)
+
+
+def _dot_plain(w: Any, x: int, y: int, n: int) -> float:
+    parts = [sum((float(w[x + k] * w[y + k]) for k in range(lane, n, LANES)), 0.0) for lane in range(LANES)]
+    while len(parts) > 1:
+        half = len(parts) // 2
+        parts = [parts[i] + parts[i + half] for i in range(half)]
+    return parts[0]
+
+
+def _rows_plain(lanes: int) -> Any:
+    def product(w: Any, block: int, lead: int, x: int, y: int, n: int, keep: bool) -> None:
+        sums = []
+        for r in range(lanes):
+            even = sum((w[block + m * lead + r] * w[x + m] for m in range(0, n, 2)), 0.0)
+            odd = sum((w[block + m * lead + r] * w[x + m] for m in range(1, n, 2)), 0.0)
+            sums.append(even + odd)
+        for r in range(lanes):
+            w[y + r] = w[y + r] - sums[r] if keep else sums[r]
+
+    return product
+
+
+if config.DISABLE_JIT:
+    _dot, _rows_of_8, _rows_of_4 = _dot_plain, _rows_plain(8), _rows_plain(4)
+
+
+@inlined
+def dot(w, x, y, n):
+    """Sum of x_k y_k over n values, n a multiple of 8, in eight partial sums."""
+    return _dot(w, x, y, n)
+
+
+@inlined
+def multiply(w, block, x, y, n, keep):
+    """y = B x, or y = y - B x with `keep`, for the column-major n x n block; x and y must not overlap."""
+    done = 0
+    if n % 2 == 0:
+        for r in range(0, n - 7, 8):
+            _rows_of_8(w, block + r, n, x, y + r, n, keep)
+            done = r + 8
+        for r in range(done, n - 3, 4):
+            _rows_of_4(w, block + r, n, x, y + r, n, keep)
+            done = r + 4
+    for r in range(done, n):
+        a = 0.0
+        for m in range(n):
+            a += w[block + m * n + r] * w[x + m]
+        w[y + r] = w[y + r] - a if keep else a
+
+
+@inlined
+def add_columns(w, y, first_column, distance, factors, columns, start, n):
+    """y_k += sum_c factor_c column_c[k] for n values from `start`; four columns a sweep."""
+    done = 0
+    for c in range(0, columns - 3, 4):
+        a, b, d, e = w[factors + c], w[factors + c + 1], w[factors + c + 2], w[factors + c + 3]
+        o = first_column + c * distance
+        for k in range(start, start + n):
+            w[y + k] += (a * w[o + k] + b * w[o + distance + k]) + (
+                d * w[o + 2 * distance + k] + e * w[o + 3 * distance + k]
+            )
+        done = c + 4
+    for c in range(done, columns - 1, 2):
+        a, b = w[factors + c], w[factors + c + 1]
+        o = first_column + c * distance
+        for k in range(start, start + n):
+            w[y + k] += a * w[o + k] + b * w[o + distance + k]
+        done = c + 2
+    for c in range(done, columns):
+        a = w[factors + c]
+        o = first_column + c * distance
+        for k in range(start, start + n):
+            w[y + k] += a * w[o + k]

@@ -1,0 +1,45 @@
+"""Films that several tests share, and how an order of convergence is read from errors."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+
+from reynolds import GasBearing, Injector
+
+RADIUS, LENGTH, CLEARANCE = 0.02, 0.04, 25e-6
+
+
+def build_plain(n_theta: int = 64, n_z: int = 16, length: float = LENGTH, **options) -> GasBearing:
+    """Plain bearing D = 40 mm, c = 25 um in air."""
+    return GasBearing(RADIUS, length, CLEARANCE, n_theta=n_theta, n_z=n_z, **options)
+
+
+def build_injected(n_theta: int = 32, n_z: int = 16, law: dict | None = None, **options) -> GasBearing:
+    """The same with four injectors at its midplane: top, right, bottom, left."""
+    angles = np.radians([90.0, 0.0, -90.0, 180.0])
+    injectors = tuple(Injector(float(angle), **(law or {})) for angle in angles)
+    return build_plain(n_theta, n_z, injectors=injectors, **options)
+
+
+def fitted_order(sizes: Sequence[float], errors: Sequence[float]) -> float:
+    """Slope of log error over log of the number of intervals or steps."""
+    return -float(np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0])
+
+
+@pytest.fixture(scope="session")
+def plain() -> Callable[..., GasBearing]:
+    """Return the builder of plain bearings."""
+    return build_plain
+
+
+@pytest.fixture(scope="session")
+def injected() -> Callable[..., GasBearing]:
+    """Return the builder of injected bearings."""
+    return build_injected
+
+
+@pytest.fixture(scope="session")
+def order() -> Callable[..., float]:
+    """Return the fit of an order of convergence."""
+    return fitted_order

@@ -1,0 +1,55 @@
+"""Kernels: no allocation gets through the compiler, and Python runs them to the same numbers."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from reynolds.jit import kernel
+
+SCRIPT = """
+import json
+from reynolds import GasBearing, Injector
+film = GasBearing(0.02, 0.04, 25e-6, injectors=(Injector(1.5707963267948966),), n_theta=8, n_z=4)
+steady = film.steady((3e-6, -2e-6), 300.0, 4e5)
+k = film.coefficients((3e-6, -2e-6), 300.0, 500.0, 4e5)
+march = film.march(lambda t: (3e-6 + 1e-3 * t, -2e-6), 5e-4, 1e-4, 300.0, 4e5)
+print(json.dumps([steady.force.tolist(), steady.plenum.tolist(), k.K.ravel().tolist(), march.force.ravel().tolist()]))
+"""
+
+
+def run(**environment):
+    """Flat numbers of the script in a fresh interpreter."""
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | environment
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=env, capture_output=True, text=True, check=True)
+    return np.concatenate(json.loads(done.stdout))
+
+
+def test_kernels_in_plain_python_give_the_compiled_numbers():
+    """The same operations in another order of rounding: 1e-9 after Newton's tolerance of 1e-9 in the march."""
+    assert run(NUMBA_DISABLE_JIT="1") == pytest.approx(run(), rel=1e-9)
+
+
+def test_kernel_that_allocates_does_not_compile(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+
+    @kernel
+    def allocating(n):
+        return np.zeros(n).sum()
+
+    with pytest.raises(Exception, match="NRT"):
+        allocating(3)
+
+
+def test_kernel_that_does_not_allocate_compiles(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+
+    @kernel
+    def harmless(w):
+        w[0] += 1.0
+        return w[0]
+
+    assert harmless(np.zeros(3)) == 1.0
