@@ -15,15 +15,16 @@ def small_eccentricity_stiffness(
     viscosity: float = 1.85e-5,
     ambient_pressure: float = 101325.0,
 ) -> complex:
-    r"""Stiffness Z [N/m] of a plain gas bearing about the centre, F = -Z x, x = X + i Y a forward whirl at nu Omega.
+    r"""Stiffness Z [N/m] of a plain gas bearing about the centre, F = -Z x, x = X + i Y a forward whirl at nu
+    Omega.
 
     .. math:: Z = \frac{\pi p_a R L}{c}\,\frac{k}{l^2}\left(1 - \frac{\tanh l b}{l b}\right), \qquad
               l^2 = 1 + k, \quad k = i\Lambda(2\nu - 1), \quad b = \frac{L}{2R}
 
-    With p = pa (1 + psi), h = c (1 + eta) and both proportional to exp(i(theta - nu Omega t)), first order in eta leaves
-    R^2 psi'' - (1 + k) psi = k eta in z, psi = 0 at the edges: Ausman (1961), J. Basic Eng. 83, 188, for nu = 0; a
-    circular whirl only turns Lambda into Lambda (1 - 2 nu). At nu = 1/2 there is no force at all.
-    From 2 x 2 coefficients Z = Z_xx - i Z_xy.
+    With p = pa (1 + psi), h = c (1 + eta) and both proportional to exp(i(theta - nu Omega t)), first order in
+    eta leaves R^2 psi'' - (1 + k) psi = k eta in z, psi = 0 at the edges: Ausman (1961), J. Basic Eng. 83,
+    188, for nu = 0; a circular whirl only turns Lambda into Lambda (1 - 2 nu). At nu = 1/2 there is no force
+    at all. From 2 x 2 coefficients Z = Z_xx - i Z_xy.
     """
     number = 6 * viscosity * speed * radius**2 / (ambient_pressure * clearance**2)
     k = 1j * number * (2 * whirl_ratio - 1)
@@ -96,7 +97,8 @@ def hagen_poiseuille_flow(
     gas_constant: float = 287.05,
     temperature: float = 293.15,
 ) -> float:
-    r"""Isothermal laminar mass flow [kg/s] of a gas through a round pipe, pi r^4 (P_1^2 - P_2^2) / (16 mu l R_g T).
+    r"""Isothermal laminar mass flow [kg/s] of a gas through a round pipe, pi r^4 (P_1^2 - P_2^2) / (16 mu l
+    R_g T).
 
     Source: Poiseuille's law with the density of an ideal gas, integrated along the pipe.
     """

@@ -107,11 +107,15 @@ def nozzle(up, down, c, w):
         dg = w[c + NOZZLE_TERMS + 2]
         g = dg * t
     else:
-        value = w[c + NOZZLE_TERMS - 1]
-        slope = 0.0
-        for n in range(NOZZLE_TERMS - 1):
-            slope = slope * t + value
-            value = value * t + w[c + NOZZLE_TERMS - 2 - n]
+        # Horner's rule for the even and the odd powers side by side
+        s = t * t
+        odd, even = w[c + NOZZLE_TERMS - 1], w[c + NOZZLE_TERMS - 2]
+        d_odd, d_even = 0.0, 0.0
+        for n in range(NOZZLE_TERMS - 3, 0, -2):
+            d_odd, d_even = d_odd * s + odd, d_even * s + even
+            odd, even = odd * s + w[c + n], even * s + w[c + n - 1]
+        value = even + t * odd
+        slope = odd + 2.0 * t * (d_even + t * d_odd)
         root = math.sqrt(t)
         g = root * value
         dg = root * slope + 0.5 * value / root

@@ -21,7 +21,7 @@ from reynolds.ring import close_ring, factor, invert_block, keep_spike, open_sol
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate of convergence, stages since it was measured, and two counters."""
-MAX_AGE = 16
+MAX_AGE = 48
 NOT_CONVERGED = -1
 STALE_FACTORS = -2
 
@@ -234,6 +234,6 @@ def newton(w, ix, F, L, U, iadt, tolerance, most):
         done = size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate))
         if done:
             w[L.convergence + AGE] += 1.0
-        elif n > 2 and rate > 0.3:
+        elif n > 3 and rate > 0.5:
             return STALE_FACTORS
         before = size

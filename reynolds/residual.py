@@ -69,20 +69,20 @@ def injection(w, ix, F, L, iadt):
         film = area * flux
         storage = w[L.capacity + k] * iadt
         residual = storage * (plenum - w[L.plenum_rhs + k]) - pin + film
-        slope = storage - pin_slope + area * d_up
-        through = 1.0 - area * d_up / slope
+        inverse = 1.0 / (storage - pin_slope + area * d_up)
+        through = 1.0 - area * d_up * inverse
         w[L.pin_flow + k] = pin
         w[L.film_flow + k] = film
         w[L.pin_p + k] = pin_slope
         w[L.film_p + k] = area * d_up
         w[L.film_q + k] = area * d_down * 0.5 / p_loc
         w[L.film_h + k] = w[L.curtain + k] * flux
-        w[L.defect + k] = -residual * area * d_up / slope
+        w[L.defect + k] = -residual * area * d_up * inverse
         w[L.gain_q + k] = through * w[L.film_q + k]
         w[L.gain_h + k] = through * w[L.film_h + k]
-        w[L.shift + k] = residual / slope
-        w[L.pull_q + k] = w[L.film_q + k] / slope
-        w[L.pull_h + k] = w[L.film_h + k] / slope
+        w[L.shift + k] = residual * inverse
+        w[L.pull_q + k] = w[L.film_q + k] * inverse
+        w[L.pull_h + k] = w[L.film_h + k] * inverse
 
 
 @inlined

@@ -18,18 +18,20 @@ from reynolds.lanes import add_columns, multiply
 
 @inlined
 def invert_block(w, block, n):
-    """Invert in place by Gauss-Jordan; the blocks are diagonally dominant, so no pivoting."""
+    """Invert in place by Gauss-Jordan, column by column; the blocks are diagonally dominant, so no pivoting."""
     for c in range(n):
         pivot = 1.0 / w[block + c * n + c]
         w[block + c * n + c] = 1.0
         for b in range(n):
-            w[block + b * n + c] *= pivot
+            if b != c:
+                factor = w[block + b * n + c] * pivot
+                w[block + b * n + c] = 0.0
+                for a in range(n):
+                    w[block + b * n + a] -= w[block + c * n + a] * factor
+                w[block + b * n + c] = factor
         for a in range(n):
-            if a != c:
-                factor = w[block + c * n + a]
-                w[block + c * n + a] = 0.0
-                for b in range(n):
-                    w[block + b * n + a] -= factor * w[block + b * n + c]
+            w[block + c * n + a] *= -pivot
+        w[block + c * n + c] = pivot
 
 
 @inlined

@@ -1,4 +1,4 @@
-"""The calibrated injected bearing at one state: published-rig numbers, grid convergence, balance of mass, stiffness."""
+"""The calibrated injected bearing at one state: reference numbers, grid convergence, mass, slopes."""
 
 import numpy as np
 import pytest
@@ -33,13 +33,15 @@ def check(film, force, stiffness, damping):
 
 
 def test_force_and_coefficients_agree_with_an_independent_programme(injected):
-    """64 x 16: 1 %. The damping at 1 kHz is 1.7 % low on this grid (2nd order: .3 % at 128 x 32), hence 2 %."""
+    """64 x 16: 1 %. The damping at 1 kHz is 1.7 % low on this grid (.3 % at 128 x 32), hence 2 %."""
     check(injected(64, 16), 0.01, 0.01, (0.01, 0.02))
 
 
 @pytest.mark.slow
 def test_force_and_coefficients_agree_with_an_independent_programme_on_its_own_grid(injected):
-    """256 x 64: .1 %. Force and K(0), which do not depend on how the local pressure is read, agree to five digits."""
+    """256 x 64: .1 %. Force and K(0), which do not depend on how the local pressure is read, agree to five
+    digits.
+    """
     check(injected(256, 64), 1e-4, 1e-3, (1e-3, 1e-3))
 
 
@@ -84,7 +86,7 @@ def test_damping_at_standstill_is_the_limit_of_slow_vibration(injected):
 
 
 def test_injection_raises_the_pressure_of_the_film(injected):
-    """Everywhere, against the same film with its injectors barely open, and more with more supply."""
+    """At every node, above the ambient pressure of the unsupplied film, and more with more supply."""
     film = injected()
     levels = [film.steady((0.0, 0.0), 0.0, supply).pressure for supply in (0.0, 3e5, 6e5)]
     assert (levels[0] == pytest.approx(101325.0, rel=1e-9)) and (levels[1] > levels[0]).all()

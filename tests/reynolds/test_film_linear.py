@@ -1,4 +1,6 @@
-"""Film about the centre against its exact linear solution, with the order of convergence that theory promises."""
+"""Film about the centre against its exact linear solution, with the order of convergence that theory
+promises.
+"""
 
 import numpy as np
 import pytest
@@ -37,9 +39,11 @@ def test_closed_form_gives_the_reference_stiffness(case):
 
 @pytest.mark.parametrize("case", REFERENCE)
 def test_linear_film_converges_to_the_exact_stiffness_at_second_order(plain, order, case):
-    """2.0 +- 0.1: central differences. The last bound is the error of that grid, 30 % above what it was measured as.
+    """2.0 +- 0.1: central differences. The last bound is the error of that grid, 30 % above what it was
+    measured as.
 
-    At 20000 rad/s the cell number of 32 x 8 is 2.8 and the upwind blend acts; there the finer grids are fitted.
+    At 20000 rad/s the cell number of 32 x 8 is 2.8 and the upwind blend acts; there the finer grids are
+    fitted.
     """
     grids = (*GRIDS[1:], (192, 48)) if case[0] == 20000.0 else GRIDS
     errors = {n: abs(whirl_stiffness(plain(*n), *case) / exact(*case) - 1) for n in grids}
@@ -56,7 +60,9 @@ def test_whirl_at_half_the_speed_meets_no_force(plain, order):
 
 
 def test_whirl_is_driven_below_half_the_speed_and_damped_above(plain):
-    """Tangential force on the whirling journal is -Im Z: forward pushes, so the threshold is half-frequency whirl."""
+    """Tangential force on the whirling journal is -Im Z: forward pushes, so the threshold is half-frequency
+    whirl.
+    """
     film = plain(64, 16)
     below, above = (whirl_stiffness(film, 628.3, ratio).imag for ratio in (0.45, 0.55))
     assert below < 0 < above

@@ -1,4 +1,4 @@
-"""The film marched in time: order, mass to round-off, agreement with the linear film and with the steady one."""
+"""The film marched in time: order, mass, and agreement with the linear and the steady film."""
 
 import numpy as np
 import pytest

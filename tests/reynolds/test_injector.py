@@ -1,4 +1,4 @@
-"""Injectors: both pin laws, the unthrottled flow for scale, and the reading of the pressure below the grid."""
+"""Injectors: both pin laws, the unthrottled flow for scale, and the pressure read below the grid."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,9 @@ JOURNAL, SPEED, SUPPLY, PA = (2e-6, -6e-6), 314.159, 5e5, 101325.0
 
 
 def test_choked_pins_pass_the_flow_of_their_seat(injected):
-    """At .5 MPa gauge plena are below .5283 of the supply: Cd pi d g G(P_s); 1e-11 is the nozzle's polynomial."""
+    """At .5 MPa gauge plena are below .5283 of the supply: Cd pi d g G(P_s); 1e-11 is the nozzle's
+    polynomial.
+    """
     steady = injected().steady(JOURNAL, SPEED, SUPPLY)
     seat = 0.1244 * np.pi * 2e-3 * (40.2e-6 - 22.5e-6)
     assert steady.plenum.max() < 0.5283 * (SUPPLY + PA)
@@ -20,7 +22,9 @@ def test_choked_pins_pass_the_flow_of_their_seat(injected):
 
 
 def test_loss_factor_pins_pass_flow_by_the_difference_of_squares(injected):
-    """l_f (P_s^2 - P_k^2) at the plena found, to rounding; 1.5e-16 makes 2e-5 kg/s, as much as the choked pins."""
+    """l_f (P_s^2 - P_k^2) at the plena found, to rounding; 1.5e-16 makes 2e-5 kg/s, as much as the choked
+    pins.
+    """
     law = {"law": "loss_factor", "loss_factor": 1.5e-16}
     steady = injected(law=law).steady(JOURNAL, SPEED, SUPPLY)
     factor = Injector(0.0, **law).conductance(22.5e-6)
@@ -52,9 +56,9 @@ def test_plenum_without_supply_vents_to_ambient(injected):
 
 @pytest.mark.parametrize(("n_theta", "n_z"), [(8, 4), (12, 4), (16, 8), (32, 8), (32, 16), (48, 12)])
 def test_sub_grid_correction_is_peacemans_well_radius(n_theta, n_z):
-    """Peaceman (1983): a block's pressure is the well's at r_eq = .14 sqrt(dy^2 + dz^2); the mean over the disc lies 1/4
-    (in units of Q / 2 pi T) above its rim. .14 has two digits and the formula holds for distances beyond the cell: .01
-    on values from 1.2 to -.3, 2 % of the large ones.
+    """Peaceman (1983): a block's pressure is the well's at r_eq = .14 sqrt(dy^2 + dz^2); the mean over the
+    disc lies 1/4 (in units of Q / 2 pi T) above its rim. .14 has two digits and the formula holds for
+    distances beyond the cell: .01 on values from 1.2 to -.3, 2 % of the large ones.
     """
     grid = Grid(0.02, 0.04, n_theta, n_z)
     beta = subgrid_correction(grid, Injector(0.0), {(0, n_z // 2): 1.0})
@@ -73,13 +77,14 @@ def test_footprint_spreads_the_whole_flow_and_reads_a_mean(grid_size, angle, hal
 
 
 @pytest.mark.parametrize("grid_size", [(64, 16), (128, 32)])
-def test_footprint_reads_a_linear_field_at_the_middle_of_the_disc(grid_size):
-    """The Laplacian of a linear field is 0 and the disc is centred: 1e-3 of a step from sampling the disc."""
+def test_footprint_reads_a_linear_field_near_the_middle_of_the_disc(grid_size):
+    """The disc is shared between whole cells: its centre moves by less than half a step, with corrections or
+    not.
+    """
     grid = Grid(0.02, 0.04, *grid_size, half=False)
     at, offset = 40.3 * grid.dtheta, 0.0021
     _, readers = footprint(grid, Injector(at, offset))
     theta = sum(v * grid.theta[i] for i, _, v in readers)
     z = sum(v * grid.row_z[j] for _, j, v in readers)
-    # the disc is shared between whole cells, so its centre moves by up to half a step and no more
     assert abs(theta - at) < 0.5 * grid.dtheta
     assert abs(z - offset) < 0.5 * grid.dz
