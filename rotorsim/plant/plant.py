@@ -1,0 +1,187 @@
+"""`Plant`: a machine that can be brought to equilibrium, linearised and run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotorsim.errors import DataError
+from rotorsim.machine import load_machine
+from rotorsim.machine.schema import Machine
+from rotorsim.plant.assemble import SAMPLE, Assembly, assemble
+from rotorsim.plant.equilibrium import Equilibrium, describe, settle
+from rotorsim.plant.simulation import Simulation, split_columns
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.linearise import LinearPlant
+
+Signal = float | ArrayLike | Callable[[float], Any]
+BLOCK = 5000
+"""Samples computed at a time: one second."""
+
+
+class Controller(Protocol):
+    """Anything that makes a reference [V] from a measurement [m]; called once per sample."""
+
+    def step(self, measured: np.ndarray, speed: float, pressure: float) -> ArrayLike:
+        """Reference (2,) [V] that acts from the next sample on."""
+
+
+class Plant:
+    """A machine ready to run: `Plant("dtu_gas_bearing")`, `Plant(machine, n_theta=64, n_z=16, dt=2e-4)`."""
+
+    def __init__(
+        self,
+        machine: Machine | str,
+        n_theta: int | None = None,
+        n_z: int | None = None,
+        dt: float | None = None,
+    ) -> None:
+        machine = load_machine(machine) if isinstance(machine, str) else machine
+        changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": None if dt is None else f"{dt!r} s"}
+        for path, value in changes.items():
+            if value is not None:
+                machine = machine.replace(path, value)
+        self.machine = machine
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Layouts, workspace and kernels."""
+        return assemble(self.machine)
+
+    def equilibrium(self, speed: float = 0.0, pressure: float = 0.0) -> Equilibrium:
+        """Static equilibrium at a speed [rad/s] and gauge pressure [Pa]; raises NoLiftOffError where there is none."""
+        return describe(self.assembly, settle(self.assembly, speed, pressure))
+
+    def linearise(self, speed: float = 0.0, pressure: float = 0.0) -> LinearPlant:
+        """Linear model about the equilibrium at a speed [rad/s] and gauge pressure [Pa]."""
+        from rotorsim.plant.linearise import linearise
+
+        return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
+
+    def start(self, speed: float = 0.0, pressure: float = 0.0) -> Simulation:
+        """A simulation that stands at the equilibrium."""
+        return Simulation.at_equilibrium(self.assembly, speed, pressure)
+
+    def simulate(
+        self,
+        duration: float,
+        speed: Signal = 0.0,
+        pressure: Signal = 0.0,
+        reference: Signal | None = None,
+        disc_force: Signal | None = None,
+        controller: Controller | None = None,
+        seed: int = 0,
+        initial: str | Simulation = "equilibrium",
+        progress: bool = False,
+    ) -> xr.Dataset:
+        """Run for `duration` [s] and return the record (see identification.dataset), sampled at 5 kHz.
+
+        speed [rad/s] and pressure [Pa, gauge] are numbers, functions of time or arrays over the samples; reference [V] and
+        disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is held. A
+        controller sees `disc_measured` of a sample and acts on the next. `initial` is "equilibrium" or a `Simulation` to
+        go on with. Raises NoLiftOffError, ConvergenceError, DataError.
+        """
+        from identification import make_record
+        from rotorsim.report.progress import track
+
+        inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
+        simulation = self.start(*start) if isinstance(initial, str) else initial
+        begin = simulation.samples
+        blocks = list(track(_run(simulation, inputs, controller), len(inputs), progress))
+        table = np.concatenate([t for t, _ in blocks])
+        used = np.concatenate([u for _, u in blocks])
+        time = (begin + np.arange(len(table))) * SAMPLE
+        values = split_columns(table, used, self.assembly.film_model is not None)
+        return make_record(time, values, self.provenance(seed))
+
+    def inputs(
+        self,
+        duration: float,
+        speed: Signal,
+        pressure: Signal,
+        reference: Signal | None = None,
+        disc_force: Signal | None = None,
+    ) -> tuple[np.ndarray, tuple[float, float]]:
+        """Input rows (n, 6) for `Simulation.advance` and the (speed, pressure) of the first sample."""
+        n = round(duration / SAMPLE)
+        if n < 1:
+            raise DataError(f"duration = {duration} s: shorter than one sample; give at least {SAMPLE} s")
+        rows = np.zeros((n, 6))
+        speeds = _scalars(speed, n + 1, "speed")
+        rows[:, 0] = speeds[1:]
+        rows[:, 1] = _scalars(pressure, n, "pressure")
+        if reference is not None:
+            rows[:, 2:4] = _pairs(reference, n, "reference")
+        if disc_force is not None:
+            rows[:, 4:6] = _pairs(disc_force, n, "disc_force")
+        return rows, (float(speeds[0]), float(rows[0, 1]))
+
+    def provenance(self, seed: int = 0) -> dict[str, Any]:
+        """Attributes of a record: machine text and hash, seed, versions."""
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            own = version("rotorsim")
+        except PackageNotFoundError:
+            own = "source"
+        return {
+            "machine": self.machine.text,
+            "machine_hash": self.machine.hash,
+            "seed": seed,
+            "rotorsim_version": own,
+            "numpy_version": version("numpy"),
+            "numba_version": version("numba"),
+            "sample_rate_hz": 1 / SAMPLE,
+        }
+
+
+def _run(
+    simulation: Simulation, inputs: np.ndarray, controller: Controller | None
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Blocks of (sample table, inputs used)."""
+    if controller is None:
+        for i in range(0, len(inputs), BLOCK):
+            yield simulation.advance(inputs[i : i + BLOCK]), inputs[i : i + BLOCK]
+        return
+    reference = np.zeros(2)
+    for row in inputs:
+        used = row.copy()
+        used[2:4] += reference
+        table = simulation.advance(used[None])
+        yield table, used[None]
+        reference = np.asarray(controller.step(table[0, 0:2], float(table[0, 5]), float(row[1])), float)
+
+
+def _scalars(signal: Signal, n: int, name: str) -> np.ndarray:
+    """Values (n,) of a signal at the samples; an array may be one shorter than n and then keeps its last value."""
+    if callable(signal):
+        values = np.array([float(signal(k * SAMPLE)) for k in range(n)])
+    else:
+        values = np.asarray(signal, float)
+        if values.ndim == 0:
+            values = np.full(n, float(values))
+        elif len(values) == n - 1:
+            values = np.append(values, values[-1])
+    return _checked(values, (n,), name)
+
+
+def _pairs(signal: Signal, n: int, name: str) -> np.ndarray:
+    if callable(signal):
+        return _checked(np.array([signal(k * SAMPLE) for k in range(n)], float), (n, 2), name)
+    values = np.asarray(signal, float)
+    return _checked(np.broadcast_to(values, (n, 2)) if values.shape == (2,) else values, (n, 2), name)
+
+
+def _checked(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
+    if values.shape != shape:
+        raise DataError(f"{name}: shape {values.shape}, expected {shape} (one row per sample of 0.2 ms)")
+    if not np.all(np.isfinite(values)):
+        raise DataError(f"{name}: holds NaN or infinite values; check the signal")
+    return values
