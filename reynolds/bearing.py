@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from reynolds.forces import friction_torque
 from reynolds.grid import Grid, Layout, cells
 from reynolds.injector import Injector
+from reynolds.steady import settle_film
 from reynolds.workspace import FilmModel, Gas
 
 Array = NDArray[np.float64]
@@ -83,6 +84,11 @@ class GasBearing:
     heat_capacity_ratio: float = 1.4
     symmetric: bool | None = field(default=None, kw_only=True)
     """Solve one half: True, False, or None to decide by the injectors."""
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "length", "clearance", "viscosity", "ambient_pressure", "temperature", "gas_constant"):
+            if not getattr(self, name) > 0:
+                raise FilmError(f"{name} = {getattr(self, name)}: must be positive")
 
     @cached_property
     def model(self) -> FilmModel:
@@ -177,14 +183,19 @@ class GasBearing:
         w[layout.static_a : layout.static_a + 4] = (1.0, 0.0, 0.0, 1.0)
         w[layout.static_rhs : layout.static_rhs + 2] = position
         extensions = [i.pin for i in self.injectors] if pins is None else np.asarray(pins, float)
+        if len(extensions) != len(self.injectors):
+            raise FilmError(f"pins: {len(extensions)} values for {len(self.injectors)} injectors; give one each")
         for k, (injector, pin) in enumerate(zip(self.injectors, extensions, strict=True)):
             w[layout.pin_conductance + k] = injector.conductance(float(pin))
             w[layout.supply + k] = supply_pressure + self.ambient_pressure
         F = self.model.record()[0]
-        status = kernels.steady_film(w, ix, F, layout, speed * self.radius, 0.0)
-        if status < 0:
+        U = speed * self.radius
+        converged = settle_film(
+            w, layout, lambda iadt, tolerance: kernels.pseudo_step(w, ix, F, layout, U, iadt, tolerance, 0.0)
+        )
+        if not converged:
             raise FilmError(f"film: no steady state at journal {position}, speed {speed} rad/s; refine the grid")
-        return w, F, status > 0
+        return w, F, converged
 
     def _pressure(self, w: Array) -> Array:
         return interval_pressure(self.model, self._built[0], w)

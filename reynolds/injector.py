@@ -30,6 +30,7 @@ from reynolds.grid import NOZZLE_TERMS, Grid
 from reynolds.jit import inlined
 
 LINEAR_ABOVE = 0.995
+LAWS = ("orifice", "loss_factor")
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,10 @@ class Injector:
     polytropic_exponent: float = 1.0
     loss_factor: float = 0.0
     loss_exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.law not in LAWS:
+            raise ValueError(f"injector: law {self.law!r} is not known; choose one of {', '.join(LAWS)}")
 
     def conductance(self, pin: float) -> float:
         """Pin conductance: Cd1 pi d_p g [m^2] (orifice) or l_f [kg/(s Pa^2)] at pin extension `pin` [m]."""
@@ -147,10 +152,12 @@ def footprint(
     spread = _area_weights(grid, injector)
     beta = subgrid_correction(grid, injector, spread)
     read = dict(spread)
-    for (i, j), _ in spread.items():
+    squares = sum(share**2 for share in spread.values())
+    for (i, j), share in spread.items():
+        # a cell with the share v of the source has the share v of -Laplacian q: least squares for Q/T
         for (a, b), ratio in _neighbours(grid, i, j):
-            read[i, j] = read.get((i, j), 0.0) + beta * ratio
-            read[a, b] = read.get((a, b), 0.0) - beta * ratio
+            read[i, j] = read.get((i, j), 0.0) + beta * ratio * share / squares
+            read[a, b] = read.get((a, b), 0.0) - beta * ratio * share / squares
     return _fold(grid, spread, source=True), _fold(grid, read, source=False)
 
 

@@ -6,7 +6,7 @@ from reynolds.film import force
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, journal_direction, newton, refresh
 from reynolds.residual import jacobian, residual, thickness_derivative
-from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, SHARP, begin_pseudo_step, copy_state, hold_journal
+from reynolds.steady import begin_pseudo_step
 from reynolds.transient import STAGE, end_stage, predict, stage_rhs, start
 
 
@@ -36,24 +36,12 @@ def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
 
 
 @kernel
-def steady_film(w, ix, F, L, U, damping):
-    """Steady state from the pressures in w, force in w[force]; returns iterations of the last solve or NOT_CONVERGED."""
-    step = FIRST_STEP
-    tries = 0
-    while step < LAST_STEP and tries < 60:
-        tries += 1
-        copy_state(w, L, False)
-        begin_pseudo_step(w, L)
-        hold_journal(w, L, 1.0 / step, damping)
-        if stage_solve(w, ix, F, L, U, 1.0 / step, 1e-4, True) > 0:
-            step *= GROWTH
-        else:
-            copy_state(w, L, True)
-            step *= 0.2
-    hold_journal(w, L, 0.0, damping)
-    status = stage_solve(w, ix, F, L, U, 0.0, SHARP, True)
+def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
+    """One step of `steady.settle_film`; the force is left in w[force]."""
+    begin_pseudo_step(w, F, L, iadt, damping)
+    status = stage_solve(w, ix, F, L, U, iadt, tolerance, True)
     force(w, L)
-    return NOT_CONVERGED if step < LAST_STEP else status
+    return status
 
 
 @kernel

@@ -213,7 +213,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, most):
         if done:
             return n
         if n == most:
-            return NOT_CONVERGED
+            return STALE_FACTORS
         scale_rows(w, L)
         open_solve(w, L, L.r)
         close_ring(w, L, L.r)

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from reynolds.grid import Grid, Layout, cells, fill, make_layout
-from reynolds.injector import Injector, footprint, nozzle_coefficients
+from reynolds.injector import LAWS, Injector, footprint, nozzle_coefficients
 
 FILM_DTYPE = np.dtype(
     [(name, "f8") for name in ("mu", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min")]
 )
-LAWS = ("orifice", "loss_factor")
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,8 @@ class FilmModel:
             raise ValueError(f"clearance = {self.clearance} m: must be positive")
         if len({injector.law for injector in self.injectors}) > 1:
             raise ValueError("injectors: all must have the same law")
+        if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
+            raise ValueError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 
     @property
     def law(self) -> int:

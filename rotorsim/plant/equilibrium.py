@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reynolds.steady import settle_film
 from rotorsim.errors import NoLiftOffError
 from rotorsim.plant.assemble import Assembly, influence
 
@@ -45,8 +46,6 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
 
     Raises NoLiftOffError where the film does not carry the rotor.
     """
-    from reynolds import kernels
-
     w = a.w.copy()
     f = static_modal_force(a)
     K = a.mesh.reduced.K
@@ -65,9 +64,11 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     w[L.static_a : L.static_a + 4] = (H - nominal * np.eye(2)).ravel()
     w[L.journal_b : L.journal_b + 4] = np.eye(2).ravel()
     w[L.static_rhs : L.static_rhs + 2] = load
-    status = kernels.steady_film(w, a.ix, a.P.film, L, speed * a.film_model.grid.radius, DAMPING)
+    converged = settle_film(
+        w, L, lambda iadt, tolerance: a.module.pseudo_step(w, a.ix, a.P, speed, iadt, tolerance, DAMPING)
+    )
     X, F = w[L.journal : L.journal + 2], w[L.force : L.force + 2]
-    if status < 0 or not np.hypot(*X) < film.clearance - 2 * a.machine.solver.minimum_film:
+    if not converged or not np.hypot(*X) < film.clearance - 2 * a.machine.solver.minimum_film:
         raise NoLiftOffError(
             f"no lift-off: at {pressure / 1e6:.3g} MPa gauge and {speed * 30 / np.pi:.0f} rpm the film does not carry "
             f"the {np.hypot(*load):.1f} N on it; raise the injection pressure"

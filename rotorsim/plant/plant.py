@@ -89,7 +89,7 @@ class Plant:
         go on with. Raises NoLiftOffError, ConvergenceError, DataError.
         """
         from identification import make_record
-        from rotorsim.report.progress import track
+        from rotorsim.progress import track
 
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
         simulation = self.start(*start) if isinstance(initial, str) else initial

@@ -11,7 +11,8 @@ import math
 
 from reynolds.film import force
 from reynolds.jit import kernel
-from reynolds.newton import FACTORISATIONS, NOT_CONVERGED, STALE_FACTORS, newton, refresh
+from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
+from reynolds.steady import begin_pseudo_step
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.actuator import set_pins, set_supply
 from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_forces
@@ -31,9 +32,9 @@ PARTS = 1024
 
 
 @kernel
-def factorise(w, ix, P, speed, adt):
+def factorise(w, ix, P, speed, iadt):
     """Factorise the film at the present state."""
-    refresh(w, ix, P.film, FILM, speed * P.film.radius, 1.0 / adt)
+    refresh(w, ix, P.film, FILM, speed * P.film.radius, iadt)
 
 
 @kernel
@@ -43,14 +44,24 @@ def form(w, speed, adt):
 
 
 @kernel
-def solve_film(w, ix, P, speed, adt):
+def solve_film(w, ix, P, speed, iadt, tolerance):
     """Newton's method for film, plena and journal, with a new factorisation when the old one has gone stale."""
-    for _ in range(4):
-        n = newton(w, ix, P.film, FILM, speed * P.film.radius, 1.0 / adt, P.tolerance, 16)
+    for _ in range(6):
+        n = newton(w, ix, P.film, FILM, speed * P.film.radius, iadt, tolerance, 20)
         if n != STALE_FACTORS:
             return n
-        factorise(w, ix, P, speed, adt)
+        factorise(w, ix, P, speed, iadt)
     return NOT_CONVERGED
+
+
+@kernel
+def pseudo_step(w, ix, P, speed, iadt, tolerance, damping):
+    """One step of `reynolds.steady.settle_film` for the machine's equilibrium."""
+    begin_pseudo_step(w, P.film, FILM, iadt, damping)
+    factorise(w, ix, P, speed, iadt)
+    status = solve_film(w, ix, P, speed, iadt, tolerance)
+    force(w, FILM)
+    return status
 
 
 @kernel
@@ -96,7 +107,7 @@ def solve_stage(w, ix, P, speed, adt):
     for _ in range(30):
         x, y = w[FILM.journal], w[FILM.journal + 1]
         touching = journal_equation(w, P, x0, y0, (x - xr) / adt, (y - yr) / adt, speed)
-        if solve_film(w, ix, P, speed, adt) < 0:
+        if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance) < 0:
             return NOT_CONVERGED
         if ROTOR.n_contact == 0:
             return 1
@@ -126,7 +137,7 @@ def try_step(w, ix, P, dt):
             renew = adt != w[ROTOR.matrix_step]
             form(w, speed, adt)
             if ROTOR.has_film == 1 and renew:
-                factorise(w, ix, P, speed, adt)
+                factorise(w, ix, P, speed, 1.0 / adt)
         rotor_rhs(w, ROTOR, stage, adt)
         for m in range(ROTOR.n):
             w[ROTOR.f + m] = 0.0
@@ -218,14 +229,3 @@ def run(w, ix, P, inputs, out, steps_per_sample):
                 return i
     return inputs.shape[0]
 
-
-@kernel
-def look(w, P, out):
-    """Write the present state into the first row of out."""
-    write_sample(w, P, FILM, ROTOR, out, 0)
-
-
-@kernel
-def factorisations(w):
-    """Number of film factorisations so far."""
-    return w[FILM.convergence + FACTORISATIONS]
