@@ -70,9 +70,7 @@ def jeffcott_stiffness(L: float, diameter: float, E: float) -> float:
     return float(48 * E * np.pi * diameter**4 / 64 / L**3)
 
 
-def jeffcott_unbalance(
-    k: float, m: float, c: float, unbalance: float, w: ArrayLike
-) -> NDArray[np.complex128]:
+def jeffcott_unbalance(k: float, m: float, c: float, unbalance: float, w: ArrayLike) -> NDArray[np.complex128]:
     """Whirl amplitude U w^2 / (k - m w^2 + i c w) [m].
 
     Stiffness `k` [N/m], mass `m` [kg], damping `c` [N s/m], `unbalance` U [kg m], speeds `w` (n,) [rad/s].

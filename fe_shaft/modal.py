@@ -127,9 +127,7 @@ def run_campbell(rotor: Rotor, speeds: ArrayLike) -> CampbellResult:
     """Modes of `rotor` at each of `speeds` (n_speeds,) [rad/s]."""
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
     runs = [run_modal(rotor, float(speed)) for speed in speeds]
-    wn, wd, zeta = (
-        _table([getattr(r, name) for r in runs], np.nan) for name in ("wn", "wd", "damping_ratio")
-    )
+    wn, wd, zeta = (_table([getattr(r, name) for r in runs], np.nan) for name in ("wn", "wd", "damping_ratio"))
     return CampbellResult(speeds, wn, wd, zeta, _table([r.whirl for r in runs], ""))
 
 

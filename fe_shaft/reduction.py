@@ -60,9 +60,7 @@ class ReducedRotor:
     def shape(self, position_node: int) -> Matrix:
         """Modes at a node (2, 2n) [kg^-1/2]: (x, y) = shape @ eta, and shape.T @ force is the modal force."""
         if not 0 <= 4 * position_node < len(self.Phi):
-            raise ValueError(
-                f"reduced rotor: node {position_node} is not among 0 to {len(self.Phi) // 4 - 1}."
-            )
+            raise ValueError(f"reduced rotor: node {position_node} is not among 0 to {len(self.Phi) // 4 - 1}.")
         return self.Phi[4 * position_node : 4 * position_node + 2]
 
     def body(self) -> Matrix:
@@ -102,9 +100,7 @@ def modal_reduction(
     omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
     modal_damping = np.diag(2 * damping_ratio * omega)
     shifts = np.stack([np.arange(rotor.ndof) % 4 == axis for axis in (0, 1)])
-    return ReducedRotor(
-        Phi, Phi.T @ K @ Phi, Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi, omega, shifts @ M @ Phi
-    )
+    return ReducedRotor(Phi, Phi.T @ K @ Phi, Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi, omega, shifts @ M @ Phi)
 
 
 def _plane_modes(M: Matrix, K: Matrix, dofs: tuple[int, int], n_modes: int) -> tuple[Matrix, Matrix]:
@@ -129,9 +125,7 @@ def _signs(deflection: Matrix) -> Matrix:
 
 def _check(rotor: Rotor, node: int | None, n_modes: int) -> None:
     if node is not None and not 0 <= node < rotor.n_nodes:
-        raise ValueError(
-            f"reduction: node {node}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; choose another."
-        )
+        raise ValueError(f"reduction: node {node}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; choose another.")
     if not 1 <= n_modes <= 2 * rotor.n_nodes:
         raise ValueError(
             f"reduction: {n_modes} modes a plane, but {rotor.n_nodes} nodes have 1 to {2 * rotor.n_nodes}; "

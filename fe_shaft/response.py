@@ -111,9 +111,7 @@ def _unbalance_vector(
     vector = np.zeros(rotor.ndof, dtype=complex)
     for n, me, angle in np.broadcast(np.atleast_1d(node), magnitude, phase):
         if not 0 <= n < rotor.n_nodes:
-            raise ValueError(
-                f"unbalance at node {n}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; move it."
-            )
+            raise ValueError(f"unbalance at node {n}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; move it.")
         vector[4 * n : 4 * n + 2] += me * np.exp(1j * angle) * np.array([1, -1j])
     return vector
 

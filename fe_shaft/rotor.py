@@ -167,15 +167,11 @@ def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
 def _check_nodes(what: str, nodes: Iterable[int], last: int) -> None:
     for node in nodes:
         if not 0 <= node <= last:
-            raise ValueError(
-                f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}."
-            )
+            raise ValueError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
 
 
 def _check_one_bearing_a_node(bearings: Sequence[BearingElement]) -> None:
     nodes = [bearing.n for bearing in bearings]
     for node in nodes:
         if nodes.count(node) > 1:
-            raise ValueError(
-                f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one."
-            )
+            raise ValueError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")

@@ -112,9 +112,7 @@ class ShaftElement:
         object.__setattr__(self, "odr", self.odl if self.odr is None else self.odr)
         _positive("shaft element", L=self.L, odl=self.odl)
         if not 0 <= self.idl < self.odl:
-            raise ValueError(
-                f"shaft element: idl = {self.idl:g} m must be at least 0 and below odl = {self.odl:g} m."
-            )
+            raise ValueError(f"shaft element: idl = {self.idl:g} m must be at least 0 and below odl = {self.odl:g} m.")
         if (self.idr, self.odr) != (self.idl, self.odl):
             raise ValueError(
                 f"shaft element: tapered from {self.idl:g}/{self.odl:g} m to {self.idr:g}/{self.odr:g} m "
@@ -165,9 +163,7 @@ class DiskElement:
         """
         _positive(f"disc at node {n}", width=width)
         if not 0 <= i_d < o_d:
-            raise ValueError(
-                f"disc at node {n}: bore {i_d:g} m must be at least 0 and below o_d = {o_d:g} m."
-            )
+            raise ValueError(f"disc at node {n}: bore {i_d:g} m must be at least 0 and below o_d = {o_d:g} m.")
         m = material.rho * pi / 4 * (o_d**2 - i_d**2) * width
         Ip = m / 8 * (o_d**2 + i_d**2)
         return cls(n, m, Ip / 2 + m * width**2 / 12, Ip)

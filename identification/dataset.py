@@ -1,9 +1,9 @@
 """THE schema of measured and virtual records: names, dimensions, units.
 
 A record is an `xarray.Dataset` over `time` with the variables below, those that were measured; `disc` is the true
-displacement and exists only in virtual records, `disc_measured` is what a sensor saw. Angles are in rad and run on without
-wrapping, pressures are gauge, displacements are measured from the bearing's centre. Attributes carry the machine's text,
-the seed, versions and a content hash where the record is virtual.
+displacement and exists only in virtual records, `disc_measured` is what a sensor saw. Angles are in rad and run on
+without wrapping, pressures are gauge, displacements are measured from the bearing's centre. Attributes carry the
+machine's text, the seed, versions and a content hash where the record is virtual.
 """
 
 from __future__ import annotations

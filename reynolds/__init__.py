@@ -1,7 +1,7 @@
 """The gas film alone: modified Reynolds equation with injection, in SI floats.
 
-    from reynolds import GasBearing, Injector
-    film = GasBearing(0.02, 0.04, 25e-6).steady(journal=(10e-6, 0), speed=628.3)
+from reynolds import GasBearing, Injector
+film = GasBearing(0.02, 0.04, 25e-6).steady(journal=(10e-6, 0), speed=628.3)
 """
 
 from __future__ import annotations

@@ -81,10 +81,7 @@ def slot_flow(
     A concentric film of diameter D is a slot of width pi D. Source: Hamrock (2004), ch. 16, with no sliding.
     """
     return (
-        width
-        * height**3
-        * (pressure**2 - ambient_pressure**2)
-        / (24 * viscosity * gas_constant * temperature * length)
+        width * height**3 * (pressure**2 - ambient_pressure**2) / (24 * viscosity * gas_constant * temperature * length)
     )
 
 
@@ -103,10 +100,7 @@ def hagen_poiseuille_flow(
     Source: Poiseuille's law with the density of an ideal gas, integrated along the pipe.
     """
     return (
-        math.pi
-        * radius**4
-        * (pressure**2 - back_pressure**2)
-        / (16 * viscosity * length * gas_constant * temperature)
+        math.pi * radius**4 * (pressure**2 - back_pressure**2) / (16 * viscosity * length * gas_constant * temperature)
     )
 
 

@@ -24,11 +24,12 @@ class FilmError(ValueError):
 
 @dataclass(frozen=True)
 class SteadyFilm:
-    """A steady film: pressures (n_theta, n_z) [Pa, absolute] at the interval centres `z`, force (2,) on the journal [N].
+    """Steady film: pressure (n_theta, n_z) [Pa, absolute] at the interval centres `z`, force (2,) [N] on the journal.
 
-    A pressure is the mean of the two nodes beside it, so that the force is exactly the sum of (p - pa) over the cells;
-    `p_max` is the highest nodal value. `mass_flow` (n_inj,) [kg/s] through each injector into the film, `plenum` (n_inj,)
-    [Pa, absolute], `friction_torque` [N m] against the rotation, `h_min` [m], `edge_flow` [kg/s] out of the two edges.
+    A pressure is the mean of the two nodes beside it, so that the force is exactly the sum of (p - pa) over the
+    cells; `p_max` is the highest nodal value. `mass_flow` (n_inj,) [kg/s] through each injector into the film,
+    `plenum` (n_inj,) [Pa, absolute], `friction_torque` [N m] against the rotation, `h_min` [m], `edge_flow` [kg/s]
+    out of the two edges.
     """
 
     pressure: Array
@@ -67,8 +68,9 @@ class March:
 class GasBearing:
     """A gas journal bearing with radius, length and clearance [m]; see `reynolds.residual` for the equation.
 
-    Half the bearing is solved when it is symmetric about its midplane. n_theta is a multiple of 4; n_z, even, counts the
-    intervals over the full length. Injectors act only with a supply pressure given or not: at 0 gauge they still vent.
+    Half the bearing is solved when it is symmetric about its midplane. n_theta is a multiple of 4; n_z, even, counts
+    the intervals over the full length. Injectors act only with a supply pressure given or not: at 0 gauge they still
+    vent.
     """
 
     radius: float
@@ -86,7 +88,7 @@ class GasBearing:
     """Solve one half: True, False, or None to decide by the injectors."""
 
     def __post_init__(self) -> None:
-        for name in ("radius", "length", "clearance", "viscosity", "ambient_pressure", "temperature", "gas_constant"):
+        for name in ("radius", "length", "viscosity", "ambient_pressure", "temperature", "gas_constant"):
             if not getattr(self, name) > 0:
                 raise FilmError(f"{name} = {getattr(self, name)}: must be positive")
 
@@ -94,9 +96,7 @@ class GasBearing:
     def model(self) -> FilmModel:
         """Grid, gas and injectors as the kernels' workspace takes them."""
         half = all(i.offset == 0 for i in self.injectors) if self.symmetric is None else self.symmetric
-        gas = Gas(
-            self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio
-        )
+        gas = Gas(self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio)
         grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
         return FilmModel(grid, self.clearance, gas, tuple(self.injectors))
 
@@ -260,4 +260,3 @@ def _mass_defect(flows: Array, model: FilmModel, dt: float) -> float:
     injected = np.cumsum(flows[1::2, 0] * model.record()["source"][0] * dt)
     scale = injected[-1] if injected[-1] > 0 else held.mean()
     return float(np.abs(np.cumsum(defect)).max() / scale)
-

@@ -5,8 +5,9 @@ bearing's edges, where p is ambient. A bearing that is symmetric about its midpl
 midplane with half a cell, and forces count twice.
 
 Every film array is stored as theta lines of `stride` values between two ghost lines that repeat the other end: the
-unknown rows, the upper edge and, on a full bearing, the lower edge of the NEXT line, which sits right before its rows. So neighbours are at fixed distances (+-1 in z, +-stride in theta), every loop
-over the film is one flat loop, and with sizes known at compile time it vectorises without alias checks.
+unknown rows, the upper edge and, on a full bearing, the lower edge of the NEXT line, which sits right before its
+rows. So neighbours are at fixed distances (+-1 in z, +-stride in theta), every loop over the film is one flat loop,
+and with sizes known at compile time it vectorises without alias checks.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ import numpy as np
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
-    "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3", "p_mid",
+    "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
-                   "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h", "inj_cos", "inj_sin",
-                   "plenum_old", "plenum_rate", "plenum_mid", "plenum_1", "plenum_2", "plenum_3")  # fmt: skip
+                   "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
+                   "inj_cos", "inj_sin", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1", "plenum_2",
+                   "plenum_3")  # fmt: skip
 NOZZLE_TERMS = 16
 
 
@@ -72,7 +74,6 @@ class Layout(NamedTuple):
     p_1: int
     p_2: int
     p_3: int
-    p_mid: int
     plenum: int
     plenum_rhs: int
     pin_conductance: int
@@ -110,10 +111,8 @@ class Layout(NamedTuple):
     journal_a: int
     journal_b: int
     journal_rhs: int
-    journal_old: int
     static_a: int
     static_rhs: int
-    predictor: int
     force: int
     inverse: int
     spike: int
@@ -191,7 +190,7 @@ def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: lis
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
-        "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "journal_old": 2, "static_a": 4, "static_rhs": 2, "predictor": 16, "force": 2,
+        "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": rows * length, "closure": rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_inverse": borders * borders, "lanes": 8 * stride, "convergence": 8,

@@ -9,10 +9,10 @@ The plenum pressure P_k is a state,
 orifice       \dot m_pin = Cd1 \pi d_p (g_0 - y)_+ \Phi(P_s, P_k), y the pin's extension: a longer pin closes the seat;
 loss factor   \dot m_pin = l_f(y) (P_s^2 - P_k^2), laminar (Pierart & Santos 2015);
 
-and \dot m_film = Cd2 \pi d_o h_loc \Phi(P_k, p_loc) leaves through the curtain round the orifice. \Phi is the isentropic
-nozzle function, choked below the critical pressure ratio, odd for backflow and linear for r > 0.995 where its root is
-singular. It is evaluated as sqrt(1 - r) times a polynomial fitted to round-off, so that no power function is called and
-every platform computes the same bits.
+and \dot m_film = Cd2 \pi d_o h_loc \Phi(P_k, p_loc) leaves through the curtain round the orifice. \Phi is the
+isentropic nozzle function, choked below the critical pressure ratio, odd for backflow and linear for r > 0.995 where
+its root is singular. It is evaluated as sqrt(1 - r) times a polynomial fitted to round-off, so that no power function
+is called and every platform computes the same bits.
 
 The source is spread over the orifice's disc by area weights. On a coarse grid the disc's mean pressure is not the mean
 of the node pressures, because p^2 is logarithmic round a source; `footprint` returns reading weights that put the
@@ -141,9 +141,7 @@ def pin_flow(pressure, supply, conductance, law, c, w):
     return conductance * flow, conductance * d_down
 
 
-def footprint(
-    grid: Grid, injector: Injector
-) -> tuple[list[tuple[int, int, float]], list[tuple[int, int, float]]]:
+def footprint(grid: Grid, injector: Injector) -> tuple[list[tuple[int, int, float]], list[tuple[int, int, float]]]:
     """Source and reading weights of an injector as lists (line, row, weight).
 
     Source weights sum to 1 over the full bearing (a half-bearing list holds its own half); reading weights give the
@@ -231,6 +229,8 @@ def _fold(grid: Grid, full: dict[tuple[int, int], float], source: bool) -> list[
             row = abs(node - middle)
             share = weight / 2 if source else weight
         if not 0 <= row < grid.n_rows:
-            raise ValueError(f"injector at {grid.dz * (node - middle):.4g} m from the centre: its orifice leaves the film")
+            raise ValueError(
+                f"injector at {grid.dz * (node - middle):.4g} m from the centre: its orifice leaves the film"
+            )
         folded[i, row] = folded.get((i, row), 0.0) + share
     return [(i, j, v) for (i, j), v in sorted(folded.items())]

@@ -87,7 +87,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
 
 @kernel
 def book(w, L, kept, flows, row):
-    """Injected flow [kg/s], escaping flow and mass held in the array `kept` (both times R_g T / (dy dz)) into a row of flows."""
+    """Injected flow [kg/s], escaping flow and mass in the array `kept` (both times R_g T / (dy dz)) into a row."""
     injected = 0.0
     for i in range(L.n_inj):
         injected += w[L.film_flow + i]

@@ -1,8 +1,8 @@
 """Small dense products and sums in eight lanes: they vectorise, and add in the same order on every processor.
 
-Without reassociation a compiler may not vectorise a sum; here the eight partial sums are part of the definition, written
-as LLVM vectors. A processor with shorter vectors takes several of them and finds the same bits. The Python bodies say
-what is computed and serve when compilation is switched off.
+Without reassociation a compiler may not vectorise a sum; here the eight partial sums are part of the definition,
+written as LLVM vectors. A processor with shorter vectors takes several of them and finds the same bits. The Python
+bodies say what is computed and serve when compilation is switched off.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def _zero(lanes: int) -> Any:
 
 
 @intrinsic
-def _dot(typing, w, x, y, n):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]
+def _dot(typing, w, x, y, n):
+    def generate(context, builder, signature, args):
         data = _data(context, builder, signature.args[0], args[0])
         total = cgutils.alloca_once_value(builder, _zero(LANES))
         step = ir.Constant(args[3].type, LANES)
@@ -63,8 +63,8 @@ def _block_product(lanes: int, columns: int) -> Any:
     """Intrinsic y = B x or y = y - B x for `lanes` rows and n columns (a multiple of `columns`) at distance `lead`."""
 
     @intrinsic
-    def product(typing, w, block, lead, x, y, n, keep):  # type: ignore[no-untyped-def]
-        def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]
+    def product(typing, w, block, lead, x, y, n, keep):
+        def generate(context, builder, signature, args):
             data = _data(context, builder, signature.args[0], args[0])
             block, lead, x, y, n, keep = args[1:]
             sums = [cgutils.alloca_once_value(builder, _zero(lanes)) for _ in range(columns)]

@@ -6,8 +6,8 @@ The stage's equations are the film's residual, the plena (eliminated analyticall
 
 where A = I, B = W (compliance of the rotor over a stage) in time, A = K, B = I for a static shaft and B = 0 for a
 journal held in place. The film's ring is bordered by one unknown per injector (its change of flow) and the two of the
-journal. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the film's stiffness in
-these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
+journal. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the film's
+stiffness in these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def border_column(w, ix, F, L, U, iadt, c, column):
 
 @inlined
 def build_small(w, ix, L):
-    """Inverse of the border system in the film flows' changes (as scaled rows see them) and the journal's displacement."""
+    """Inverse of the border system: changes of the film flows, as scaled rows see them, and journal displacement."""
     nb = L.n_border
     for i in range(L.n_inj):
         cell = ix[L.source_cell + ix[L.source_start + i]]
@@ -202,8 +202,9 @@ def wrap(w, L, array):
 def newton(w, ix, F, L, U, iadt, tolerance, most):
     """Iterate until what is left is below `tolerance`; returns the number of iterations or a negative status.
 
-    The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections and
-    kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer. STALE_FACTORS asks the caller for `refresh` and another go.
+    The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections
+    and kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer.
+    STALE_FACTORS asks the caller for `refresh` and another go.
     """
     before = 0.0
     n = 0

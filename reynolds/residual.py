@@ -3,14 +3,14 @@ r"""Finite-volume residual of the modified Reynolds equation and its Jacobian.
 .. math:: \partial_t(p h) + \partial_y\!\left(\tfrac{U}{2} p h - \tfrac{h^3}{24\mu}\,\partial_y p^2\right)
           + \partial_z\!\left(-\tfrac{h^3}{24\mu}\,\partial_z p^2\right) = R_g T\, \dot m''
 
-with y = R theta in the direction of the surface's motion, U = Omega R, and the injected flux m'' positive INTO the film.
-Source: thesis eq. (1.4) with the viscosity and the sign of the injection term restored by the mass balance (as printed,
-"+12 p V_I" lacks mu and fits only a V_I counted out of the film); Hamrock (2004), ch. 16.
-Assumes an ideal isothermal gas, laminar flow, no slip, no inertia, a journal parallel to the bearing.
+with y = R theta in the direction of the surface's motion, U = Omega R, and the injected flux m'' positive INTO the
+film. Source: thesis eq. (1.4) with the viscosity and the sign of the injection term restored by the mass balance (as
+printed, "+12 p V_I" lacks mu and fits only a V_I counted out of the film); Hamrock (2004), ch. 16. Assumes an ideal
+isothermal gas, laminar flow, no slip, no inertia, a journal parallel to the bearing.
 
-The unknown is p at the nodes; diffusion is written in q = p^2, storage in m = p h, both with face values of h; the shear
-flow is central and blended with upwind where the cell number 6 mu U dy / (p h^2) exceeds 2.
-Each residual is divided by dy dz and has the unit Pa m/s.
+The unknown is p at the nodes; diffusion is written in q = p^2, storage in m = p h, both with face values of h; the
+shear flow is central and blended with upwind where the cell number 6 mu U dy / (p h^2) exceeds 2. Each residual is
+divided by dy dz and has the unit Pa m/s.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ def fluxes(w, F, L, U):
 def injection(w, ix, F, L, iadt):
     """Pin and film flow of every injector, the plenum's residual and what Newton needs of both.
 
-    Eliminating the plenum pressure leaves the change of the film flow, d m_film = defect + gain_q dq_loc + gain_h dh_loc;
-    the plenum itself changes by dP = -shift - pull_q dq_loc - pull_h dh_loc.
+    Eliminating the plenum pressure leaves the change of the film flow, d m_film = defect + gain_q dq_loc + gain_h
+    dh_loc; the plenum itself changes by dP = -shift - pull_q dq_loc - pull_h dh_loc.
     """
     for k in range(L.n_inj):
         q_loc = 0.0
@@ -162,10 +162,7 @@ def thickness_derivative(w, ix, F, L, U, iadt, gain, out):
         upwind = max(drag - 0.5 * ms * hf * cross, 0.0)
         blend = -0.5 * cross * ((a + b) * hf + ms * df) if upwind > 0.0 else 0.0
         w[L.flow_t + k] = (
-            shear * (a + b)
-            - upwind * (b - a)
-            - blend * jump
-            - kt * 3.0 * hf * hf * df * (w[L.q + k + s] - w[L.q + k])
+            shear * (a + b) - upwind * (b - a) - blend * jump - kt * 3.0 * hf * hf * df * (w[L.q + k + s] - w[L.q + k])
         )
         hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
         dz = 0.5 * (w[L.dh + k] + w[L.dh + k + 1])

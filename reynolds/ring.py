@@ -1,13 +1,13 @@
 r"""Direct solver for the ring of theta lines (block cyclic tridiagonal, diagonal couplings).
 
-Line i has a tridiagonal block D_i in z and diagonal couplings W_i, E_i to its neighbours. The ring is cut at line 0; the
-lines to either side are eliminated by two chains that meet half-way,
+Line i has a tridiagonal block D_i in z and diagonal couplings W_i, E_i to its neighbours. The ring is cut at line 0;
+the lines to either side are eliminated by two chains that meet half-way,
 
 .. math:: D_i \leftarrow D_i - W_i D_{i-1}^{-1} E_{i-1},
 
-and the cut is closed by a spike: x_i = x'_i - S_i x_0, with x' the solution for x_0 = 0. Only D_i^{-1} and S_i are stored,
-as dense blocks column by column, so that a solve is three small matrix-vector products a line.
-Source: Golub & Van Loan (2013), sections 4.5 and 4.8 (block elimination, bordering).
+and the cut is closed by a spike: x_i = x'_i - S_i x_0, with x' the solution for x_0 = 0. Only D_i^{-1} and S_i are
+stored, as dense blocks column by column, so that a solve is three small matrix-vector products a line. Source: Golub
+& Van Loan (2013), sections 4.5 and 4.8 (block elimination, bordering).
 """
 
 from __future__ import annotations
@@ -150,9 +150,7 @@ def close_ring(w, L, r):
         for e in range(n, s):
             w[r + L.first + i * s + e] = 0.0
     for a in range(n):
-        w[o + a] = (
-            w[r + zero + a] - w[L.east + zero + a] * w[r + first + a] - w[L.west + zero + a] * w[r + tail + a]
-        )
+        w[o + a] = w[r + zero + a] - w[L.east + zero + a] * w[r + first + a] - w[L.west + zero + a] * w[r + tail + a]
         w[o + s + a] = 0.0
     multiply(w, L.closure, o, o + s, n, True)
     for a in range(n):

@@ -6,7 +6,8 @@ order, one-step and L-stable (Bank et al. 1985; Hosea & Shampine 1996). Both sta
 .. math:: m_\gamma = m_n + a\,\Delta t\,(\dot m_n + \dot m_\gamma), \qquad
           m_{n+1} = \frac{m_\gamma - (1-\gamma)^2 m_n}{\gamma(2-\gamma)} + a\,\Delta t\,\dot m_{n+1},
 
-so that mass is conserved. The rate at the start of a step is the one the last step ended with. Starting values are polynomials through the last steps.
+so that mass is conserved. The rate at the start of a step is the one the last step ended with. Starting values are
+polynomials through the last steps.
 """
 
 from __future__ import annotations

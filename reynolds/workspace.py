@@ -17,7 +17,7 @@ FILM_DTYPE = np.dtype(
 
 @dataclass(frozen=True)
 class Gas:
-    """Gas and ambient: viscosity [Pa s], pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio."""
+    """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1]."""
 
     viscosity: float = 1.85e-5
     ambient_pressure: float = 101325.0

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands import machine
+from rotorsim.commands import bench, machine
+from rotorsim.commands.runup import EXAMPLE, runup
 from rotorsim.errors import RotorsimError
 
 app = typer.Typer(
@@ -18,14 +19,14 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+app.command(epilog=EXAMPLE)(runup)
 app.add_typer(machine.app, name="machine")
+app.command(epilog=bench.EXAMPLE)(bench.bench)
 
 
 @app.callback()
 def _options(
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of an error; goes anywhere.")
-    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error; goes anywhere.")] = False,
 ) -> None:
     pass
 
@@ -37,9 +38,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         app(args=[a for a in arguments if a != "--debug"], prog_name="rotorsim")
     except BrokenPipeError:
-        os.dup2(
-            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
-        )  # so that the flush at exit stays silent
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that the flush at exit stays silent
         sys.exit(1)
     except (RotorsimError, OSError) as error:
         if debug:

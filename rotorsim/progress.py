@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-Block = TypeVar("Block", bound=tuple)  # type: ignore[type-arg]
+Block = TypeVar("Block", bound=tuple)
 SAMPLE = 2e-4
 
 

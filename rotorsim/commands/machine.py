@@ -66,9 +66,7 @@ def summary(machine: Machine) -> str:
     film = machine.film
     parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
     if film:
-        parts.append(
-            f"gas film with {text(film.clearance, 'm')} clearance and {len(machine.injectors)} injectors"
-        )
+        parts.append(f"gas film with {text(film.clearance, 'm')} clearance and {len(machine.injectors)} injectors")
     parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
     return "; ".join(parts)
 

@@ -22,9 +22,7 @@ from typing import Any, ClassVar
 PORTS = ("force", "contact")
 
 
-def param(
-    unit: str, default: float | None = 0.0, bounds: tuple[float, float] = (-1e300, 1e300), doc: str = ""
-) -> Any:
+def param(unit: str, default: float | None = 0.0, bounds: tuple[float, float] = (-1e300, 1e300), doc: str = "") -> Any:
     """A parameter in SI: its unit as pint reads it, neutral default, closed bounds, one sentence."""
     return field(default=default, metadata={"unit": unit, "bounds": bounds, "doc": doc})
 

@@ -57,5 +57,7 @@ class Contact(Effect):
     stiffness: float = param("N/m", bounds=(0.0, 1e10), doc="Stiffness of the contact; 0 switches it off.")
     damping: float = param("s/m", bounds=(0.0, 1e4), doc="Hunt-Crossley damping factor.")
     friction: float = param("1", bounds=(0.0, 1.0), doc="Coulomb friction coefficient.")
-    slip_speed: float = param("m/s", default=1e-3, bounds=(1e-6, 10.0), doc="Speed at which friction is 76 % developed.")
+    slip_speed: float = param(
+        "m/s", default=1e-3, bounds=(1e-6, 10.0), doc="Speed at which friction is 76 % developed."
+    )
     asperity: float = param("m", default=2.5e-7, bounds=(0.0, 1e-4), doc="Film thickness at which surfaces touch.")

@@ -47,7 +47,9 @@ def runup(
     progress: bool = False,
 ) -> xr.Dataset:
     """Run up from speed `start` to `stop` [rad/s] at `rate` [rad/s^2] and gauge pressure [Pa]; returns the record."""
-    return plant.simulate(ramp_time(start, stop, rate), _ramp(start, stop, rate), pressure, seed=seed, progress=progress)
+    return plant.simulate(
+        ramp_time(start, stop, rate), _ramp(start, stop, rate), pressure, seed=seed, progress=progress
+    )
 
 
 def coastdown(
@@ -64,7 +66,14 @@ def coastdown(
 
 
 def record_runup(
-    plant: Plant, path: Path, start: float, stop: float, rate: float, pressure: float, seed: int = 0, progress: bool = False
+    plant: Plant,
+    path: Path,
+    start: float,
+    stop: float,
+    rate: float,
+    pressure: float,
+    seed: int = 0,
+    progress: bool = False,
 ) -> Outcome:
     """Run up as `runup` and stream to the NetCDF file `path`, with film pressures at `SNAPSHOTS` instants.
 

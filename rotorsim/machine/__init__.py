@@ -46,9 +46,7 @@ def machine_text(name_or_path: str | Path) -> str:
         return (files("rotorsim.machine") / "rigs" / f"{name}.toml").read_text(encoding="utf-8")
     if not Path(name).exists():
         known = ", ".join(shipped_machines())
-        raise MachineFileError(
-            f"'{name}' is no shipped machine ({known}) and no file; give one of these or a path"
-        )
+        raise MachineFileError(f"'{name}' is no shipped machine ({known}) and no file; give one of these or a path")
     return toml.read_text(Path(name))
 
 
@@ -69,6 +67,4 @@ def load_machine(name_or_path: str | Path) -> Machine:
     try:
         return Machine.from_text(text)
     except MachineFileError as error:
-        raise MachineFileError(
-            "\n".join(f"{name_or_path}: {problem}" for problem in error.problems)
-        ) from error
+        raise MachineFileError("\n".join(f"{name_or_path}: {problem}" for problem in error.problems)) from error

@@ -84,10 +84,7 @@ def _film(machine: Machine, path: str, film: GasFilm) -> Iterator[tuple[str, str
     if film.clearance > film.diameter / 20:
         limit = show(film.diameter / 20, "m")
         yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is no thin film; write at most '{limit}'"
-    if (
-        film.position - film.length / 2 < shaft.start - 1e-9
-        or film.position + film.length / 2 > shaft.end + 1e-9
-    ):
+    if film.position - film.length / 2 < shaft.start - 1e-9 or film.position + film.length / 2 > shaft.end + 1e-9:
         yield (
             f"{path}.length",
             f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film",

@@ -28,9 +28,7 @@ def with_value(text: str, path: str, value: Any) -> str:
     if isinstance(table, list):
         _item(table, keys[-1], ".".join(keys[:-1]))
     if isinstance(table, list) or isinstance(table.get(keys[-1]), (MutableMapping, list)):
-        raise MachineFileError(
-            f"{path}: holds several values; name the one to change, e.g. '{path}.position'"
-        )
+        raise MachineFileError(f"{path}: holds several values; name the one to change, e.g. '{path}.position'")
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot say
@@ -52,9 +50,7 @@ def _descend(table: Any, keys: list[str], path: str) -> Any:
                 table[key] = tomlkit.table(is_super_table=depth < len(keys) - 1)
             table = table[key]
         if not isinstance(table, (MutableMapping, list)):
-            raise MachineFileError(
-                f"{path}: '{'.'.join(keys[: depth + 1])}' is a value, not a table; check the path"
-            )
+            raise MachineFileError(f"{path}: '{'.'.join(keys[: depth + 1])}' is a value, not a table; check the path")
     return table
 
 

@@ -40,12 +40,8 @@ class Injection(Part):
     law: Literal["orifice", "loss_factor"] = Field(
         description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."
     )
-    seat_gap: float = quantity(
-        "m", "Gap of the pin's seat with the pin fully drawn back.", above=0, high=1e-2
-    )
-    minimum_gap: float = quantity(
-        "m", "Gap that stays open when the pin is fully pushed in.", low=0, high=1e-2
-    )
+    seat_gap: float = quantity("m", "Gap of the pin's seat with the pin fully drawn back.", above=0, high=1e-2)
+    minimum_gap: float = quantity("m", "Gap that stays open when the pin is fully pushed in.", low=0, high=1e-2)
     pin_diameter: float = quantity("m", "Diameter of the pin's seat.", above=0, high=0.1)
     pin_discharge: float | None = quantity(
         "1", "Discharge coefficient of the pin's seat; for law 'orifice'.", None, above=0, high=2
@@ -53,9 +49,7 @@ class Injection(Part):
     orifice_diameter: float = quantity("m", "Diameter of the orifice into the film.", above=0, high=0.1)
     curtain_discharge: float = quantity("1", "Discharge coefficient from orifice to film.", above=0, high=2)
     plenum_volume: float = quantity("m^3", "Volume between pin and film.", above=0, high=1e-3)
-    polytropic_exponent: float = quantity(
-        "1", "Exponent of the plenum's gas; 1 is isothermal.", 1.0, low=1, high=2
-    )
+    polytropic_exponent: float = quantity("1", "Exponent of the plenum's gas; 1 is isothermal.", 1.0, low=1, high=2)
     loss_factor: float | None = quantity(
         "kg/(s*Pa^2)", "Mass flow per difference of squared pressures, fully open; for law 'loss_factor'.",
         None, above=0, high=1e-6,
@@ -68,9 +62,7 @@ class Injection(Part):
     def _complete(self) -> Injection:
         needs = {"orifice": "pin_discharge", "loss_factor": "loss_factor"}[self.law]
         if getattr(self, needs) is None:
-            raise PartError(
-                (needs, f"missing, but law '{self.law}' needs it; add it or choose the other law")
-            )
+            raise PartError((needs, f"missing, but law '{self.law}' needs it; add it or choose the other law"))
         if self.minimum_gap >= self.seat_gap:
             least, most = show(self.minimum_gap, "m"), show(self.seat_gap, "m")
             raise PartError(("minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"))

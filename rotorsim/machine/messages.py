@@ -30,11 +30,7 @@ def unknown_field(key: str, known: Iterable[str]) -> str:
     """Sentence about a key that is none of `known`."""
     names = sorted(known)
     close = get_close_matches(key, names, n=1, cutoff=0.6)
-    return (
-        f"unknown field; did you mean '{close[0]}'?"
-        if close
-        else f"unknown field; known fields: {', '.join(names)}"
-    )
+    return f"unknown field; did you mean '{close[0]}'?" if close else f"unknown field; known fields: {', '.join(names)}"
 
 
 def _lines(item: Any, model: type[BaseModel]) -> list[str]:

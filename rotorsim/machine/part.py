@@ -47,9 +47,7 @@ class Spec:
             raise ValueError(f"{said} is not a whole number; write e.g. {max(1, round(number))}")
         if number % self.multiple:
             kind = "even" if self.multiple == 2 else f"a multiple of {self.multiple}"
-            raise ValueError(
-                f"{said} is not {kind}; write e.g. {ceil(number / self.multiple) * self.multiple}"
-            )
+            raise ValueError(f"{said} is not {kind}; write e.g. {ceil(number / self.multiple) * self.multiple}")
         return int(number)
 
     def _check_limits(self, said: str, number: float) -> None:

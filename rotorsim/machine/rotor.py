@@ -41,12 +41,8 @@ class Shaft(Part):
 
     start: float = quantity("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
     material: Material = Field(description="What the shaft is made of.")
-    sections: tuple[Section, ...] = Field(
-        min_length=1, description="Pieces of the shaft, from left to right."
-    )
-    damping_ratio: float = quantity(
-        "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5
-    )
+    sections: tuple[Section, ...] = Field(min_length=1, description="Pieces of the shaft, from left to right.")
+    damping_ratio: float = quantity("1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5)
     max_element_length: float = quantity("m", "Longest finite element.", 0.025, above=0, high=10)
 
     @property
@@ -70,9 +66,7 @@ class Shaft(Part):
         if self.length / self.max_element_length > 1000:
             longest = show(self.max_element_length, "m")
             fit = show(float(f"{self.length / 20:.2g}"), "m")
-            raise PartError(
-                ("max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{fit}'")
-            )
+            raise PartError(("max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{fit}'"))
         return self
 
 

@@ -34,9 +34,7 @@ def _kind(bearing: Any) -> str | None:
     return kind if isinstance(kind, str) else None
 
 
-Bearing = Annotated[
-    Annotated[LinearBearing, Tag("linear")] | Annotated[GasFilm, Tag("gas_film")], Discriminator(_kind)
-]
+Bearing = Annotated[Annotated[LinearBearing, Tag("linear")] | Annotated[GasFilm, Tag("gas_film")], Discriminator(_kind)]
 
 
 class Machine(Part):
@@ -46,15 +44,11 @@ class Machine(Part):
     description: str = Field("", description="A sentence about the machine.")
     shaft: Shaft = Field(description="The elastic shaft.")
     discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
-    bearings: tuple[Bearing, ...] = Field(
-        min_length=1, description="Bearings; at most one of them a gas film."
-    )
+    bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings; at most one of them a gas film.")
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
     injectors: tuple[Injector, ...] = Field((), description="The injectors of the gas film.")
-    probe: Probe | None = Field(
-        None, description="Where displacement is measured; the first disc when not given."
-    )
+    probe: Probe | None = Field(None, description="Where displacement is measured; the first disc when not given.")
     grid: Grid = Field(Grid(), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")

@@ -41,9 +41,7 @@ def read_text(path: Path) -> str:
 def parse(text: str) -> dict[str, Any]:
     """Tables of a TOML text; raises MachineFileError with line and column."""
     if not text.strip():
-        raise MachineFileError(
-            "the machine file is empty; 'rotorsim machine new PATH' writes one to start from"
-        )
+        raise MachineFileError("the machine file is empty; 'rotorsim machine new PATH' writes one to start from")
     try:
         return tomllib.loads(text)
     except ValueError as error:

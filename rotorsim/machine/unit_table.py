@@ -25,9 +25,7 @@ _DEG = repr(pi / 180)
 
 TABLE: dict[str, Dimension] = {
     "1": Dimension("number", "0.5", (), {}),
-    "m": Dimension(
-        "length", "25 mm", ("um", "mm"), {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9"}
-    ),
+    "m": Dimension("length", "25 mm", ("um", "mm"), {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9"}),
     "m^3": Dimension("volume", "1 mm^3", ("mm^3",), {"m^3": "1", "mm^3": "1e-9", "cm^3": "1e-6"}),
     "kg": Dimension("mass", "1.5 kg", ("g", "kg"), {"kg": "1", "g": "1e-3"}),
     "kg*m": Dimension("mass*length", "10 g*mm", ("g*mm",), {"kg*m": "1", "g*mm": "1e-6", "kg*mm": "1e-3"}),
@@ -73,9 +71,7 @@ TABLE: dict[str, Dimension] = {
     "N*s/m": Dimension("damping", "100 N*s/m", ("N*s/m",), {"N*s/m": "1", "kN*s/m": "1e3", "N*s/mm": "1e3"}),
     "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}),
     "m/V": Dimension("length/voltage", "4.2 um/V", ("um/V",), {"m/V": "1", "um/V": "1e-6", "mm/V": "1e-3"}),
-    "J/(kg*K)": Dimension(
-        "gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}
-    ),
+    "J/(kg*K)": Dimension("gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}),
     "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),
 }
 

@@ -1,8 +1,8 @@
 """Ideal actuators: pins that follow the reference voltage at once, and the supply pressure.
 
-Pin k = bias + gain_x r_x + gain_y r_y [m]; a longer pin closes its seat (thesis eq. C.1: the two pins of an axis share
-the reference with opposite signs). When a pin or the supply jumps between samples, the plenum's rate at the start of the
-step is the one after the jump.
+Pin k = bias + gain_x r_x + gain_y r_y [m]; a longer pin closes its seat (thesis eq. C.1: the two pins of an axis
+share the reference with opposite signs). When a pin or the supply jumps between samples, the plenum's rate at the
+start of the step is the one after the jump.
 """
 
 from __future__ import annotations

@@ -85,9 +85,7 @@ def make_film(machine: Machine) -> FilmModel | None:
     )  # fmt: skip
     half = all(i.offset == 0 for i in injectors)
     grid = Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half)
-    air = Gas(
-        gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio
-    )
+    air = Gas(gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio)
     return FilmModel(grid, film.clearance, air, injectors, machine.solver.minimum_film)
 
 

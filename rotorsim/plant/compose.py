@@ -1,8 +1,8 @@
 """Writes a machine's own kernel module: literal sizes, static calls of its effects, the step.
 
-The module is `step.py` with the names of `neutral.py` replaced. It lies in the user's cache folder under a name that hashes
-every source that goes into it, so a change of any kernel gives a new module, new parameter values never recompile, and
-numba's disk cache holds the machine code beside it.
+The module is `step.py` with the names of `neutral.py` replaced. It lies in the user's cache folder under a name that
+hashes every source that goes into it, so a change of any kernel gives a new module, new parameter values never
+recompile, and numba's disk cache holds the machine code beside it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ IMPORT = "from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_fo
 
 @dataclass(frozen=True)
 class Call:
-    """One effect of a machine: its instance, its name in the parameter record and the offset of its (2, n) shape rows."""
+    """One effect of a machine: instance, name in the parameter record, offset of its (2, n) shape rows."""
 
     effect: Effect
     record: str

@@ -5,8 +5,8 @@ the disc force (2) and the supply pressure; outputs: disc x, y. The film's descr
 couples to the rotor through X = Phi_b q and F; its storage matrix is diagonal, so A is explicit.
 
 The delay of an axis is that of the film force behind the reference with the journal held in place: the phase delay of
--F_y (J + i omega S)^-1 J_u at the axis' natural frequency. It is what plenum and film take to answer the pin; nothing in the
-model is called a delay.
+-F_y (J + i omega S)^-1 J_u at the axis' natural frequency. It is what plenum and film take to answer the pin; nothing
+in the model is called a delay.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class LinearPlant:
 
     @property
     def eigenvalues(self) -> np.ndarray:
-        """Eigenvalues with zeta < 0.9 near the first critical speeds [rad/s], upper half plane, ascending in modulus."""
+        """Eigenvalues [rad/s] with zeta < 0.9 near the first critical speeds, upper half plane, ascending."""
         return self._modes[0]
 
     @property

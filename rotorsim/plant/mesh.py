@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,10 +28,7 @@ class Mesh:
         marks = np.unique(np.round(self._marks(), 9))
         marks = marks[np.concatenate([[True], np.diff(marks) > SAME_PLACE])]
         longest = self.machine.shaft.max_element_length
-        pieces = [
-            np.linspace(a, b, int(np.ceil((b - a) / longest - 1e-9)) + 1)[:-1]
-            for a, b in zip(marks[:-1], marks[1:], strict=True)
-        ]
+        pieces = [np.linspace(a, b, int(np.ceil((b - a) / longest - 1e-9)) + 1)[:-1] for a, b in pairwise(marks)]
         return np.concatenate([*pieces, marks[-1:]])
 
     def _marks(self) -> list[float]:
@@ -68,7 +66,9 @@ class Mesh:
     def rotor(self) -> Rotor:
         """The finite-element rotor with its linear bearings."""
         machine = self.machine
-        discs = [DiskElement(self.node(d.position), d.mass, d.diametral_inertia, d.polar_inertia) for d in machine.discs]
+        discs = [
+            DiskElement(self.node(d.position), d.mass, d.diametral_inertia, d.polar_inertia) for d in machine.discs
+        ]
         bearings = [self._bearing(b) for b in machine.bearings if isinstance(b, LinearBearing)]
         return Rotor(self._elements(), discs, bearings)
 
@@ -78,16 +78,23 @@ class Mesh:
         material = Material("shaft", steel.density, steel.youngs_modulus, Poisson=steel.poisson_ratio)
         ends = shaft.start + np.cumsum([s.length for s in shaft.sections])
         elements = []
-        for a, b in zip(self.nodes[:-1], self.nodes[1:], strict=True):
+        for a, b in pairwise(self.nodes):
             section = shaft.sections[min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)]
             elements.append(ShaftElement(b - a, section.inner_diameter, section.outer_diameter, material=material))
         return elements
 
     def _bearing(self, bearing: LinearBearing) -> BearingElement:
         return BearingElement(
-            self.node(bearing.position), bearing.kxx, bearing.cxx, kyy=bearing.kyy, kxy=bearing.kxy, kyx=bearing.kyx,
-            cyy=bearing.cyy, cxy=bearing.cxy, cyx=bearing.cyx,
-        )  # fmt: skip
+            self.node(bearing.position),
+            bearing.kxx,
+            bearing.cxx,
+            kyy=bearing.kxx if bearing.kyy is None else bearing.kyy,
+            cyy=bearing.cxx if bearing.cyy is None else bearing.cyy,
+            kxy=bearing.kxy,
+            kyx=bearing.kyx,
+            cxy=bearing.cxy,
+            cyx=bearing.cyx,
+        )
 
     @cached_property
     def reduced(self) -> ReducedRotor:
@@ -101,5 +108,3 @@ class Mesh:
     def shape(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at z [m]."""
         return self.reduced.shape(self.node(z))
-
-

@@ -83,10 +83,10 @@ class Plant:
     ) -> xr.Dataset:
         """Run for `duration` [s] and return the record (see identification.dataset), sampled at 5 kHz.
 
-        speed [rad/s] and pressure [Pa, gauge] are numbers, functions of time or arrays over the samples; reference [V] and
-        disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is held. A
-        controller sees `disc_measured` of a sample and acts on the next. `initial` is "equilibrium" or a `Simulation` to
-        go on with. Raises NoLiftOffError, ConvergenceError, DataError.
+        speed [rad/s] and pressure [Pa, gauge] are numbers, functions of time or arrays over the samples; reference
+        [V] and disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is
+        held. A controller sees `disc_measured` of a sample and acts on the next. `initial` is "equilibrium" or a
+        `Simulation` to go on with. Raises NoLiftOffError, ConvergenceError, DataError.
         """
         from identification import make_record
         from rotorsim.progress import track

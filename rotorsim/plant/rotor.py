@@ -1,8 +1,8 @@
 r"""The reduced rotor inside an implicit step: modal states, condensed exactly to the journal's 2 x 2 compliance.
 
-In modal coordinates (mass matrix I, 2n modes; see fe_shaft.reduction)  q' = v,  v' = f + Phi_b' F - (C + Omega G) v - K q.
-A stage of TR-BDF2 is  q = q_r + a dt v,  v = v_r + a dt v'  with right-hand sides q_r, v_r, hence with
-T = (I + a dt (C + Omega G) + (a dt)^2 K)^-1
+In modal coordinates (mass matrix I, 2n modes; see fe_shaft.reduction)  q' = v,  v' = f + Phi_b' F - (C + Omega G) v -
+K q. A stage of TR-BDF2 is  q = q_r + a dt v,  v = v_r + a dt v'  with right-hand sides q_r, v_r, hence with T = (I +
+a dt (C + Omega G) + (a dt)^2 K)^-1
 
 .. math:: v = T (v_r + a\,\Delta t\,f - a\,\Delta t\,K q_r) + a\,\Delta t\,T \Phi_b' F, \qquad X = \Phi_b q = X_0 + W F,
 
@@ -77,11 +77,17 @@ class RotorLayout(NamedTuple):
     size: int
 
 
-def make_rotor_layout(n_modes: int, base: int, n_inj: int, n_shapes: int, has_film: bool, n_contact: int) -> RotorLayout:
+def make_rotor_layout(
+    n_modes: int, base: int, n_inj: int, n_shapes: int, has_film: bool, n_contact: int
+) -> RotorLayout:
     """Layout from offset `base`; n_modes counts both planes, `shapes` holds (2, n) rows for each effect."""
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
     sizes |= {"to_journal": 2 * n_modes, "journal": 2 * n_modes, "disc": 2 * n_modes}
-    sizes |= dict.fromkeys(SCALARS, 1) | {"contact_k": 4, "pin": max(n_inj, 1), "shapes": 2 * n_modes * max(n_shapes, 1)}
+    sizes |= dict.fromkeys(SCALARS, 1) | {
+        "contact_k": 4,
+        "pin": max(n_inj, 1),
+        "shapes": 2 * n_modes * max(n_shapes, 1),
+    }
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)

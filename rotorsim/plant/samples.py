@@ -11,7 +11,7 @@ COLUMNS = (
     "disc_x", "disc_y", "journal_x", "journal_y", "angle", "speed", "pressure", "film_force_x", "film_force_y",
     "h_min", "mass_flow", "contact",
 )  # fmt: skip
-"""Columns before the pins: [m], angle [rad], speed [rad/s], gauge pressure [Pa], force [N], flow [kg/s], contact 0/1."""
+"""Before the pins: [m], angle [rad], speed [rad/s], gauge pressure [Pa], force [N], h_min [m], flow [kg/s], 0/1."""
 
 
 @inlined

@@ -1,8 +1,8 @@
 """The coupled step: film, plena and rotor in one implicit TR-BDF2 step, and the loop over samples.
 
-This file is both a module (with the stand-ins of `neutral`) and the template from which `compose` writes a machine's own
-module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects.
-A step that does not converge is taken back and repeated as two of half the size.
+This file is both a module (with the stand-ins of `neutral`) and the template from which `compose` writes a machine's
+own module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects. A
+step that does not converge is taken back and repeated as two of half the size.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def pseudo_step(w, ix, P, speed, iadt, tolerance, damping):
 
 @kernel
 def journal_equation(w, P, x0, y0, vx, vy, speed):
-    """Set X - W (F + F_c) = X_0 with the contact force linearised at the present journal; returns whether it touches."""
+    """Set X - W (F + F_c) = X_0 with the contact force linearised at the present journal; returns if it touches."""
     x, y = w[FILM.journal], w[FILM.journal + 1]
     fx, fy, kxx, kxy, kyx, kyy = contact_forces(x, y, vx, vy, speed * P.film.radius, P)
     touching = fx != 0.0 or fy != 0.0
@@ -219,7 +219,8 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
 def run(w, ix, P, inputs, out, steps_per_sample):
     """Advance by one sample for each row of `inputs`; out gets the state BEFORE each. Returns samples done.
 
-    inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, absolute], reference x, y [V], disc force x, y [N].
+    inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, absolute], reference x, y [V], disc force
+    x, y [N].
     """
     for i in range(inputs.shape[0]):
         set_inputs(w, P, inputs[i, 0], inputs[i, 1], inputs[i, 2], inputs[i, 3], inputs[i, 4], inputs[i, 5])
@@ -228,4 +229,3 @@ def run(w, ix, P, inputs, out, steps_per_sample):
             if step(w, ix, P) < 0:
                 return i
     return inputs.shape[0]
-

@@ -101,9 +101,7 @@ def test_overhung_disc_on_a_massless_shaft_whirls_at_stodolas_frequencies(rpm):
     wn = frequencies(rotor, [0, 1, 2, 3], rpm * RAD_S)
     assert wn == pytest.approx(STODOLA[rpm], rel=2e-9)
     pairs = analytic.overhung_disc_frequencies(0.3, 0.02, 211e9, 1.5, 0.001858625, 0.003675, rpm * RAD_S)
-    assert [f for pair in pairs for f in (pair.backward, pair.forward)] == pytest.approx(
-        STODOLA[rpm], rel=2e-9
-    )
+    assert [f for pair in pairs for f in (pair.backward, pair.forward)] == pytest.approx(STODOLA[rpm], rel=2e-9)
 
 
 def jeffcott() -> Rotor:

@@ -9,9 +9,7 @@ from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, elements
 
 sizes = st.floats(0.01, 0.5)
 ratios = st.floats(0.0, 0.95)
-switches = st.fixed_dictionaries(
-    {name: st.booleans() for name in ("shear_effects", "rotary_inertia", "gyroscopic")}
-)
+switches = st.fixed_dictionaries({name: st.booleans() for name in ("shear_effects", "rotary_inertia", "gyroscopic")})
 
 
 def quarter_turn(nodes: int) -> np.ndarray:

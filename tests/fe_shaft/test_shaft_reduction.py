@@ -103,9 +103,7 @@ def test_six_modes_a_plane_give_the_first_frequencies_for_every_film_stiffness(r
     r = rig()
     reduced = modal_reduction(r.rotor, r.gas, SPRING, 6, 0.0)
     expected = on_gas_bearing(r, stiffness).run_modal(speed).wn[:6]
-    assert reduced_frequencies(reduced, r.gas, (stiffness, 0.0), speed)[:6] == pytest.approx(
-        expected, rel=3e-4
-    )
+    assert reduced_frequencies(reduced, r.gas, (stiffness, 0.0), speed)[:6] == pytest.approx(expected, rel=3e-4)
 
 
 def gas_node_error(r, n_modes, stiffness):

@@ -27,9 +27,7 @@ def test_gas_bearing_of_the_rig_carries_between_34_and_38_newton(rig):
     assert 34.0 < forces[1, 1] < 38.0
     assert forces[:, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert forces[:, 1].sum() == pytest.approx(9.80665 * r.rotor.mass, rel=1e-9)
-    lever = np.array(
-        [1.5 * 0.3787, 1.7169 * (0.3787 - 0.25), 0.3216 * 0.625 * 0.3787]
-    )  # disc, shaft, collar [kg m]
+    lever = np.array([1.5 * 0.3787, 1.7169 * (0.3787 - 0.25), 0.3216 * 0.625 * 0.3787])  # disc, shaft, collar [kg m]
     assert forces[1, 1] == pytest.approx(9.80665 * lever.sum() / (0.625 * 0.3787), rel=1e-3)
 
 

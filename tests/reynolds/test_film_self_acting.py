@@ -87,9 +87,7 @@ def test_long_incompressible_film_tends_to_sommerfeld(order):
     """
     unit = sommerfeld_force(R, 40 * 2 * R, C, EPS, SPEED, MU)
     sizes = (32, 64, 128)
-    rests = [
-        (incompressible(80, n, 64).force[1] - incompressible(40, n, 32).force[1]) / unit - 1 for n in sizes
-    ]
+    rests = [(incompressible(80, n, 64).force[1] - incompressible(40, n, 32).force[1]) / unit - 1 for n in sizes]
     assert order(sizes, rests) == pytest.approx(2.0, abs=0.1)
     assert (4 * rests[2] - rests[1]) / 3 == pytest.approx(0.0, abs=1e-5)
 

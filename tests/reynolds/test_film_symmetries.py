@@ -51,9 +51,7 @@ def test_reversing_the_speed_mirrors_the_force(radius, angle, speed):
 @given(radius=radii, angle=angles, speed=speeds)
 def test_half_bearing_is_the_full_bearing(injected, radius, angle, speed):
     """The same equations, half of them written once: 1e-12 of the pressures is rounding."""
-    half, full = (
-        injected(32, 8, symmetric=s).steady(position(radius, angle), speed, 4e5) for s in (True, False)
-    )
+    half, full = (injected(32, 8, symmetric=s).steady(position(radius, angle), speed, 4e5) for s in (True, False))
     assert half.pressure == pytest.approx(full.pressure, rel=1e-12)
     assert half.force == pytest.approx(full.force, rel=1e-12, abs=1e-10)
     assert half.mass_flow == pytest.approx(full.mass_flow, rel=1e-12)
@@ -82,9 +80,7 @@ def test_force_is_the_sum_over_the_pressures_returned(injected):
     steady = film.steady((5e-6, 3e-6), 400.0, 4e5)
     area = 0.02 * (2 * np.pi / 32) * (0.04 / 8)
     excess = (steady.pressure - 101325.0).sum(axis=1) * area
-    assert steady.force == pytest.approx(
-        [-excess @ np.cos(steady.theta), -excess @ np.sin(steady.theta)], rel=1e-12
-    )
+    assert steady.force == pytest.approx([-excess @ np.cos(steady.theta), -excess @ np.sin(steady.theta)], rel=1e-12)
 
 
 def test_injectors_off_the_midplane_need_the_full_bearing_and_balance(injected):

@@ -1,0 +1,20 @@
+"""One measured figure beside what it should reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure with its unit and bound; `met` says whether it is at or below the bound."""
+
+    name: str
+    value: float
+    unit: str
+    bound: float | None = None
+
+    @property
+    def met(self) -> bool | None:
+        """None when nothing is demanded."""
+        return None if self.bound is None else self.value <= self.bound

@@ -1,0 +1,69 @@
+"""`rotorsim bench`: the figures this software is held to, measured here and now."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rotorsim.bench.result import Figure
+
+EXAMPLE = "Example: rotorsim bench speed"
+PARTS = ("speed", "accuracy", "rig")
+
+
+def bench(
+    part: Annotated[
+        str | None, typer.Argument(metavar="[speed|accuracy|rig]", help="What to measure; all when not given.")
+    ] = None,
+    cold: Annotated[bool, typer.Option("--cold", help="Also time the first compilation with an empty cache.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
+) -> None:
+    """Measure speed and accuracy and print each figure beside its bound; times depend on what else runs."""
+    from rotorsim.errors import DataError
+
+    if part is not None and part not in PARTS:
+        raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}")
+    figures = [figure for figure in _measure(part, cold)]
+    if as_json:
+        typer.echo(json.dumps([asdict(f) | {"met": f.met} for f in figures], indent=2))
+    elif part in (None, "rig"):
+        _print_rig()
+
+
+def _measure(part: str | None, cold: bool) -> list[Figure]:
+    from rotorsim.bench import accuracy, speed
+
+    jobs = []
+    if part in (None, "speed"):
+        jobs += [speed.imports, speed.whole_run, speed.equilibrium, speed.steps]
+        jobs += [speed.first_compilation] if cold else []
+    if part in (None, "accuracy"):
+        jobs += [accuracy.rig, accuracy.grids, accuracy.decay, accuracy.mass]
+    figures = []
+    for job in jobs:
+        for figure in job():
+            figures.append(figure)
+            print(_line(figure), file=sys.stderr)
+    return figures
+
+
+def _line(figure: Figure) -> str:
+    bound = "" if figure.bound is None else f"  (bound {figure.bound:g}: {'met' if figure.met else 'NOT MET'})"
+    return f"{figure.name:<58} {figure.value:>10.4g} {figure.unit}{bound}"
+
+
+def _print_rig() -> None:
+    from rotorsim.bench.accuracy import COLUMNS, REFERENCE, rig_table
+    from rotorsim.plant import Plant
+
+    typer.echo("| MPa | rpm | " + " | ".join(COLUMNS) + " |")
+    typer.echo("|" + "---|" * (2 + len(COLUMNS)))
+    for mpa, rpm, values in rig_table(Plant("dtu_gas_bearing")):
+        reference = (*REFERENCE[mpa, int(rpm)], None, None)
+        cells = [f"{v:.4g}" if r is None else f"{v:.4g} ({r:.4g})" for v, r in zip(values, reference, strict=True)]
+        typer.echo(f"| {mpa} | {rpm:.0f} | " + " | ".join(cells) + " |")

@@ -1,0 +1,123 @@
+"""Curves against speed: amplitude and phase of the orders, and spectra as heat maps with the order lines."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.experiments.tracking import UM
+from rotorsim.report.run import Run
+from rotorsim.report.theme import AXIS_COLOURS, INK, SPECTRUM_SCALE, compact, faint, style
+
+MOST_POINTS, MOST_LINES = 1500, 250
+DECADES = 3.5
+"""Range of the colour scale of spectra."""
+FAINTEST = 1e-3
+"""Phase is not drawn where the amplitude is below this share of its largest value."""
+
+
+def bode(run: Run) -> go.Figure:
+    """Amplitude (0-pk, um) over phase lag (deg) of every tracked order against speed."""
+    orders = [int(n) for n in run.tracked["order"].values]
+    figure = make_subplots(2, len(orders), shared_xaxes=True, vertical_spacing=0.06, horizontal_spacing=0.07,
+                           row_heights=[0.6, 0.4], subplot_titles=[f"{n}X" for n in orders])  # fmt: skip
+    for column, n in enumerate(orders, 1):
+        for axis in AXIS_COLOURS:
+            for row, trace in enumerate(order_traces(run, n, axis), 1):
+                figure.add_trace(trace.update(showlegend=row == column == 1), row, column)
+    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], row=2)
+    figure.update_yaxes(rangemode="tozero", row=1)
+    figure.update_yaxes(dtick=90, autorange="reversed", row=2)
+    figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
+    figure.update_yaxes(title_text="phase lag [deg]", row=2, col=1)
+    return style(figure, 560)
+
+
+def order_traces(run: Run, order: int, axis: str) -> tuple[go.Scatter, go.Scatter]:
+    """Amplitude and phase lag of one order and axis."""
+    tracked = run.tracked.isel(window=slice(None, None, 1 + run.tracked.sizes["window"] // MOST_POINTS))
+    at, label = run.abscissa(tracked)
+    a = tracked["amplitude"].sel(order=order, axis=axis).values
+    unit = label.split("[")[1][:-1]
+    common = {"x": compact(at, 6), "name": f"disc {axis}", "legendgroup": axis, "mode": "lines",
+              "line": {"color": AXIS_COLOURS[axis], "width": 2}}  # fmt: skip
+    hover = f"{order}X {axis}: %{{y:.3g}} {{}} at %{{x:.0f}} {unit}<extra></extra>"
+    return (
+        go.Scatter(y=compact(np.abs(a) * UM), hovertemplate=hover.replace("{}", "µm"), **common),
+        go.Scatter(y=compact(phase_lag(a)), hovertemplate=hover.replace("{}", "deg"), **common),
+    )
+
+
+def phase_lag(a: np.ndarray) -> np.ndarray:
+    """Continuous phase lag [deg] of complex amplitudes, its median within half a turn; NaN where there is none."""
+    if a.size == 0:
+        return np.empty(0)
+    lag = -np.degrees(np.unwrap(np.angle(a)))
+    lag -= 360 * np.round(np.median(lag) / 360)
+    return np.where(np.abs(a) > FAINTEST * np.abs(a).max(), lag, np.nan)
+
+
+def waterfall_map(run: Run) -> go.Figure:
+    """Amplitude spectra of disc x and disc y against speed, with the order lines."""
+    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=["disc x", "disc y"])
+    for column, axis in enumerate("xy", 1):
+        size = run.spectra["amplitude"].sel(axis=axis).values
+        figure.add_trace(spectrum_trace(run, "frequency", size), 1, column)
+        add_order_lines(figure, run, (1, 2, 3), 1, column)
+    return _finish(figure, run, 460, "frequency [Hz]")
+
+
+def full_spectrum_map(run: Run) -> go.Figure:
+    """Spectra of x + i y against speed: forward whirl above zero, backward whirl below."""
+    figure = make_subplots(1, 1)
+    figure.add_trace(spectrum_trace(run, "signed_frequency", run.spectra["full"].values), 1, 1)
+    add_order_lines(figure, run, (-3, -2, -1, 1, 2, 3), 1, 1)
+    figure.add_hline(y=0, line={"color": INK, "width": 1})
+    return _finish(figure, run, 520, "frequency [Hz], forward > 0 > backward")
+
+
+def spectrum_trace(run: Run, axis: str, size: np.ndarray) -> go.Heatmap:
+    """Heat map of the decimal logarithm of amplitudes (line, frequency) [m], at most 250 frequencies."""
+    frequency = run.spectra[axis].values
+    group = -(-frequency.size // MOST_LINES)
+    starts = np.arange(0, frequency.size, group)
+    um = np.maximum.reduceat(size, starts, axis=1).T * UM
+    at = np.add.reduceat(frequency, starts) / np.diff(np.append(starts, frequency.size))
+    unit = run.abscissa(run.spectra)[1].split("[")[1][:-1]
+    return go.Heatmap(
+        x=compact(run.abscissa(run.spectra)[0], 6), y=compact(at), z=compact(np.log10(np.maximum(um, 1e-9)), 4),
+        customdata=compact(um, 3), coloraxis="coloraxis",
+        hovertemplate=f"%{{customdata:.3g}} µm at %{{y:.0f}} Hz, %{{x:.0f}} {unit}<extra></extra>",
+    )  # fmt: skip
+
+
+def add_order_lines(figure: go.Figure, run: Run, orders: tuple[int, ...], row: int, col: int) -> None:
+    """Dotted lines at multiples of the shaft speed, each labelled at its fast end."""
+    at, turning = run.abscissa(run.spectra)[0], np.abs(run.spectra["speed"].values) / (2 * np.pi)
+    fast = int(turning.argmax())
+    for n in orders if turning[fast] > 0 else ():
+        line = {"color": faint(INK, 0.45), "width": 1, "dash": "dot"}
+        figure.add_trace(go.Scatter(x=compact(at), y=compact(n * turning), mode="lines", line=line,
+                                    showlegend=False, hoverinfo="skip"), row, col)  # fmt: skip
+        figure.add_annotation(x=at[fast], y=n * turning[fast], text=f"{n}X".replace("-", "−"), showarrow=False,
+                              xanchor="right", yanchor="bottom" if n > 0 else "top", xshift=-4, row=row, col=col)  # fmt: skip
+
+
+def colour_axis(run: Run) -> dict[str, object]:
+    """Logarithmic colour scale in um, the same for all spectra of a run."""
+    largest = max(float(run.spectra["full"].max()), float(run.spectra["amplitude"].max())) * UM
+    top = np.log10(max(largest, 1e-6))
+    ticks = np.arange(np.ceil(top - DECADES), np.floor(top) + 1)
+    return {"colorscale": SPECTRUM_SCALE, "cmin": top - DECADES, "cmax": top,
+            "colorbar": {"title": {"text": "µm 0-pk"}, "tickvals": ticks, "thickness": 14, "outlinewidth": 0,
+                         "ticktext": [f"{10.0**t:g}" for t in ticks]}}  # fmt: skip
+
+
+def _finish(figure: go.Figure, run: Run, height: int, label: str) -> go.Figure:
+    figure.update_xaxes(title_text=run.abscissa(run.spectra)[1])
+    figure.update_yaxes(title_text=label, col=1)
+    style(figure, height, coloraxis=colour_axis(run))
+    for side in (figure.update_xaxes, figure.update_yaxes):
+        side(showgrid=False)
+    return figure

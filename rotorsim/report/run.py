@@ -1,0 +1,59 @@
+"""A record with everything that figures and captions need of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.errors import MachineFileError
+from rotorsim.experiments.tracking import RPM, summarise, track_orders, waterfall
+from rotorsim.machine import Machine
+
+
+@dataclass(frozen=True)
+class Run:
+    """A record, its tracked orders, spectra and summary, and its machine where the record tells it."""
+
+    record: xr.Dataset
+    tracked: xr.Dataset
+    spectra: xr.Dataset
+    summary: dict[str, Any]
+    machine: Machine | None
+
+    @property
+    def swept(self) -> bool:
+        """Whether the speed changed enough to draw things against it."""
+        least, most = (abs(self.summary["speed_rpm"][k]) for k in ("min", "max"))
+        return abs(most - least) > 0.02 * max(least, most)
+
+    @property
+    def has_snapshots(self) -> bool:
+        """Whether film pressures were kept."""
+        return "film_pressure" in self.record and self.record.sizes["snapshot"] > 0
+
+    def abscissa(self, data: xr.Dataset) -> tuple[np.ndarray, str]:
+        """Speed [rpm] of a dataset's entries and its label; time [s] where the speed is constant."""
+        if self.swept:
+            return data["speed"].values * RPM, "shaft speed [rpm]"
+        return data["time"].values, "time [s]"
+
+
+def analyse(record: xr.Dataset) -> Run:
+    """Track, transform and summarise an open record; spectra reach 4X of the highest speed, at least 100 Hz."""
+    tracked = track_orders(record)
+    fastest = max((abs(float(v)) for v in _block_speeds(record)), default=0.0)
+    spectra = waterfall(record, max_frequency=max(100.0, 4 * fastest / (2 * np.pi)))
+    try:
+        machine = Machine.from_text(str(record.attrs.get("machine", "")))
+    except MachineFileError:
+        machine = None
+    return Run(record, tracked, spectra, summarise(record, tracked, spectra), machine)
+
+
+def _block_speeds(record: xr.Dataset) -> np.ndarray:
+    """Some 200 speeds along the record [rad/s]."""
+    chosen = np.unique(np.linspace(0, record.sizes["time"] - 1, 200).astype(int))
+    return np.array([record["speed"].isel(time=int(i)).values for i in chosen])
