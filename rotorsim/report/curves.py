@@ -26,6 +26,7 @@ def bode(run: Run) -> go.Figure:
         for axis in AXIS_COLOURS:
             for row, trace in enumerate(order_traces(run, n, axis), 1):
                 figure.add_trace(trace.update(showlegend=row == column == 1), row, column)
+    figure.update_xaxes(range=run.reach)
     figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], row=2)
     figure.update_yaxes(rangemode="tozero", row=1)
     figure.update_yaxes(dtick=90, autorange="reversed", row=2)
@@ -50,17 +51,17 @@ def order_traces(run: Run, order: int, axis: str) -> tuple[go.Scatter, go.Scatte
 
 
 def phase_lag(a: np.ndarray) -> np.ndarray:
-    """Continuous phase lag [deg] of complex amplitudes, its median within half a turn; NaN where there is none."""
+    """Continuous phase lag [deg] of complex amplitudes, its median in [-90, 270); NaN where there is none."""
     if a.size == 0:
         return np.empty(0)
     lag = -np.degrees(np.unwrap(np.angle(a)))
-    lag -= 360 * np.round(np.median(lag) / 360)
+    lag -= 360 * np.floor((np.median(lag) + 90) / 360)
     return np.where(np.abs(a) > FAINTEST * np.abs(a).max(), lag, np.nan)
 
 
 def waterfall_map(run: Run) -> go.Figure:
     """Amplitude spectra of disc x and disc y against speed, with the order lines."""
-    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=["disc x", "disc y"])
+    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.06, subplot_titles=["disc x", "disc y"])
     for column, axis in enumerate("xy", 1):
         size = run.spectra["amplitude"].sel(axis=axis).values
         figure.add_trace(spectrum_trace(run, "frequency", size), 1, column)
@@ -74,7 +75,9 @@ def full_spectrum_map(run: Run) -> go.Figure:
     figure.add_trace(spectrum_trace(run, "signed_frequency", run.spectra["full"].values), 1, 1)
     add_order_lines(figure, run, (-3, -2, -1, 1, 2, 3), 1, 1)
     figure.add_hline(y=0, line={"color": INK, "width": 1})
-    return _finish(figure, run, 520, "frequency [Hz], forward > 0 > backward")
+    for text, y in (("forward", 0.98), ("backward", 0.02)):
+        figure.add_annotation(text=text, x=0.01, y=y, xref="paper", yref="paper", showarrow=False)
+    return _finish(figure, run, 520, "frequency [Hz]")
 
 
 def spectrum_trace(run: Run, axis: str, size: np.ndarray) -> go.Heatmap:
@@ -93,15 +96,15 @@ def spectrum_trace(run: Run, axis: str, size: np.ndarray) -> go.Heatmap:
 
 
 def add_order_lines(figure: go.Figure, run: Run, orders: tuple[int, ...], row: int, col: int) -> None:
-    """Dotted lines at multiples of the shaft speed, each labelled at its fast end."""
+    """Dotted lines at multiples of the shaft speed, each labelled at its right end."""
     at, turning = run.abscissa(run.spectra)[0], np.abs(run.spectra["speed"].values) / (2 * np.pi)
-    fast = int(turning.argmax())
-    for n in orders if turning[fast] > 0 else ():
+    right = int(at.argmax())
+    for n in orders if turning[right] > 0 else ():
         line = {"color": faint(INK, 0.45), "width": 1, "dash": "dot"}
         figure.add_trace(go.Scatter(x=compact(at), y=compact(n * turning), mode="lines", line=line,
                                     showlegend=False, hoverinfo="skip"), row, col)  # fmt: skip
-        figure.add_annotation(x=at[fast], y=n * turning[fast], text=f"{n}X".replace("-", "−"), showarrow=False,
-                              xanchor="right", yanchor="bottom" if n > 0 else "top", xshift=-4, row=row, col=col)  # fmt: skip
+        figure.add_annotation(x=at[right], y=n * turning[right], text=f"{n}X".replace("-", "−"), showarrow=False,
+                              xanchor="left", yanchor="middle", xshift=2, row=row, col=col)  # fmt: skip
 
 
 def colour_axis(run: Run) -> dict[str, object]:
@@ -110,12 +113,14 @@ def colour_axis(run: Run) -> dict[str, object]:
     top = np.log10(max(largest, 1e-6))
     ticks = np.arange(np.ceil(top - DECADES), np.floor(top) + 1)
     return {"colorscale": SPECTRUM_SCALE, "cmin": top - DECADES, "cmax": top,
-            "colorbar": {"title": {"text": "µm 0-pk"}, "tickvals": ticks, "thickness": 14, "outlinewidth": 0,
+            "colorbar": {"title": {"text": "µm 0-pk", "side": "right"}, "x": 1.04, "tickvals": ticks, "thickness": 14, "outlinewidth": 0,
                          "ticktext": [f"{10.0**t:g}" for t in ticks]}}  # fmt: skip
 
 
 def _finish(figure: go.Figure, run: Run, height: int, label: str) -> go.Figure:
-    figure.update_xaxes(title_text=run.abscissa(run.spectra)[1])
+    figure.update_xaxes(title_text=run.abscissa(run.spectra)[1], range=run.reach)
+    frequency = figure.data[0].y
+    figure.update_yaxes(range=[min(0.0, float(frequency[0])), float(frequency[-1])])
     figure.update_yaxes(title_text=label, col=1)
     style(figure, height, coloraxis=colour_axis(run))
     for side in (figure.update_xaxes, figure.update_yaxes):

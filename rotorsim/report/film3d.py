@@ -27,8 +27,8 @@ def film_maps(run: Run) -> go.Figure:
     """Pressure over angle and axial position at the snapshots, one colour scale [MPa, absolute]."""
     chosen = snapshots(run)
     rows = -(-len(chosen) // COLUMNS)
-    moments = [(float(run.record[f"snapshot_{k}"][i]) for k in ("time", "speed")) for i in chosen]
-    titles = [f"{speed * RPM:.0f} rpm, {time:.1f} s" for time, speed in moments]
+    time, speed = (run.record[f"snapshot_{k}"].values for k in ("time", "speed"))
+    titles = [f"{speed[i] * RPM:.0f} rpm, {time[i]:.1f} s" for i in chosen]
     figure = make_subplots(rows, COLUMNS, subplot_titles=titles, shared_xaxes=True, shared_yaxes=True,
                            vertical_spacing=0.12, horizontal_spacing=0.03)  # fmt: skip
     for k, i in enumerate(chosen):
@@ -36,7 +36,9 @@ def film_maps(run: Run) -> go.Figure:
         figure.add_trace(_injectors(run), k // COLUMNS + 1, k % COLUMNS + 1)
     figure.update_xaxes(tickvals=[0, 90, 180, 270, 360], range=[0, 360], showgrid=False)
     figure.update_xaxes(title_text="angle from x to y [deg]", row=rows)
-    figure.update_yaxes(title_text="axial position [mm]", showgrid=False, col=1)
+    edge = float(np.abs(run.record["z"].values).max()) * 1e3
+    figure.update_yaxes(range=[-edge, edge], showgrid=False)
+    figure.update_yaxes(title_text="axial position [mm]", col=1)
     return style(figure, 110 + 210 * rows, coloraxis=_colours(run), showlegend=False)
 
 
@@ -69,7 +71,7 @@ def _injectors(run: Run) -> go.Scatter:
     places = run.machine.injectors if run.machine else ()
     return go.Scatter(
         x=[round(float(np.degrees(i.angle) % 360), 3) for i in places], y=[i.offset * 1e3 for i in places],
-        mode="markers", marker={"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 1.5}},
+        mode="markers", cliponaxis=False, marker={"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 1.5}},
         text=[f"injector {k}" for k, _ in enumerate(places, 1)], hovertemplate="%{text}<extra></extra>",
     )  # fmt: skip
 
@@ -83,21 +85,26 @@ def film_surface(run: Run) -> go.Figure:
     surface = go.Surface(
         x=compact(z + 0 * theta), y=compact(lifted * np.cos(theta)), z=compact(lifted * np.sin(theta)),
         surfacecolor=compact(p), coloraxis="coloraxis", hovertemplate="%{surfacecolor:.4f} MPa<extra></extra>",
-        lighting={"ambient": 0.75, "diffuse": 0.5, "specular": 0.05},
+        lighting={"ambient": 0.85, "diffuse": 0.35, "specular": 0.02},
     )  # fmt: skip
     figure = go.Figure([_shaft(radius, 1.7 * float(np.abs(z).max())), surface])
     unit = "mm" if run.machine and run.machine.film else "radii"
     look = {"backgroundcolor": "white", "gridcolor": "#e4e8ec", "showspikes": False, "nticks": 5}
     scene = {f"{a}axis": look | {"title": {"text": t}} for a, t in
              (("x", "axial [mm]"), ("y", f"x [{unit}]"), ("z", f"y [{unit}]"))}  # fmt: skip
-    view = {"eye": {"x": 1.1, "y": -1.5, "z": 0.7}, "center": {"x": 0, "y": 0, "z": -0.1}}
-    return style(figure, 560, coloraxis=_colours(run), scene=scene | {"aspectmode": "data", "camera": view})
+    return style(figure, 560, coloraxis=_colours(run), scene=scene | {"aspectmode": "data", "camera": _camera(run, p)})
 
 
 def _shaft(radius: float, reach: float) -> go.Surface:
-    turn = np.linspace(0, 2 * np.pi, 49)[:, None]
-    z = np.array([[-reach, reach]])
-    grey = [[0, "#aab3bb"], [1, "#aab3bb"]]
-    return go.Surface(x=compact(z + 0 * turn), y=compact(0.97 * radius * np.cos(turn) + 0 * z),
-                      z=compact(0.97 * radius * np.sin(turn) + 0 * z), colorscale=grey, showscale=False,
-                      hoverinfo="skip")  # fmt: skip
+    """A plain cylinder with closed ends."""
+    turn = np.linspace(0, 2 * np.pi, 97)[:, None]
+    z, r = np.array([[-reach, -reach, reach, reach]]), 0.97 * radius * np.array([[0, 1, 1, 0]])
+    grey = [[0, "#b4bcc4"], [1, "#b4bcc4"]]
+    return go.Surface(x=compact(z + 0 * turn), y=compact(r * np.cos(turn)), z=compact(r * np.sin(turn)), colorscale=grey,
+                      showscale=False, hoverinfo="skip", lighting={"ambient": 0.75, "diffuse": 0.4, "specular": 0})  # fmt: skip
+
+
+def _camera(run: Run, p: np.ndarray) -> dict[str, dict[str, float]]:
+    """A look at the side of the highest pressure, from a bit further round."""
+    side = float(_theta(run)[int(p.max(axis=1).argmax())]) + np.radians(50)
+    return {"eye": {"x": 0.9, "y": 1.35 * float(np.cos(side)), "z": 1.35 * float(np.sin(side))}}

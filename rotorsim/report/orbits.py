@@ -12,7 +12,7 @@ from rotorsim.experiments.tracking import UM, displacement_name
 from rotorsim.report.run import Run
 from rotorsim.report.theme import GRID, INK, NEUTRAL, compact, faint, style
 
-TURNS, MOST_POINTS, MOST_ORBITS = 4, 500, 4
+TURNS, MOST_POINTS, MOST_ORBITS = 4, 1500, 4
 COLOURS = {"disc": "#0072B2", "journal": NEUTRAL}
 
 
@@ -51,7 +51,7 @@ def orbits(run: Run) -> go.Figure:
     for row, name in enumerate(rows, 1):
         figure.update_yaxes(title_text=f"{name.split('_')[0]} y [µm]", row=row, col=1)
         figure.update_xaxes(title_text=f"{name.split('_')[0]} x [µm]", row=row)
-    return style(figure, 90 + 290 * len(rows), showlegend=False)
+    return style(figure, 100 + 330 * len(rows), showlegend=False)
 
 
 def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int, column: int) -> None:
@@ -67,7 +67,7 @@ def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int
     figure.add_trace(go.Scatter(x=compact(d[::step, 0]), y=compact(d[::step, 1]), mode="lines",
                                 line={"color": colour, "width": 1.5}, **shown), row, column)  # fmt: skip
     figure.add_trace(go.Scatter(x=compact(marks[:, 0]), y=compact(marks[:, 1]), mode="markers",
-                                marker={"color": INK, "size": 6}, **shown), row, column)  # fmt: skip
+                                marker={"color": INK, "size": 5}, **shown), row, column)  # fmt: skip
     number = (row - 1) * len(instants(run)) + column
     figure.update_xaxes(constrain="domain", row=row, col=column)
     figure.update_yaxes(scaleanchor=f"x{number}" if number > 1 else "x", constrain="domain", row=row, col=column)

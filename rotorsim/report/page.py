@@ -70,7 +70,7 @@ def write_report(record_path: str | Path, html_path: str | Path) -> None:
 
 def page(run: Run) -> str:
     """The page's text."""
-    name, description = _title(run)
+    name, description = machine_title(run)
     style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -89,7 +89,7 @@ def page(run: Run) -> str:
     )
 
 
-def _title(run: Run) -> tuple[str, str]:
+def machine_title(run: Run) -> tuple[str, str]:
     """Name and description of the machine, as far as its text can be read."""
     try:
         told = tomllib.loads(str(run.record.attrs.get("machine", "")))
@@ -106,8 +106,9 @@ def _warning(run: Run) -> str:
 def _key_numbers(run: Run) -> str:
     """The few numbers one looks for first."""
     s = run.summary
-    cards = [(f"{s['speed_rpm']['max']:.0f} rpm", "highest speed"),
-             (f"{s['largest_orbit']['um']:.3g} µm", f"largest orbit, at {s['largest_orbit']['rpm']:.0f} rpm")]  # fmt: skip
+    orbit = s["largest_orbit"]
+    cards = [(f"{s['speed_rpm']['max']:.0f} rpm", "highest speed")]
+    cards.append((f"{orbit['um']:.3g} µm", f"largest orbit (0-pk), at {orbit['rpm']:.0f} rpm"))
     if s["smallest_film"]:
         cards.append((f"{s['smallest_film']['um']:.3g} µm", "smallest film thickness"))
     if s["contact"]:
@@ -124,7 +125,7 @@ def _table(rows: tables.Rows) -> str:
 def _figures(run: Run) -> Iterator[str]:
     for title, figure, caption in (*ALWAYS, *(WITH_SNAPSHOTS if run.has_snapshots else ())):
         drawn = pio.to_html(figure(run), full_html=False, include_plotlyjs=False,
-                            config={"displaylogo": False, "responsive": True})  # fmt: skip
+                            config={"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "sendDataToCloud"]})  # fmt: skip
         yield f"<section><h2>{title}</h2><p>{escape(caption(run))}</p>{drawn}</section>"
 
 

@@ -34,6 +34,14 @@ class Run:
         """Whether film pressures were kept."""
         return "film_pressure" in self.record and self.record.sizes["snapshot"] > 0
 
+    @property
+    def reach(self) -> list[float]:
+        """Both ends of the axis against which things are drawn: speed [rpm], or time [s] where it is constant."""
+        if self.swept:
+            return [self.summary["speed_rpm"]["min"], self.summary["speed_rpm"]["max"]]
+        first = float(self.record["time"].isel(time=0))
+        return [first, first + self.summary["duration_s"]]
+
     def abscissa(self, data: xr.Dataset) -> tuple[np.ndarray, str]:
         """Speed [rpm] of a dataset's entries and its label; time [s] where the speed is constant."""
         if self.swept:
@@ -44,7 +52,7 @@ class Run:
 def analyse(record: xr.Dataset) -> Run:
     """Track, transform and summarise an open record; spectra reach 4X of the highest speed, at least 100 Hz."""
     tracked = track_orders(record)
-    fastest = max((abs(float(v)) for v in _block_speeds(record)), default=0.0)
+    fastest = float(np.abs(_some_speeds(record)).max())
     spectra = waterfall(record, max_frequency=max(100.0, 4 * fastest / (2 * np.pi)))
     try:
         machine = Machine.from_text(str(record.attrs.get("machine", "")))
@@ -53,7 +61,7 @@ def analyse(record: xr.Dataset) -> Run:
     return Run(record, tracked, spectra, summarise(record, tracked, spectra), machine)
 
 
-def _block_speeds(record: xr.Dataset) -> np.ndarray:
+def _some_speeds(record: xr.Dataset) -> np.ndarray:
     """Some 200 speeds along the record [rad/s]."""
     chosen = np.unique(np.linspace(0, record.sizes["time"] - 1, 200).astype(int))
-    return np.array([record["speed"].isel(time=int(i)).values for i in chosen])
+    return np.asarray(record["speed"].isel(time=chosen).values, float)

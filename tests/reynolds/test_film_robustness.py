@@ -39,7 +39,6 @@ def test_injected_film_is_found_for_moderate_journal_positions(injected, radius,
 FAR_OUT = [(0.807, 189.0, 620.0, 0.0), (0.928, 180.0, 850.0, 4.3e5), (0.95, 15.0, 33.0, 5.7e5)]
 
 
-@pytest.mark.xfail(strict=True, reason="pseudo-time continuation fails where an injector faces a thin film")
 @pytest.mark.parametrize("state", FAR_OUT)
 def test_injected_film_is_found_for_far_out_journal_positions(injected, state):
     radius, angle, speed, supply = state
