@@ -24,8 +24,8 @@ FILM_ARRAYS = (
 )  # fmt: skip
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
-                   "inj_cos", "inj_sin", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1", "plenum_2",
-                   "plenum_3")  # fmt: skip
+                   "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
+                   "plenum_2", "plenum_3")  # fmt: skip
 NOZZLE_TERMS = 16
 
 
@@ -94,6 +94,8 @@ class Layout(NamedTuple):
     film_h: int
     inj_cos: int
     inj_sin: int
+    outward: int
+    beta: int
     plenum_old: int
     plenum_rate: int
     plenum_mid: int
@@ -103,6 +105,7 @@ class Layout(NamedTuple):
     nozzle: int
     source_weight: int
     reader_weight: int
+    plain_weight: int
     source_start: int
     source_cell: int
     reader_start: int
@@ -190,6 +193,7 @@ def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: lis
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
+        "plain_weight": sum(reader_sizes),
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": rows * length, "closure": rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,

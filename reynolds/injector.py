@@ -141,22 +141,38 @@ def pin_flow(pressure, supply, conductance, law, c, w):
     return conductance * flow, conductance * d_down
 
 
-def footprint(grid: Grid, injector: Injector) -> tuple[list[tuple[int, int, float]], list[tuple[int, int, float]]]:
-    """Source and reading weights of an injector as lists (line, row, weight).
+Entry = tuple[int, int, float]
 
-    Source weights sum to 1 over the full bearing (a half-bearing list holds its own half); reading weights give the
-    disc's mean of p^2 from the nodes' p^2 and sum to 1.
+
+@dataclass(frozen=True)
+class Footprint:
+    """An injector on the grid, as lists of (line, row, weight).
+
+    `source` weights sum to 1 over the full bearing (a half-bearing list holds its own half); `reader` weights give the
+    disc's mean of p^2 from the nodes' p^2 and sum to 1; `plain` are the same without the sub-grid correction `beta`.
     """
+
+    source: list[Entry]
+    reader: list[Entry]
+    plain: list[Entry]
+    beta: float
+
+
+def footprint(grid: Grid, injector: Injector) -> Footprint:
+    """Where an injector feeds the film and how the film's pressure at its disc is read."""
     spread = _area_weights(grid, injector)
     beta = subgrid_correction(grid, injector, spread)
-    read = dict(spread)
+    read, plain = dict(spread), dict(spread)
     squares = sum(share**2 for share in spread.values())
     for (i, j), share in spread.items():
         # a cell with the share v of the source has the share v of -Laplacian q: least squares for Q/T
         for (a, b), ratio in _neighbours(grid, i, j):
-            read[i, j] = read.get((i, j), 0.0) + beta * ratio * share / squares
+            read[i, j] += beta * ratio * share / squares
             read[a, b] = read.get((a, b), 0.0) - beta * ratio * share / squares
-    return _fold(grid, spread, source=True), _fold(grid, read, source=False)
+            plain.setdefault((a, b), 0.0)
+    return Footprint(
+        _fold(grid, spread, source=True), _fold(grid, read, source=False), _fold(grid, plain, source=False), beta
+    )
 
 
 def _area_weights(grid: Grid, injector: Injector, samples: int = 400) -> dict[tuple[int, int], float]:

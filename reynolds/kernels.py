@@ -17,9 +17,9 @@ def factorise(w, ix, F, L, U, iadt):
 
 
 @kernel
-def iterate(w, ix, F, L, U, iadt, tolerance, most):
+def iterate(w, ix, F, L, U, iadt, tolerance, most, careful):
     """`newton.newton` as a call."""
-    return newton(w, ix, F, L, U, iadt, tolerance, most)
+    return newton(w, ix, F, L, U, iadt, tolerance, most, careful)
 
 
 @kernel
@@ -27,8 +27,8 @@ def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
     """One implicit stage for given m_rhs, plenum_rhs and journal equation; `fresh` factorises first."""
     if fresh:
         factorise(w, ix, F, L, U, iadt)
-    for _ in range(6):
-        n = iterate(w, ix, F, L, U, iadt, tolerance, 20)
+    for attempt in range(6):
+        n = iterate(w, ix, F, L, U, iadt, tolerance, 20, attempt > 0)
         if n != STALE_FACTORS:
             return n
         factorise(w, ix, F, L, U, iadt)

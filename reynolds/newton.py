@@ -16,12 +16,14 @@ import math
 
 from reynolds.jit import inlined
 from reynolds.lanes import add_columns, dot
-from reynolds.residual import jacobian, residual, thickness_derivative
+from reynolds.residual import CAREFUL, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, invert_block, keep_spike, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
-"""Places in w[convergence]: estimated rate of convergence, stages since it was measured, and two counters."""
+"""Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
 MAX_AGE = 48
+LONGEST_MOVE = 0.2
+"""Most of the clearance that the journal moves in one correction."""
 NOT_CONVERGED = -1
 STALE_FACTORS = -2
 
@@ -47,9 +49,10 @@ def read_force(w, L, array):
 @inlined
 def read_footprint(w, ix, L, i, array):
     """Footprint reading of injector i of the change of q in the array at offset `array`."""
+    weight = L.reader_weight if w[L.outward + i] > 0.0 else L.plain_weight
     value = 0.0
     for n in range(ix[L.reader_start + i], ix[L.reader_start + i + 1]):
-        value += w[L.reader_weight + n] * w[array + ix[L.reader_cell + n]]
+        value += w[weight + n] * w[array + ix[L.reader_cell + n]]
     return value
 
 
@@ -174,17 +177,18 @@ def update(w, ix, F, L):
     for k in range(L.first, L.first + L.n_theta * L.stride):
         dp = w[L.r + k] * w[L.two_p + k]
         w[L.dp + k] = dp
-        w[L.p + k] = max(w[L.p + k] + dp, 0.1 * w[L.p + k])
+        w[L.p + k] = min(max(w[L.p + k] + dp, 0.2 * w[L.p + k]), 5.0 * w[L.p + k])
     total = dot(w, L.dp + L.first, L.dp + L.first, L.span)
     wrap(w, L, L.p)
     dx, dy = w[L.small + ni], w[L.small + ni + 1]
-    w[L.journal] += dx
-    w[L.journal + 1] += dy
+    most = LONGEST_MOVE * F.clearance
+    w[L.journal] += min(max(dx, -most), most)
+    w[L.journal + 1] += min(max(dy, -most), most)
     for i in range(ni):
         dq = read_footprint(w, ix, L, i, L.r)
         dh = -(w[L.inj_cos + i] * dx + w[L.inj_sin + i] * dy)
         change = w[L.shift + i] + w[L.pull_q + i] * dq + w[L.pull_h + i] * dh
-        w[L.plenum + i] = max(w[L.plenum + i] - change, 0.1 * w[L.plenum + i])
+        w[L.plenum + i] = min(max(w[L.plenum + i] - change, 0.2 * w[L.plenum + i]), 5.0 * w[L.plenum + i])
     return math.sqrt(total / (L.n_theta * L.n_rows)) / F.pa + (abs(dx) + abs(dy)) / F.clearance
 
 
@@ -199,17 +203,18 @@ def wrap(w, L, array):
 
 
 @inlined
-def newton(w, ix, F, L, U, iadt, tolerance, most):
+def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
     """Iterate until what is left is below `tolerance`; returns the number of iterations or a negative status.
 
     The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections
     and kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer.
-    STALE_FACTORS asks the caller for `refresh` and another go.
+    STALE_FACTORS asks the caller for `refresh` and another, `careful` go.
     """
     before = 0.0
     n = 0
     done = False
     while True:
+        w[L.convergence + CAREFUL] = 1.0 if careful or n >= 4 else 0.0
         residual(w, ix, F, L, U, iadt)
         if done:
             return n

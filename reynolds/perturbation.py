@@ -102,17 +102,18 @@ def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index:
     for k in range(layout.n_inj):
         sources = range(ix[layout.source_start + k], ix[layout.source_start + k + 1])
         readers = range(ix[layout.reader_start + k], ix[layout.reader_start + k + 1])
+        weight = layout.reader_weight if w[layout.outward + k] > 0 else layout.plain_weight
         film_p, film_q = w[layout.film_p + k], w[layout.film_q + k]
         add(n + k, n + k, film_p - w[layout.pin_p + k])
         for r in readers:
-            add(n + k, position[int(ix[layout.reader_cell + r])], film_q * w[layout.reader_weight + r])
+            add(n + k, position[int(ix[layout.reader_cell + r])], film_q * w[weight + r])
         for s in sources:
             row = position[int(ix[layout.source_cell + s])]
             share = float(F["source"]) * w[layout.source_weight + s]
             add(row, n + k, -share * film_p)
             for r in readers:
                 col = position[int(ix[layout.reader_cell + r])]
-                add(row, col, -share * film_q * w[layout.reader_weight + r])
+                add(row, col, -share * film_q * w[weight + r])
     return ring + sparse.coo_matrix((values, (rows, cols)), shape=ring.shape).tocsc()
 
 

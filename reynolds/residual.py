@@ -22,6 +22,10 @@ from reynolds.injector import nozzle, pin_flow
 from reynolds.jit import inlined
 
 
+CAREFUL = 4
+"""Place in w[convergence] that asks for chord slopes of the injectors' flows."""
+
+
 @inlined
 def fluxes(w, F, L, U):
     """Flux per length through the theta and z faces behind each node, divided by the step; also q and m."""
@@ -47,6 +51,24 @@ def fluxes(w, F, L, U):
 
 
 @inlined
+def footprint_mean(w, ix, L, k):
+    """Mean of q over the footprint of injector k; says in w[outward] whether the sub-grid correction is in it.
+
+    The correction belongs to a source. Where the nodes say that q dips (backflow, or squeezed by a fast journal) the
+    plain mean is read: it stays positive, whatever the neighbours are.
+    """
+    plain = 0.0
+    corrected = 0.0
+    for n in range(ix[L.reader_start + k], ix[L.reader_start + k + 1]):
+        q = w[L.q + ix[L.reader_cell + n]]
+        plain += w[L.plain_weight + n] * q
+        corrected += w[L.reader_weight + n] * q
+    outward = (corrected - plain) * w[L.beta + k] >= 0.0
+    w[L.outward + k] = 1.0 if outward else 0.0
+    return corrected if outward else plain
+
+
+@inlined
 def injection(w, ix, F, L, iadt):
     """Pin and film flow of every injector, the plenum's residual and what Newton needs of both.
 
@@ -54,9 +76,7 @@ def injection(w, ix, F, L, iadt):
     dh_loc; the plenum itself changes by dP = -shift - pull_q dq_loc - pull_h dh_loc.
     """
     for k in range(L.n_inj):
-        q_loc = 0.0
-        for n in range(ix[L.reader_start + k], ix[L.reader_start + k + 1]):
-            q_loc += w[L.reader_weight + n] * w[L.q + ix[L.reader_cell + n]]
+        q_loc = footprint_mean(w, ix, L, k)
         h_loc = 0.0
         for n in range(ix[L.source_start + k], ix[L.source_start + k + 1]):
             h_loc += w[L.source_weight + n] * w[L.h + ix[L.source_cell + n]]
@@ -65,6 +85,10 @@ def injection(w, ix, F, L, iadt):
         plenum = w[L.plenum + k]
         pin, pin_slope = pin_flow(plenum, w[L.supply + k], w[L.pin_conductance + k], L.law, L.nozzle, w)
         flux, d_up, d_down = nozzle(plenum, p_loc, L.nozzle, w)
+        if w[L.convergence + CAREFUL] > 0.0 and abs(plenum - p_loc) > 1e-6 * plenum:
+            # the tangent of a root function overshoots through zero and back for ever; the chord lands there
+            chord = flux / (plenum - p_loc)
+            d_up, d_down = max(d_up, chord), min(d_down, -chord)
         area = w[L.curtain + k] * h_loc
         film = area * flux
         storage = w[L.capacity + k] * iadt

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reynolds.grid import Grid, Layout, cells, fill, make_layout
-from reynolds.injector import LAWS, Injector, footprint, nozzle_coefficients
+from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 
 FILM_DTYPE = np.dtype(
     [(name, "f8") for name in ("mu", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min")]
@@ -57,18 +57,18 @@ class FilmModel:
         row = (gas.viscosity, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area, rt / (grid.dy * grid.dz))
         return np.array([(*row, self.clearance, self.h_min)], FILM_DTYPE).view(np.recarray)
 
-    def footprints(self) -> tuple[list[list[tuple[int, int, float]]], list[list[tuple[int, int, float]]]]:
-        """Source and reading lists of every injector."""
-        pairs = [footprint(self.grid, injector) for injector in self.injectors]
-        return [p[0] for p in pairs], [p[1] for p in pairs]
+    def footprints(self) -> list[Footprint]:
+        """Every injector on the grid."""
+        return [footprint(self.grid, injector) for injector in self.injectors]
 
     def build(self, base: int = 0) -> tuple[Layout, np.ndarray, np.ndarray]:
         """Layout from offset `base`, the workspace (float64) with constants filled in, and the index array (int64)."""
-        sources, readers = self.footprints()
-        layout = make_layout(self.grid, self.law, [len(s) for s in sources], [len(r) for r in readers], base)
+        prints = self.footprints()
+        sizes = [[len(p.source) for p in prints], [len(p.reader) for p in prints]]
+        layout = make_layout(self.grid, self.law, *sizes, base)
         w = np.zeros(layout.size)
         self._fill_geometry(w, layout)
-        ix = self._fill_footprints(w, layout, sources, readers)
+        ix = self._fill_footprints(w, layout, prints)
         self._fill_injectors(w, layout)
         return layout, w, ix
 
@@ -96,23 +96,25 @@ class FilmModel:
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
         fill(w, layout.h, layout, np.full(shape, self.clearance), self.clearance)
 
-    def _fill_footprints(
-        self,
-        w: np.ndarray,
-        layout: Layout,
-        sources: Sequence[Sequence[tuple[int, int, float]]],
-        readers: Sequence[Sequence[tuple[int, int, float]]],
-    ) -> np.ndarray:
+    def _fill_footprints(self, w: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> np.ndarray:
         index = cells(layout)
-        parts = []
-        for lists, offset in ((sources, layout.source_weight), (readers, layout.reader_weight)):
-            flat = [entry for entries in lists for entry in entries]
-            w[offset : offset + len(flat)] = [value for _, _, value in flat]
-            parts += [np.cumsum([0] + [len(entries) for entries in lists]), [index[i, j] for i, j, _ in flat]]
+        sources, readers = [p.source for p in prints], [p.reader for p in prints]
+        for lists, offset in (
+            (sources, layout.source_weight),
+            (readers, layout.reader_weight),
+            ([p.plain for p in prints], layout.plain_weight),
+        ):
+            flat = [value for entries in lists for _, _, value in entries]
+            w[offset : offset + len(flat)] = flat
+        w[layout.beta : layout.beta + len(prints)] = [p.beta for p in prints]
         share = 2 if self.grid.half else 1
         for k, entries in enumerate(sources):
             w[layout.inj_cos + k] = share * sum(v * np.cos(self.grid.theta[i]) for i, _, v in entries)
             w[layout.inj_sin + k] = share * sum(v * np.sin(self.grid.theta[i]) for i, _, v in entries)
+        parts = []
+        for lists in (sources, readers):
+            parts += [np.cumsum([0] + [len(entries) for entries in lists])]
+            parts += [np.array([index[i, j] for entries in lists for i, j, _ in entries])]
         return np.concatenate([np.asarray(part, np.int64) for part in parts] + [np.zeros(1, np.int64)])
 
     def _fill_injectors(self, w: np.ndarray, layout: Layout) -> None:

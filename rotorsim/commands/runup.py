@@ -52,11 +52,15 @@ def runup(
     _say_if_compiling(plant)
     record = folder / "runup.nc"
     outcome = record_runup(plant, record, progress=not as_json, **ramp)
-    summary = _summary(record, folder / "report.html" if report else None, outcome)
+    if not outcome.samples:
+        print(f"{outcome.ended} before the first second was simulated; nothing to keep", file=sys.stderr)
+        raise typer.Exit(130 if outcome.ended == "interrupted" else 2)
+    page = folder / "report.html" if report else None
+    summary, rows = _analyse(record, page, outcome)
     if as_json:
         typer.echo(json.dumps(summary, indent=2))
     else:
-        _print(summary)
+        _print(rows, summary["files"])
     if outcome.ended == "interrupted":
         print(
             f"interrupted: {outcome.samples * 2e-4:.1f} s of {outcome.asked * 2e-4:.1f} s are in {record}",
@@ -127,32 +131,30 @@ def _say_if_compiling(plant: Plant) -> None:
         print("compiling the kernels for this kind of machine: half a minute, once", file=sys.stderr)
 
 
-def _summary(record: Path, page: Path | None, outcome: Outcome) -> dict[str, Any]:
-    """Numbers of the run; writes the report beside it."""
-    import xarray as xr
+def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+    """Summary of the run as numbers and as rows of text; writes the report beside the record."""
+    from rotorsim.experiments.tracking import open_record
+    from rotorsim.report.page import write_report
+    from rotorsim.report.run import analyse
+    from rotorsim.report.tables import results
 
-    from rotorsim.experiments.tracking import summarise, track_orders
-
-    with xr.open_dataset(record, engine="h5netcdf") as data:
-        summary: dict[str, Any] = summarise(data, track_orders(data))
+    with open_record(record) as data:
+        run = analyse(data)
+        rows = results(run)
     if page is not None:
-        from rotorsim.report.page import write_report
-
         write_report(record, page)
     files = {"record": str(record)} | ({"report": str(page)} if page else {})
-    return summary | {"ended": outcome.ended, "solver": outcome.counters, "files": files}
+    return {**run.summary, "ended": outcome.ended, "solver": outcome.counters, "files": files}, rows
 
 
-def _print(summary: dict[str, Any]) -> None:
+def _print(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from rotorsim.experiments.tracking import rows
-
-    table = Table("", "value", title="run-up", title_justify="left", show_header=False)
-    for label, value in rows(summary):
+    table = Table(show_header=False)
+    for label, value in rows:
         table.add_row(label, value)
     console = Console()
     console.print(table)
-    for kind, path in summary["files"].items():
+    for kind, path in files.items():
         console.print(f"{kind}: {path}", soft_wrap=True, highlight=False)

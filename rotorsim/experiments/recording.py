@@ -26,6 +26,7 @@ class Recording:
         self.path = path
         self.samples = 0
         self._temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+        self._own_folder = not path.parent.exists()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = h5netcdf.File(self._temporary, "w")
@@ -96,3 +97,5 @@ class Recording:
             os.replace(self._temporary, self.path)
         else:
             self._temporary.unlink(missing_ok=True)
+            if self._own_folder:
+                self.path.parent.rmdir()

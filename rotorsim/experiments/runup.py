@@ -113,7 +113,7 @@ def record_runup(
 def ramp_time(start: float, stop: float, rate: float) -> float:
     """Duration [s] of a ramp; raises DataError for a rate or range that makes none."""
     if not rate > 0:
-        raise DataError(f"rate = {rate} rad/s^2: must be positive, also for a coast-down; e.g. --rate '0.1 krpm/s'")
+        raise DataError(f"rate = {rate * 30 / np.pi:g} rpm/s: must be positive, also downwards; give e.g. 100 rpm/s")
     if start == stop:
         raise DataError("start and stop are the same speed; give a range to run through")
     return abs(stop - start) / rate

@@ -6,7 +6,8 @@ Convention of orders: in a window of whole revolutions a displacement is
 
 with the shaft angle :math:`\alpha` from the record, amplitudes 0-pk and the phase LAG :math:`\varphi_n` positive: the
 maximum passes :math:`\varphi_n / n` of shaft rotation after the mark. Mean, slow trend and all orders are fitted at
-once by least squares. An order's orbit is :math:`x + i y = r_f e^{i n \alpha} + r_b e^{-i n \alpha}` with
+once by least squares, weighted by a Hann window so that what lies between the orders leaks little. An order's orbit is
+:math:`x + i y = r_f e^{i n \alpha} + r_b e^{-i n \alpha}` with
 :math:`r_f = (A_x + i A_y)/2` turning forward (from x to y) and :math:`r_b = \overline{(A_x - i A_y)}/2` backward;
 its semi-axes are :math:`|r_f| \pm |r_b|`.
 
@@ -31,8 +32,9 @@ BLOCK = 100_000
 """Samples read at a time."""
 REVOLUTIONS, SECONDS, LONGEST = 8, 0.25, 30.0
 """A window spans at least so many revolutions and seconds; where it would take longer than the last, none is made."""
-PROMINENCE = 0.1
-"""A peak stands out of its surroundings by this share of the largest amplitude of its order."""
+PROMINENCE, FAINT, APART = 0.1, 0.01, 0.05
+"""A peak stands out by the first share of the largest amplitude of its order, exceeds the second share of the largest
+of all orders, and is the third share of the highest speed away from larger peaks."""
 RPM = 30 / np.pi
 UM = 1e6
 Values = dict[str, np.ndarray]
@@ -136,7 +138,8 @@ def _fit(window: Values, d: np.ndarray, orders: Sequence[int]) -> tuple[np.ndarr
     middle = (time[0] + time[-1]) / 2
     waves = np.outer(angle - angle[0], orders) + np.outer(np.ones(len(angle)), np.multiply(angle[0], orders))
     slow = np.column_stack((np.ones(len(time)), (time - middle) / (time[-1] - time[0])))
-    c, *_ = np.linalg.lstsq(np.hstack((slow, np.cos(waves), np.sin(waves))), d, rcond=None)
+    weight = np.sin(np.pi * (np.arange(len(time)) + 0.5) / len(time))[:, None]  # its square is the Hann window
+    c, *_ = np.linalg.lstsq(np.hstack((slow, np.cos(waves), np.sin(waves))) * weight, d * weight, rcond=None)
     cosine, sine = c[2 : 2 + len(orders)], c[2 + len(orders) :]
     return cosine - 1j * sine, c[0], float(middle), float((angle[-1] - angle[0]) / (time[-1] - time[0]))
 
@@ -303,15 +306,22 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
         return []
     swept = np.ptp(np.abs(speed)) > 0.02 * np.abs(speed).max()
     found = find_peaks(size, prominence=PROMINENCE * size.max())[0] if swept else np.array([], int)
-    top = sorted(found, key=lambda i: -size[i])[:4]
-    if not top or size.max() > size[top[0]]:
-        top.insert(0, int(size.argmax()))
-    time, lag = tracked["time"].values, -np.angle(chosen, deg=True)
-    return [
-        {"order": order, "axis": axis, "rpm": float(speed[i] * RPM), "um": float(size[i] * UM),
-         "time_s": float(time[i]), "phase_lag_deg": float(lag[i]), "local_maximum": bool(i in found)}
-        for i in top
-    ]  # fmt: skip
+    top: list[int] = []
+    for i in sorted(found, key=lambda i: -size[i]):
+        apart = all(abs(speed[i] - speed[j]) > APART * np.abs(speed).max() for j in top)
+        if apart and size[i] > FAINT * np.abs(tracked["amplitude"].values).max():
+            top.append(int(i))
+    end = int(size.argmax())
+    if not top or (size.max() > size[top[0]] and end in (0, size.size - 1)):
+        return [_peak(tracked, order, axis, i, i != end) for i in [end, *top]]
+    return [_peak(tracked, order, axis, i, True) for i in top]
+
+
+def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, local: bool) -> dict[str, Any]:
+    a = complex(tracked["amplitude"].sel(order=order, axis=axis).values[i])
+    return {"order": order, "axis": axis, "rpm": float(tracked["speed"][i] * RPM), "um": abs(a) * UM,
+            "time_s": float(tracked["time"][i]), "phase_lag_deg": -float(np.angle(a, deg=True)),
+            "local_maximum": local}  # fmt: skip
 
 
 def largest_sub_synchronous(spectra: xr.Dataset) -> dict[str, float] | None:

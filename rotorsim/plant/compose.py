@@ -49,11 +49,11 @@ def compose(film: Layout, rotor: RotorLayout, calls: Sequence[Call]) -> ModuleTy
 def is_compiled(module: ModuleType) -> bool:
     """Whether machine code of the module's step is in the disk cache already."""
     folder = cache_folder([Path(str(module.__file__))])
-    return folder.exists() and any(folder.rglob("*.nbi"))
+    return folder.exists() and any(folder.rglob("*.run-*.nbi"))
 
 
 def _imports(calls: Sequence[Call]) -> str:
-    kernels = sorted({(c.effect.kernel.py_func.__module__, c.effect.kernel.__name__) for c in calls})  # type: ignore[attr-defined]
+    kernels = sorted({(type(c.effect).kernel.__module__, type(c.effect).kernel.__name__) for c in calls})
     lines = [f"from {module} import {name}" for module, name in kernels]
     return "\n".join(["from reynolds.grid import Layout", "from reynolds.jit import inlined", *lines]) + (
         "\nfrom rotorsim.plant.rotor import RotorLayout\n"
@@ -73,7 +73,7 @@ def _add_forces(calls: Sequence[Call]) -> str:
                 lines += [f"    x, y = project(w, ROTOR, {call.shape}, ROTOR.q_rhs)"]
                 lines += [f"    vx, vy = project(w, ROTOR, {call.shape}, ROTOR.v_rhs)"]
                 motion = "x, y, vx, vy"
-            kernel = call.effect.kernel.__name__
+            kernel = type(call.effect).kernel.__name__
             lines += [f"    fx, fy = {kernel}(t, angle, speed, acceleration, {motion}, P.{call.record})"]
             lines += [f"    add_force(w, ROTOR, {call.shape}, fx, fy, ROTOR.f)"]
     return "\n\n" + "\n".join(lines if len(lines) > 2 else [*lines, "    pass"]) + "\n"
@@ -84,7 +84,7 @@ def _contact_forces(calls: Sequence[Call]) -> str:
     lines += ["    fx, fy, kxx, kxy, kyx, kyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0"]
     for call in calls:
         if call.effect.port == "contact":
-            kernel, gap = call.effect.kernel.__name__, f"P.film.clearance - P.{call.record}.asperity"
+            kernel, gap = type(call.effect).kernel.__name__, f"P.film.clearance - P.{call.record}.asperity"
             lines += [f"    a, b, c, d, e, f = {kernel}({gap}, x, y, vx, vy, surface_speed, P.{call.record})"]
             lines += ["    fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + f"]
     return "\n\n" + "\n".join([*lines, "    return fx, fy, kxx, kxy, kyx, kyy"]) + "\n\n\n"

@@ -35,7 +35,8 @@ def static_modal_force(a: Assembly) -> np.ndarray:
     total = np.zeros(a.rotor.n)
     for call in a.calls:
         if call.effect.port == "force" and call.effect.steady:
-            kernel = getattr(call.effect.kernel, "py_func", call.effect.kernel)
+            kernel = type(call.effect).kernel
+            kernel = getattr(kernel, "py_func", kernel)
             force = kernel(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, getattr(a.P, call.record))
             total += np.asarray(force) @ influence(a.mesh, call.effect)
     return total

@@ -46,8 +46,8 @@ def form(w, speed, adt):
 @kernel
 def solve_film(w, ix, P, speed, iadt, tolerance):
     """Newton's method for film, plena and journal, with a new factorisation when the old one has gone stale."""
-    for _ in range(6):
-        n = newton(w, ix, P.film, FILM, speed * P.film.radius, iadt, tolerance, 20)
+    for attempt in range(6):
+        n = newton(w, ix, P.film, FILM, speed * P.film.radius, iadt, tolerance, 20, attempt > 0)
         if n != STALE_FACTORS:
             return n
         factorise(w, ix, P, speed, iadt)
@@ -151,6 +151,9 @@ def try_step(w, ix, P, dt):
             stage_rhs(w, FILM, stage, adt)
             if solve_stage(w, ix, P, speed, adt) < 0:
                 take_back(w, FILM)
+                w[FILM.journal], w[FILM.journal + 1] = project(w, ROTOR, ROTOR.journal, ROTOR.q_old)
+                w[ROTOR.contact] = 0.0
+                w[ROTOR.matrix_step] = 0.0
                 return NOT_CONVERGED
             end_stage(w, FILM, stage, adt)
             force(w, FILM)

@@ -12,8 +12,8 @@ from rotorsim.report.orbits import TURNS, instants
 from rotorsim.report.run import Run
 
 CONVENTION = (
-    "Displacements are Re(A exp(i n α)) with the shaft angle α; amplitudes are 0-pk and a positive phase lag means that the "
-    "maximum comes after the mark. On a round forward orbit y lags x by 90 degrees."
+    "Displacements are Re(A exp(i n α)) with the shaft angle α; amplitudes are 0-pk and a positive phase lag means "
+    "that the maximum comes after the mark. On a round forward orbit y lags x by 90 degrees."
 )
 
 
@@ -25,7 +25,9 @@ def bode_caption(run: Run) -> str:
 
 
 def _order_sentence(run: Run, order: int) -> str:
-    peaks = [p for p in run.summary["peaks"] if p["order"] == order]
+    peaks = [p for p in run.peaks if p["order"] == order]
+    if not peaks:
+        return f"{order}X stays below a thousandth of the largest order."
     resonant = [p for p in peaks if p["local_maximum"]]
     if resonant:
         return f"{order}X peaks at " + " and ".join(_place(p) for p in _first_of_each_axis(resonant)) + "."
@@ -48,10 +50,8 @@ def waterfall_caption(run: Run) -> str:
     size = run.spectra["amplitude"]
     line, k, axis = (int(v) for v in np.unravel_index(int(size.values.argmax()), size.shape))
     frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * RPM
-    strongest = (
-        f"The strongest line is {float(size.max()) * UM:.3g} µm at {frequency:.0f} Hz ({'xy'[axis]}, {rpm:.0f} rpm)."
-    )
-    return f"{strongest} {sub_synchronous_text(run)}"
+    where = f"{frequency:.0f} Hz (disc {'xy'[axis]}, {rpm:.0f} rpm)"
+    return f"The strongest line is {float(size.max()) * UM:.3g} µm at {where}. {sub_synchronous_text(run)}"
 
 
 def sub_synchronous_text(run: Run) -> str:
@@ -71,10 +71,11 @@ def full_spectrum_caption(run: Run) -> str:
     if run.tracked.sizes["window"] == 0:
         return "Spectrum of x + i y."
     i = int(np.abs(run.tracked["speed"].values).argmax())
-    forward, backward = (abs(complex(run.tracked[k].sel(order=1).values[i])) * UM for k in ("forward", "backward"))
+    rpm = float(run.tracked["speed"][i]) * RPM
+    f, b = (abs(complex(run.tracked[k].sel(order=1).values[i])) * UM for k in ("forward", "backward"))
     return (
-        f"Spectrum of x + i y. At {float(run.tracked['speed'][i]) * RPM:.0f} rpm the 1X orbit is made of {forward:.3g} µm "
-        f"forward and {backward:.3g} µm backward: semi-axes {forward + backward:.3g} and {abs(forward - backward):.3g} µm."
+        f"Spectrum of x + i y. At {rpm:.0f} rpm the 1X orbit is made of {f:.3g} µm forward and {b:.3g} µm backward: "
+        f"semi-axes {f + b:.3g} and {abs(f - b):.3g} µm."
     )
 
 
@@ -82,8 +83,9 @@ def orbits_caption(run: Run) -> str:
     """What the dots are, and the largest orbit."""
     largest, count = run.summary["largest_orbit"], len(instants(run))
     text = (
-        f"{TURNS} revolutions at {count} instant{'s' * (count > 1)}, the disc about its middle; dots mark whole turns of "
-        f"the shaft. The largest distance of the disc from its mean is {largest['um']:.3g} µm at {largest['rpm']:.0f} rpm."
+        f"{TURNS} revolutions at {count} instant{'s' * (count > 1)}, the disc about its middle; dots mark whole turns "
+        "of the shaft. The largest distance of the disc from its mean is "
+        f"{largest['um']:.3g} µm at {largest['rpm']:.0f} rpm."
     )
     if "journal" in run.record and run.machine and run.machine.film:
         text += f" The dashed circle is the radial clearance, {run.machine.film.clearance * UM:.3g} µm."
@@ -129,4 +131,7 @@ def surface_caption(run: Run) -> str:
     p = run.record["film_pressure"].isel(snapshot=-1)
     rpm = float(run.record["snapshot_speed"][-1]) * RPM
     spread = float(p.max() - p.min()) * 1e-6
-    return f"The film at {rpm:.0f} rpm round the shaft; its height is the pressure, which differs by {spread:.3g} MPa. Drag to turn."
+    return (
+        f"The film at {rpm:.0f} rpm round the shaft; its height, much exaggerated, is the pressure, which differs by "
+        f"{spread:.3g} MPa. Drag to turn."
+    )

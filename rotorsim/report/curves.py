@@ -14,21 +14,23 @@ MOST_POINTS, MOST_LINES = 1500, 250
 DECADES = 3.5
 """Range of the colour scale of spectra."""
 FAINTEST = 1e-3
-"""Phase is not drawn where the amplitude is below this share of its largest value."""
+"""Phase is not drawn where the amplitude is below this share of its largest value, or of that of all orders."""
 
 
 def bode(run: Run) -> go.Figure:
     """Amplitude (0-pk, um) over phase lag (deg) of every tracked order against speed."""
     orders = [int(n) for n in run.tracked["order"].values]
+    least = faintest(run)
     figure = make_subplots(2, len(orders), shared_xaxes=True, vertical_spacing=0.06, horizontal_spacing=0.07,
                            row_heights=[0.6, 0.4], subplot_titles=[f"{n}X" for n in orders])  # fmt: skip
     for column, n in enumerate(orders, 1):
         for axis in AXIS_COLOURS:
             for row, trace in enumerate(order_traces(run, n, axis), 1):
                 figure.add_trace(trace.update(showlegend=row == column == 1), row, column)
+        own = float(np.abs(run.tracked["amplitude"].sel(order=n).values).max(initial=0.0))
+        figure.update_yaxes(range=[0, 1.06 * UM * max(own, least)] if least else None, row=1, col=column)
     figure.update_xaxes(range=run.reach)
     figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], row=2)
-    figure.update_yaxes(rangemode="tozero", row=1)
     figure.update_yaxes(dtick=90, autorange="reversed", row=2)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
     figure.update_yaxes(title_text="phase lag [deg]", row=2, col=1)
@@ -42,21 +44,30 @@ def order_traces(run: Run, order: int, axis: str) -> tuple[go.Scatter, go.Scatte
     a = tracked["amplitude"].sel(order=order, axis=axis).values
     unit = label.split("[")[1][:-1]
     common = {"x": compact(at, 6), "name": f"disc {axis}", "legendgroup": axis, "mode": "lines",
-              "line": {"color": AXIS_COLOURS[axis], "width": 2}}  # fmt: skip
+              "line": {"color": AXIS_COLOURS[axis], "width": 2, "simplify": False}}  # fmt: skip
     hover = f"{order}X {axis}: %{{y:.3g}} {{}} at %{{x:.0f}} {unit}<extra></extra>"
     return (
         go.Scatter(y=compact(np.abs(a) * UM), hovertemplate=hover.replace("{}", "µm"), **common),
-        go.Scatter(y=compact(phase_lag(a)), hovertemplate=hover.replace("{}", "deg"), **common),
+        go.Scatter(y=compact(phase_lag(a, faintest(run))), hovertemplate=hover.replace("{}", "deg"), **common),
     )
 
 
-def phase_lag(a: np.ndarray) -> np.ndarray:
-    """Continuous phase lag [deg] of complex amplitudes, its median in [-90, 270); NaN where there is none."""
-    if a.size == 0:
-        return np.empty(0)
-    lag = -np.degrees(np.unwrap(np.angle(a)))
-    lag -= 360 * np.floor((np.median(lag) + 90) / 360)
-    return np.where(np.abs(a) > FAINTEST * np.abs(a).max(), lag, np.nan)
+def faintest(run: Run) -> float:
+    """Amplitude [m] below which an order counts as absent."""
+    return FAINTEST * float(np.abs(run.tracked["amplitude"].values).max(initial=0.0))
+
+
+def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
+    """Continuous phase lag [deg] of complex amplitudes, its median in [-90, 270); NaN where |a| is below `least`.
+
+    Wrapped to [-90, 270) if it keeps turning, as it does where there is nothing to track.
+    """
+    lag, seen = np.full(a.size, np.nan), np.abs(a) > max(FAINTEST * np.abs(a).max(initial=0.0), least)
+    if not seen.any():
+        return lag
+    lag[seen] = -np.degrees(np.unwrap(np.angle(a[seen])))
+    lag -= 360 * np.floor((np.nanmedian(lag) + 90) / 360)
+    return lag if np.nanmax(lag) - np.nanmin(lag) < 720 else (lag + 90) % 360 - 90
 
 
 def waterfall_map(run: Run) -> go.Figure:
@@ -112,9 +123,9 @@ def colour_axis(run: Run) -> dict[str, object]:
     largest = max(float(run.spectra["full"].max()), float(run.spectra["amplitude"].max())) * UM
     top = np.log10(max(largest, 1e-6))
     ticks = np.arange(np.ceil(top - DECADES), np.floor(top) + 1)
-    return {"colorscale": SPECTRUM_SCALE, "cmin": top - DECADES, "cmax": top,
-            "colorbar": {"title": {"text": "µm 0-pk", "side": "right"}, "x": 1.04, "tickvals": ticks, "thickness": 14, "outlinewidth": 0,
-                         "ticktext": [f"{10.0**t:g}" for t in ticks]}}  # fmt: skip
+    bar = {"title": {"text": "µm 0-pk", "side": "right"}, "x": 1.04, "thickness": 14, "outlinewidth": 0,
+           "tickvals": ticks, "ticktext": [f"{10.0**t:g}" for t in ticks]}  # fmt: skip
+    return {"colorscale": SPECTRUM_SCALE, "cmin": top - DECADES, "cmax": top, "colorbar": bar}
 
 
 def _finish(figure: go.Figure, run: Run, height: int, label: str) -> go.Figure:

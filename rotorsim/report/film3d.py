@@ -69,9 +69,10 @@ def _map(run: Run, index: int) -> go.Heatmap:
 def _injectors(run: Run) -> go.Scatter:
     """Open circles where the injectors are, if the record tells its machine."""
     places = run.machine.injectors if run.machine else ()
+    ring = {"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 1.5}}
     return go.Scatter(
         x=[round(float(np.degrees(i.angle) % 360), 3) for i in places], y=[i.offset * 1e3 for i in places],
-        mode="markers", cliponaxis=False, marker={"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 1.5}},
+        mode="markers", cliponaxis=False, marker=ring,
         text=[f"injector {k}" for k, _ in enumerate(places, 1)], hovertemplate="%{text}<extra></extra>",
     )  # fmt: skip
 
@@ -79,20 +80,24 @@ def _injectors(run: Run) -> go.Scatter:
 def film_surface(run: Run) -> go.Figure:
     """The last snapshot round the journal: the further out, the higher the pressure; the shaft is drawn in grey."""
     p = _pressure(run, -1)
-    radius = run.machine.film.diameter / 2 * 1e3 if run.machine and run.machine.film else 1.0
+    known = run.machine.film if run.machine else None
+    edge = float(np.abs(run.record["z"].values).max()) * 1e3
+    radius = known.diameter / 2 * 1e3 if known else edge
     lifted = radius * (1 + LIFT * (p - p.min()) / max(np.ptp(p), 1e-12))
     theta, z = _theta(run)[:, None], run.record["z"].values[None, :] * 1e3
     surface = go.Surface(
         x=compact(z + 0 * theta), y=compact(lifted * np.cos(theta)), z=compact(lifted * np.sin(theta)),
         surfacecolor=compact(p), coloraxis="coloraxis", hovertemplate="%{surfacecolor:.4f} MPa<extra></extra>",
-        lighting={"ambient": 0.85, "diffuse": 0.35, "specular": 0.02},
+        lighting={"ambient": 0.92, "diffuse": 0.2, "specular": 0.0},
     )  # fmt: skip
-    figure = go.Figure([_shaft(radius, 1.7 * float(np.abs(z).max())), surface])
-    unit = "mm" if run.machine and run.machine.film else "radii"
+    figure = go.Figure([_shaft(radius, 1.7 * edge), surface])
+    unit = "mm" if known else "not to scale"
     look = {"backgroundcolor": "white", "gridcolor": "#e4e8ec", "showspikes": False, "nticks": 5}
-    scene = {f"{a}axis": look | {"title": {"text": t}} for a, t in
+    scene: dict[str, object] = {f"{a}axis": look | {"title": {"text": t}} for a, t in
              (("x", "axial [mm]"), ("y", f"x [{unit}]"), ("z", f"y [{unit}]"))}  # fmt: skip
-    return style(figure, 560, coloraxis=_colours(run), scene=scene | {"aspectmode": "data", "camera": _camera(run, p)})
+    scene |= {"aspectmode": "data", "camera": _camera(run, p)}
+    style(figure, 580, coloraxis=_colours(run), scene=scene)
+    return figure.update_layout(margin={"l": 10, "r": 10, "t": 30, "b": 5})
 
 
 def _shaft(radius: float, reach: float) -> go.Surface:
@@ -100,11 +105,14 @@ def _shaft(radius: float, reach: float) -> go.Surface:
     turn = np.linspace(0, 2 * np.pi, 97)[:, None]
     z, r = np.array([[-reach, -reach, reach, reach]]), 0.97 * radius * np.array([[0, 1, 1, 0]])
     grey = [[0, "#b4bcc4"], [1, "#b4bcc4"]]
-    return go.Surface(x=compact(z + 0 * turn), y=compact(r * np.cos(turn)), z=compact(r * np.sin(turn)), colorscale=grey,
-                      showscale=False, hoverinfo="skip", lighting={"ambient": 0.75, "diffuse": 0.4, "specular": 0})  # fmt: skip
+    return go.Surface(
+        x=compact(z + 0 * turn), y=compact(r * np.cos(turn)), z=compact(r * np.sin(turn)),
+        colorscale=grey, showscale=False, hoverinfo="skip", lighting={"ambient": 0.75, "diffuse": 0.4, "specular": 0},
+    )  # fmt: skip
 
 
 def _camera(run: Run, p: np.ndarray) -> dict[str, dict[str, float]]:
-    """A look at the side of the highest pressure, from a bit further round."""
-    side = float(_theta(run)[int(p.max(axis=1).argmax())]) + np.radians(50)
-    return {"eye": {"x": 0.9, "y": 1.35 * float(np.cos(side)), "z": 1.35 * float(np.sin(side))}}
+    """A look at the side of the highest pressure, from a quarter turn further round."""
+    side = float(_theta(run)[int(p.max(axis=1).argmax())]) + np.radians(100)
+    eye = {"x": 0.95, "y": 1.65 * float(np.cos(side)), "z": 1.65 * float(np.sin(side))}
+    return {"eye": eye, "center": {"x": 0.0, "y": 0.0, "z": -0.13}}

@@ -40,11 +40,15 @@ def readme_figure(record: xr.Dataset) -> go.Figure:
         )
     figure.add_trace(spectrum_trace(run, "frequency", run.spectra["amplitude"].sel(axis="y").values), 1, 2)
     add_order_lines(figure, run, (1, 2, 3), 1, 2)
-    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1])
+    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], range=run.reach)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", rangemode="tozero", col=1)
-    figure.update_yaxes(title_text="frequency [Hz]", showgrid=False, col=2)
+    figure.update_yaxes(title_text="frequency [Hz]", range=[0, float(run.spectra["frequency"][-1])], col=2)
     style(figure, 700, coloraxis=colour_axis(run), width=1400)
     figure.update_layout(font_size=18, margin={"l": 80, "r": 40, "t": 60, "b": 70})
-    figure.update_layout(legend={"x": 0.02, "xanchor": "left", "y": 0.98, "yanchor": "top", "orientation": "v"})
+    figure.update_layout(
+        legend={"x": 0.02, "yref": "paper", "xanchor": "left", "y": 0.98, "yanchor": "top", "orientation": "v"}
+    )
     figure.update_annotations(font_size=20)
+    figure.update_xaxes(showgrid=False, col=2)
+    figure.update_yaxes(showgrid=False, col=2)
     return figure

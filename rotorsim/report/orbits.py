@@ -33,8 +33,7 @@ def instants(run: Run) -> list[Instant]:
         apart = all(abs(peak["rpm"] - other.rpm) > 0.07 * abs(speeds["max"]) for other in chosen)
         if peak["local_maximum"] and apart and len(chosen) < MOST_ORBITS - 1:
             chosen.append(Instant(f"{peak['order']}X peak", peak["time_s"], peak["rpm"]))
-    end = run.summary["duration_s"] + float(run.record["time"].isel(time=0))
-    return [*sorted(chosen, key=lambda i: i.rpm), Instant("end", end, speeds["last"])]
+    return [*sorted(chosen, key=lambda i: i.rpm), Instant("end", run.time_reach[1], speeds["last"])]
 
 
 def orbits(run: Run) -> go.Figure:
@@ -64,8 +63,9 @@ def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int
     shown = {"showlegend": False, "hovertemplate": "x %{x:.2f} µm, y %{y:.2f} µm<extra></extra>"}
     if name == "journal":
         _add_clearance(figure, run, row, column)
-    figure.add_trace(go.Scatter(x=compact(d[::step, 0]), y=compact(d[::step, 1]), mode="lines",
-                                line={"color": colour, "width": 1.5}, **shown), row, column)  # fmt: skip
+    line = {"color": colour, "width": 1.5, "simplify": False}
+    figure.add_trace(go.Scatter(x=compact(d[::step, 0]), y=compact(d[::step, 1]), mode="lines", line=line, **shown),
+                     row, column)  # fmt: skip
     figure.add_trace(go.Scatter(x=compact(marks[:, 0]), y=compact(marks[:, 1]), mode="markers",
                                 marker={"color": INK, "size": 5}, **shown), row, column)  # fmt: skip
     number = (row - 1) * len(instants(run)) + column
@@ -87,8 +87,10 @@ def _cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
 
 def _marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Positions (k, 2) where the shaft has turned whole revolutions."""
-    passed = np.flatnonzero(np.diff(np.floor(angle / (2 * np.pi))))
-    return d[passed + 1]
+    turns = angle / (2 * np.pi)
+    i = np.flatnonzero(np.diff(np.floor(turns)))
+    share = (np.maximum(np.floor(turns[i]), np.floor(turns[i + 1])) - turns[i]) / (turns[i + 1] - turns[i])
+    return d[i] + share[:, None] * (d[i + 1] - d[i])
 
 
 def _add_clearance(figure: go.Figure, run: Run, row: int, column: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -37,6 +39,7 @@ def overview(run: Run) -> go.Figure:
         figure.update_yaxes(title_text=label, nticks=4, row=row, col=1)
         if name in ("speed", "pressure", "contact"):
             figure.update_yaxes(rangemode="tozero", row=row, col=1)
+    figure.update_xaxes(range=run.time_reach)
     figure.update_xaxes(title_text="time [s]", row=len(names), col=1)
     return style(figure, 90 + 125 * len(names))
 
@@ -55,7 +58,7 @@ def _line(time: np.ndarray, shown: np.ndarray, values: np.ndarray, colour: str) 
                       hovertemplate="%{y:.1f} % of the time at %{x:.2f} s<extra></extra>")  # fmt: skip
 
 
-def _band(data: Envelope, scale: float, colour: str, axis: str, index: object) -> list[go.Scatter]:
+def _band(data: Envelope, scale: float, colour: str, axis: str, index: Any) -> list[go.Scatter]:
     """The stretch between least and largest value."""
     low, high = (v[:, index] if axis else v for v in (data.least, data.most))
     common = {"x": compact(data.time), "mode": "lines", "line": {"color": colour, "width": 1}, "legendgroup": axis,

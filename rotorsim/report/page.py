@@ -26,6 +26,7 @@ NOTES = (
     "Amplitudes of orders are least-squares fits over whole revolutions, at least 8 and at least 0.25 s at a time; "
     "a run-up's peaks lag a little behind those of constant speed.",
 )
+TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 Figure = tuple[str, Callable[[Run], go.Figure], Callable[[Run], str]]
 ALWAYS: tuple[Figure, ...] = (
     ("Amplitude and phase of the orders", curves.bode, captions.bode_caption),
@@ -108,7 +109,7 @@ def _key_numbers(run: Run) -> str:
     s = run.summary
     orbit = s["largest_orbit"]
     cards = [(f"{s['speed_rpm']['max']:.0f} rpm", "highest speed")]
-    cards.append((f"{orbit['um']:.3g} µm", f"largest orbit (0-pk), at {orbit['rpm']:.0f} rpm"))
+    cards.append((f"{orbit['um']:.3g} µm", "largest orbit, 0-pk"))
     if s["smallest_film"]:
         cards.append((f"{s['smallest_film']['um']:.3g} µm", "smallest film thickness"))
     if s["contact"]:
@@ -124,8 +125,7 @@ def _table(rows: tables.Rows) -> str:
 
 def _figures(run: Run) -> Iterator[str]:
     for title, figure, caption in (*ALWAYS, *(WITH_SNAPSHOTS if run.has_snapshots else ())):
-        drawn = pio.to_html(figure(run), full_html=False, include_plotlyjs=False,
-                            config={"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "sendDataToCloud"]})  # fmt: skip
+        drawn = pio.to_html(figure(run), full_html=False, include_plotlyjs=False, config=TOOLS)
         yield f"<section><h2>{title}</h2><p>{escape(caption(run))}</p>{drawn}</section>"
 
 

@@ -25,9 +25,10 @@ class Run:
 
     @property
     def swept(self) -> bool:
-        """Whether the speed changed enough to draw things against it."""
-        least, most = (abs(self.summary["speed_rpm"][k]) for k in ("min", "max"))
-        return abs(most - least) > 0.02 * max(least, most)
+        """Whether the speed went one way and far enough to draw things against it."""
+        speed = self.spectra["speed"].values
+        one_way = abs(np.abs(np.diff(speed)).sum() - abs(speed[-1] - speed[0])) <= 1e-6 * np.abs(speed).max()
+        return bool(one_way and np.ptp(speed) > 0.02 * np.abs(speed).max())
 
     @property
     def has_snapshots(self) -> bool:
@@ -35,10 +36,21 @@ class Run:
         return "film_pressure" in self.record and self.record.sizes["snapshot"] > 0
 
     @property
+    def peaks(self) -> list[dict[str, Any]]:
+        """Peaks of the summary without those below a thousandth of the largest."""
+        least = 1e-3 * max((p["um"] for p in self.summary["peaks"]), default=0.0)
+        return [p for p in self.summary["peaks"] if p["um"] > least]
+
+    @property
     def reach(self) -> list[float]:
         """Both ends of the axis against which things are drawn: speed [rpm], or time [s] where it is constant."""
         if self.swept:
             return [self.summary["speed_rpm"]["min"], self.summary["speed_rpm"]["max"]]
+        return self.time_reach
+
+    @property
+    def time_reach(self) -> list[float]:
+        """Both ends of the record [s]."""
         first = float(self.record["time"].isel(time=0))
         return [first, first + self.summary["duration_s"]]
 

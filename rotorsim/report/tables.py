@@ -52,7 +52,7 @@ def results(run: Run) -> Rows:
     """The numbers of the summary."""
     s = run.summary
     rows = [("Speed", f"{s['speed_rpm']['first']:.0f} to {s['speed_rpm']['last']:.0f} rpm")]
-    for peak in s["peaks"]:
+    for peak in run.peaks:
         kind = "peak" if peak["local_maximum"] else ("largest, at an end of the range" if run.swept else "largest")
         rows.append(
             (f"{peak['order']}X, disc {peak['axis']}, {kind}", f"{peak['um']:.3g} µm 0-pk at {peak['rpm']:.0f} rpm")

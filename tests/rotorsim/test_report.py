@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
 import xarray as xr
 
@@ -16,7 +17,7 @@ from rotorsim.errors import DataError
 from rotorsim.machine import machine_text
 from rotorsim.report.curves import phase_lag
 from rotorsim.report.envelope import envelopes
-from rotorsim.report.image import readme_figure
+from rotorsim.report.image import readme_figure, save_png
 from rotorsim.report.orbits import instants
 from rotorsim.report.page import write_report
 from rotorsim.report.run import analyse
@@ -129,6 +130,7 @@ def test_phase_lag_is_continuous_through_a_resonance() -> None:
     f = np.linspace(0.1, 3, 200)
     lag = phase_lag(1 / (1 - f**2 + 0.1j * f))
     assert np.all(np.diff(lag) > 0)
+    assert np.ptp(phase_lag(np.exp(5j * f**3))) <= 360
     assert lag[0] == pytest.approx(0.6, abs=0.1) and 175 < lag[-1] < 180
 
 
@@ -147,6 +149,15 @@ def test_the_readme_picture_shows_three_orders_beside_the_waterfall() -> None:
     figure = readme_figure(run_up())
     assert [t.name for t in figure.data[:3]] == ["1X", "2X", "3X"]
     assert figure.data[3].type == "heatmap"
+
+
+def test_a_picture_without_kaleido_says_what_to_install(tmp_path: Path) -> None:
+    class NoKaleido(go.Figure):
+        def write_image(self, *args: object, **options: object) -> None:
+            raise ValueError("Image export requires the Kaleido package\nmore text")
+
+    with pytest.raises(DataError, match=r"requires the Kaleido package.*pip install kaleido"):
+        save_png(NoKaleido(), tmp_path / "a.png")
 
 
 def test_importing_rotorsim_does_not_import_a_plot_library() -> None:

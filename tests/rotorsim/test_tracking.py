@@ -77,7 +77,7 @@ def test_amplitudes_are_zero_to_peak() -> None:
     record = record_of(time, speed, angle, 4e-6 * np.column_stack((np.cos(angle), 0 * angle)))
     assert abs(track_orders(record)["amplitude"][0, 0, 0].item()) == pytest.approx(4e-6)
     assert float(waterfall(record)["amplitude"].max()) == pytest.approx(4e-6, rel=1e-6)
-    assert summarise(record, track_orders(record))["largest_orbit"]["um"] == pytest.approx(4, rel=1e-4)
+    assert summarise(record, track_orders(record))["largest_orbit"]["um"] == pytest.approx(4, rel=1e-3)
 
 
 def test_block_size_does_not_change_the_orders() -> None:
@@ -93,19 +93,20 @@ def test_a_sine_between_the_lines_of_the_spectrum_shows_within_the_scalloping_of
     disc = 5e-6 * np.column_stack((np.cos(2 * np.pi * f * time), np.zeros_like(time)))
     spectra = waterfall(record_of(time, speed, angle, disc), lines=12)
     line = spectra["amplitude"].sel(axis="x").isel(line=3)
-    assert float(spectra["frequency"][int(line.argmax())]) == pytest.approx(
+    assert float(spectra["frequency"][int(line.values.argmax())]) == pytest.approx(
         f, abs=spectra.attrs["resolution_hz"] / 4 + 1e-9
     )
     assert 0.959 * 5e-6 < float(line.max()) <= 5.01e-6
 
 
 def test_the_full_spectrum_tells_forward_from_backward() -> None:
+    """Taking the trend off a piece of half a second leaks 1e-3 of a line into its mirror image."""
     time, speed, angle = ramp(4.0, 100.0, 100.0)
     whirl = 3e-6 * np.exp(2j * np.pi * 50 * time) + 1e-6 * np.exp(-2j * np.pi * 80 * time)
     spectra = waterfall(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag))))
     line = spectra["full"].isel(line=2)
     for f, size in ((50, 3e-6), (-80, 1e-6), (-50, 0), (80, 0)):
-        assert float(line.sel(signed_frequency=f, method="nearest")) == pytest.approx(size, abs=1e-9)
+        assert float(line.sel(signed_frequency=f, method="nearest")) == pytest.approx(size, abs=5e-9)
 
 
 def test_sub_synchronous_whirl_is_found_with_its_ratio() -> None:
@@ -134,6 +135,14 @@ def test_a_resonance_in_a_ramp_is_a_peak_and_an_end_is_flagged() -> None:
     assert in_x[0]["um"] == pytest.approx(10, rel=0.02)
     assert [p["local_maximum"] for p in in_y] == [False]
     assert in_y[0]["rpm"] > 5300
+
+
+def test_growing_whirl_between_the_orders_makes_no_peaks_of_orders() -> None:
+    time, speed, angle = ramp(40.0, 5.0, 90.0)
+    whirl = 2e-6 * np.exp(1j * angle) + 4e-6 * np.exp((time - 40) / 5 + 0.45j * angle)
+    tracked = track_orders(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag))))
+    assert np.abs(tracked["amplitude"].sel(order=[2, 3])).max() < 0.002 * 4e-6
+    assert not any(p["local_maximum"] for p in summarise(orders_of_a_ramp(), tracked)["peaks"])
 
 
 def test_film_contact_and_flow_are_summarised() -> None:
