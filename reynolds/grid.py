@@ -19,7 +19,7 @@ import numpy as np
 
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
-    "h_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
+    "h_frozen", "p_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
@@ -57,6 +57,7 @@ class Layout(NamedTuple):
     r: int
     m_rhs: int
     h_frozen: int
+    p_frozen: int
     diag: int
     west: int
     east: int

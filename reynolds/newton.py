@@ -64,6 +64,7 @@ def refresh(w, ix, F, L, U, iadt):
     factor(w, L)
     for k in range(L.length):
         w[L.h_frozen + k] = w[L.h + k]
+        w[L.p_frozen + k] = w[L.p + k]
     for c in range(L.n_rows + L.n_border):
         border = c - L.n_rows
         if border < 0:
@@ -131,12 +132,20 @@ def build_small(w, ix, L):
 
 @inlined
 def scale_rows(w, L):
-    """Turn r into the scaled right-hand side and fill two_p = 1/(2p); one division serves both."""
+    """Turn r into the scaled right-hand side and fill two_p, which makes changes of p from those of q.
+
+    In trouble (`CAREFUL`) p changes by the frozen derivative: storage is linear in p, and a gap that opens fast empties
+    almost to zero pressure, where steps in q would overshoot for ever.
+    """
+    careful = w[L.convergence + CAREFUL] > 0.0
     for k in range(L.first, L.first + L.n_theta * L.stride):
         inverse = 1.0 / w[L.m + k]
         ratio = w[L.h_frozen + k] * w[L.p + k] * inverse
         w[L.two_p + k] = 0.5 * w[L.h + k] * inverse
         w[L.r + k] *= -(ratio * ratio * ratio)
+    if careful:
+        for k in range(L.first, L.first + L.n_theta * L.stride):
+            w[L.two_p + k] = 0.5 / w[L.p_frozen + k]
 
 
 @inlined

@@ -21,7 +21,6 @@ from reynolds.film import thickness
 from reynolds.injector import nozzle, pin_flow
 from reynolds.jit import inlined
 
-
 CAREFUL = 4
 """Place in w[convergence] that asks for chord slopes of the injectors' flows."""
 

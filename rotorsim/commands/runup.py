@@ -134,15 +134,15 @@ def _say_if_compiling(plant: Plant) -> None:
 def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
     """Summary of the run as numbers and as rows of text; writes the report beside the record."""
     from rotorsim.experiments.tracking import open_record
-    from rotorsim.report.page import write_report
+    from rotorsim.report.page import save_page
     from rotorsim.report.run import analyse
     from rotorsim.report.tables import results
 
     with open_record(record) as data:
         run = analyse(data)
         rows = results(run)
-    if page is not None:
-        write_report(record, page)
+        if page is not None:
+            save_page(run, page)
     files = {"record": str(record)} | ({"report": str(page)} if page else {})
     return {**run.summary, "ended": outcome.ended, "solver": outcome.counters, "files": files}, rows
 

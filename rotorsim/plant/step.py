@@ -113,7 +113,7 @@ def solve_stage(w, ix, P, speed, adt):
             return 1
         moved = abs(w[FILM.journal] - x) + abs(w[FILM.journal + 1] - y)
         if touching:
-            if moved < 1e-12:
+            if moved < P.tolerance * P.film.clearance:
                 return 1
         else:
             x, y = w[FILM.journal], w[FILM.journal + 1]

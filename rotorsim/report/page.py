@@ -57,7 +57,12 @@ def write_report(record_path: str | Path, html_path: str | Path) -> None:
         If the record cannot be read or the page cannot be written.
     """
     with open_record(record_path) as record:
-        text = page(analyse(record))
+        save_page(analyse(record), html_path)
+
+
+def save_page(run: Run, html_path: str | Path) -> None:
+    """Write the report of an analysed run, complete or not at all; raises DataError where it cannot be written."""
+    text = page(run)
     target = Path(html_path)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
