@@ -64,8 +64,8 @@ class FilmModel:
     def build(self, base: int = 0) -> tuple[Layout, np.ndarray, np.ndarray]:
         """Layout from offset `base`, the workspace (float64) with constants filled in, and the index array (int64)."""
         prints = self.footprints()
-        sizes = [[len(p.source) for p in prints], [len(p.reader) for p in prints]]
-        layout = make_layout(self.grid, self.law, *sizes, base)
+        sources, readers = [len(p.source) for p in prints], [len(p.reader) for p in prints]
+        layout = make_layout(self.grid, self.law, sources, readers, base)
         w = np.zeros(layout.size)
         self._fill_geometry(w, layout)
         ix = self._fill_footprints(w, layout, prints)
