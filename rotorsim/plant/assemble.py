@@ -114,9 +114,10 @@ def influence(mesh: Mesh, effect: Effect) -> np.ndarray:
 def _record(machine: Machine, film_model: FilmModel | None, film: Layout, effects: list[tuple[str, Effect]]) -> Any:
     n = max(film.n_inj, 1)
     scalars = ("tolerance", "dt", "sample", "seat_gap", "minimum_gap", "open_conductance", "loss_exponent")
-    types: list[Any] = [(name, "f8") for name in scalars]
-    types += [(name, "f8", (n,)) for name in ("pin_bias", "pin_x", "pin_y")] + [("film", FILM_DTYPE)]
-    types += [(record, [(f, "f8") for f in numeric_fields(type(e))]) for record, e in effects]
+    # effects first: then no record is the beginning of another's, which numba would take for a subtype of it
+    types: list[Any] = [(record, [(f, "f8") for f in numeric_fields(type(e))]) for record, e in effects]
+    types += [(name, "f8") for name in scalars] + [("film", FILM_DTYPE)]
+    types += [(name, "f8", (n,)) for name in ("pin_bias", "pin_x", "pin_y")]
     record = np.zeros(1, np.dtype(types)).view(np.recarray)
     row = record[0]
     row.tolerance, row.dt, row.sample = machine.solver.tolerance, machine.solver.time_step, SAMPLE

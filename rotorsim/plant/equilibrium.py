@@ -30,14 +30,14 @@ class Equilibrium:
     h_min: float
 
 
-def static_modal_force(a: Assembly) -> np.ndarray:
-    """Modal force (2n,) of the effects that do not turn with the shaft and need no motion: gravity and its like."""
+def modal_force(a: Assembly, steady: bool, speed: float) -> np.ndarray:
+    """Modal force (2n,) at angle 0 of the effects that are `steady`, like gravity, or of those that are not."""
     total = np.zeros(a.rotor.n)
     for call in a.calls:
-        if call.effect.port == "force" and call.effect.steady:
-            kernel = type(call.effect).kernel
-            kernel = getattr(kernel, "py_func", kernel)
-            force = kernel(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, getattr(a.P, call.record))
+        effect = type(call.effect)
+        if effect.port == "force" and effect.steady == steady:
+            kernel = getattr(effect.kernel, "py_func", effect.kernel)
+            force = kernel(0.0, 0.0, speed, 0.0, 0.0, 0.0, 0.0, 0.0, getattr(a.P, call.record))
             total += np.asarray(force) @ influence(a.mesh, call.effect)
     return total
 
@@ -48,7 +48,7 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     Raises NoLiftOffError where the film does not carry the rotor.
     """
     w = a.w.copy()
-    f = static_modal_force(a)
+    f = modal_force(a, True, speed)
     K = a.mesh.reduced.K
     if a.film_model is None:
         _put_rotor(w, a, np.linalg.solve(K, f))
@@ -100,7 +100,10 @@ def _put_film(w: np.ndarray, a: Assembly, supply: float) -> None:
 
 
 def _clock(w: np.ndarray, a: Assembly, speed: float) -> np.ndarray:
-    w[a.rotor.speed] = speed
+    """Set the speed, and the acceleration with which what turns with the shaft starts to act."""
+    R = a.rotor
+    w[R.speed] = speed
+    w[R.a_old : R.a_old + R.n] = modal_force(a, False, speed)
     return w
 
 

@@ -44,7 +44,11 @@ class Plant:
         dt: float | None = None,
     ) -> None:
         machine = load_machine(machine) if isinstance(machine, str) else machine
-        changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": None if dt is None else f"{dt!r} s"}
+        changes = {
+            "grid.n_theta": n_theta,
+            "grid.n_z": n_z,
+            "solver.time_step": None if dt is None else f"{float(dt)!r} s",
+        }
         for path, value in changes.items():
             if value is not None:
                 machine = machine.replace(path, value)
@@ -110,9 +114,10 @@ class Plant:
         disc_force: Signal | None = None,
     ) -> tuple[np.ndarray, tuple[float, float]]:
         """Input rows (n, 6) for `Simulation.advance` and the (speed, pressure) of the first sample."""
-        n = round(duration / SAMPLE)
+        n = round(duration / SAMPLE) if np.isfinite(duration) else -1
         if n < 1:
-            raise DataError(f"duration = {duration} s: shorter than one sample; give at least {SAMPLE} s")
+            fault = "shorter than one sample" if n == 0 else "not a time"
+            raise DataError(f"duration = {duration} s: {fault}; give at least {SAMPLE} s")
         rows = np.zeros((n, 6))
         speeds = _scalars(speed, n + 1, "speed")
         rows[:, 0] = speeds[1:]

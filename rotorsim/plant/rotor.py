@@ -24,8 +24,8 @@ SPEED_STEP = 0.1
 VECTORS = ("q", "v", "q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rhs", "f", "free")
 MATRICES = ("K", "C", "G", "T", "TK")
 SCALARS = (
-    "time", "angle", "turns", "speed", "acceleration", "supply", "level", "order", "matrix_speed", "matrix_step",
-    "disc_fx", "disc_fy", "contact", "contact_fx", "contact_fy", "started", "substeps",
+    "time", "angle", "turns", "speed", "acceleration", "supply", "order", "matrix_speed", "matrix_step",
+    "disc_fx", "disc_fy", "contact", "contact_fx", "contact_fy", "substeps",
 )  # fmt: skip
 
 
@@ -60,7 +60,6 @@ class RotorLayout(NamedTuple):
     speed: int
     acceleration: int
     supply: int
-    level: int
     order: int
     matrix_speed: int
     matrix_step: int
@@ -69,7 +68,6 @@ class RotorLayout(NamedTuple):
     contact: int
     contact_fx: int
     contact_fy: int
-    started: int
     substeps: int
     contact_k: int
     pin: int

@@ -71,9 +71,10 @@ def test_sub_grid_correction_is_peacemans_well_radius(n_theta, n_z):
 @pytest.mark.parametrize("grid_size", [(32, 8), (64, 16), (256, 64)])
 def test_footprint_spreads_the_whole_flow_and_reads_a_mean(grid_size, angle, half, total):
     """Sources sum to 1 (a half bearing holds its own half), readings to 1; 1e-12 is rounding."""
-    sources, readers = footprint(Grid(0.02, 0.04, *grid_size, half), Injector(angle))
-    assert sum(v for _, _, v in sources) == pytest.approx(total, rel=1e-12)
-    assert sum(v for _, _, v in readers) == pytest.approx(1.0, rel=1e-12)
+    spread = footprint(Grid(0.02, 0.04, *grid_size, half), Injector(angle))
+    assert sum(v for _, _, v in spread.source) == pytest.approx(total, rel=1e-12)
+    assert sum(v for _, _, v in spread.reader) == pytest.approx(1.0, rel=1e-12)
+    assert sum(v for _, _, v in spread.plain) == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("grid_size", [(64, 16), (128, 32)])
@@ -83,7 +84,7 @@ def test_footprint_reads_a_linear_field_near_the_middle_of_the_disc(grid_size):
     """
     grid = Grid(0.02, 0.04, *grid_size, half=False)
     at, offset = 40.3 * grid.dtheta, 0.0021
-    _, readers = footprint(grid, Injector(at, offset))
+    readers = footprint(grid, Injector(at, offset)).reader
     theta = sum(v * grid.theta[i] for i, _, v in readers)
     z = sum(v * grid.row_z[j] for _, j, v in readers)
     assert abs(theta - at) < 0.5 * grid.dtheta

@@ -73,7 +73,7 @@ def test_values_do_not_change_the_kernels_but_source_does(own_machine):
 
 @pytest.mark.parametrize("body", ["return np.full(2, p.force).sum(), 0.0", "return sum([p.force, 0.0]), 0.0"])
 def test_a_kernel_that_allocates_does_not_compile(own_machine, held, body):
-    """The whole step is compiled without numba's runtime: an array or a list in any part of it is an error that names it."""
+    """The whole step is compiled without numba's runtime: an array or a list is an error that names the kernel."""
     run = Plant(own_machine(body)).start(150.0)
     with pytest.raises(NumbaError, match="own_push"):
         run.advance(held(2, 150.0, 0.0))

@@ -24,11 +24,7 @@ def test_one_wrong_value_gives_one_sentence_that_says_what_to_write(case):
 
 
 def test_several_problems_are_all_listed_each_on_its_line():
-    text = (
-        RIG.replace('"-121.3 mm"', "0")
-        .replace("n_z = 16", "n_z = 15")
-        .replace("second =", 'second = "1 kg" #')
-    )
+    text = RIG.replace('"-121.3 mm"', "0").replace("n_z = 16", "n_z = 15").replace("second =", 'second = "1 kg" #')
     with pytest.raises(MachineFileError) as caught:
         Machine.from_text(text.replace('clearance = "25 um"', ""))
     paths = [problem.split(":")[0] for problem in caught.value.problems]
@@ -90,14 +86,10 @@ def test_injectors_without_injection_are_refused():
 
 def test_unbalance_without_a_plane_needs_a_disc():
     text = PLAIN[: PLAIN.index("[[discs]]")] + PLAIN[PLAIN.index("[[bearings]]") :]
-    with pytest.raises(
-        MachineFileError, match=r"effects\.unbalance\.position: missing, and there is no disc"
-    ):
+    with pytest.raises(MachineFileError, match=r"effects\.unbalance\.position: missing, and there is no disc"):
         Machine.from_text(text)
 
 
 def test_an_unknown_name_lists_the_shipped_machines():
-    with pytest.raises(
-        MachineFileError, match=r"'rig' is no shipped machine \(dtu_gas_bearing, .* or a path"
-    ):
+    with pytest.raises(MachineFileError, match=r"'rig' is no shipped machine \(dtu_gas_bearing, .* or a path"):
         load_machine("rig")

@@ -28,9 +28,7 @@ MATERIAL = table(
         "poisson_ratio": st.floats(-0.9, 0.5),
     }
 )
-SECTION = table(
-    {"length": si(0.4, 1, "m"), "outer_diameter": si(0.01, 1, "m")}, inner_diameter=si(0, 0.009, "m")
-)
+SECTION = table({"length": si(0.4, 1, "m"), "outer_diameter": si(0.01, 1, "m")}, inner_diameter=si(0, 0.009, "m"))
 SHAFT = table(
     {"start": si(-0.1, 0, "m"), "material": MATERIAL, "sections": st.lists(SECTION, min_size=2, max_size=4)},
     damping_ratio=st.floats(0, 0.5),
@@ -96,12 +94,8 @@ MACHINE = table(
     description=st.text(),
     injectors=st.lists(INJECTOR, max_size=4),
     probe=table({"position": si(0, 0.3, "m")}),
-    gas=table(
-        {}, temperature=si(200, 400, "K"), viscosity=si(1e-6, 1, "Pa*s"), ambient_pressure=si(1, 1e8, "Pa")
-    ),
-    grid=table(
-        {}, n_theta=st.integers(2, 128).map(lambda n: 4 * n), n_z=st.integers(2, 128).map(lambda n: 2 * n)
-    ),
+    gas=table({}, temperature=si(200, 400, "K"), viscosity=si(1e-6, 1, "Pa*s"), ambient_pressure=si(1, 1e8, "Pa")),
+    grid=table({}, n_theta=st.integers(2, 128).map(lambda n: 4 * n), n_z=st.integers(2, 128).map(lambda n: 2 * n)),
     solver=table(
         {},
         time_step=st.sampled_from(["0.2 ms", "0.1 ms", "50 us", "40 us"]),
