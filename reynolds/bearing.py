@@ -69,8 +69,7 @@ class GasBearing:
     """A gas journal bearing with radius, length and clearance [m]; see `reynolds.residual` for the equation.
 
     Half the bearing is solved when it is symmetric about its midplane. n_theta is a multiple of 4; n_z, even, counts
-    the intervals over the full length. Injectors act only with a supply pressure given or not: at 0 gauge they still
-    vent.
+    the intervals over the full length. Without supply pressure the injectors still vent the film.
     """
 
     radius: float

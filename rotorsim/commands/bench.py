@@ -28,9 +28,9 @@ def bench(
 
     if part is not None and part not in PARTS:
         raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}")
-    figures = [figure for figure in _measure(part, cold)]
+    figures = _measure(part, cold)
     if as_json:
-        typer.echo(json.dumps([asdict(f) | {"met": f.met} for f in figures], indent=2))
+        typer.echo(json.dumps({"figures": [asdict(f) | {"met": f.met} for f in figures], "rig": _rig(part)}, indent=2))
     elif part in (None, "rig"):
         _print_rig()
 
@@ -55,6 +55,17 @@ def _measure(part: str | None, cold: bool) -> list[Figure]:
 def _line(figure: Figure) -> str:
     bound = "" if figure.bound is None else f"  (bound {figure.bound:g}: {'met' if figure.met else 'NOT MET'})"
     return f"{figure.name:<58} {figure.value:>10.4g} {figure.unit}{bound}"
+
+
+def _rig(part: str | None) -> list[dict[str, float]]:
+    """Rows of the rig's table as numbers."""
+    from rotorsim.bench.accuracy import COLUMNS, rig_table
+    from rotorsim.plant import Plant
+
+    if part not in (None, "rig"):
+        return []
+    rows = rig_table(Plant("dtu_gas_bearing"))
+    return [{"MPa": mpa, "rpm": rpm, **dict(zip(COLUMNS, values, strict=True))} for mpa, rpm, values in rows]
 
 
 def _print_rig() -> None:

@@ -35,10 +35,12 @@ def runup(
     out: Annotated[
         Path | None, typer.Option(help="Folder for record and report; default a new folder 'runup'.")
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a run that is in the folder.")] = False,
     report: Annotated[bool, typer.Option(help="Write the HTML report.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
     """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
+    from rotorsim.errors import DataError
     from rotorsim.experiments.runup import record_runup
     from rotorsim.machine.units import parse
 
@@ -47,10 +49,14 @@ def runup(
     }
     ramp["rate"] = _quantity("rate", rate, "rad/s^2", parse)
     ramp["pressure"] = _quantity("pressure", pressure, "Pa", parse)
+    if ramp["pressure"] < 0:
+        raise DataError(f"--pressure: '{pressure}' is negative; give the gauge pressure of the supply, e.g. '0.3 MPa'")
     plant = make_plant(machine, grid, time_step, changes or [])
     folder = out or _fresh_folder(Path("runup"))
     _say_if_compiling(plant)
     record = folder / "runup.nc"
+    if record.exists() and not force:
+        raise DataError(f"{record}: is there already; choose another --out or add --force")
     outcome = record_runup(plant, record, progress=not as_json, **ramp)
     if not outcome.samples:
         print(f"{outcome.ended} before the first second was simulated; nothing to keep", file=sys.stderr)

@@ -3,11 +3,12 @@
 An effect file holds the equation and its source, a dataclass whose fields are made by `param`
 (unit, bounds, NEUTRAL default, a sentence) and one kernel of its port's signature:
 
-``force``    ``(t, angle, speed, acceleration, x, y, vx, vy, p) -> (fx, fy)``  force [N] on the shaft at the
-             effect's `position`; x, y, vx, vy are the shaft's motion there [m, m/s] when `needs_motion` is
-             set, else 0;  with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the whole shaft.
-``contact``  ``(gap, x, y, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``  force on the journal in
-             the gas bearing and its negative derivative after the displacement, met implicitly by the step.
+``force``    ``(t, angle, speed, acceleration, p) -> (fx, fy)``  force [N] on the shaft at the effect's
+             `position`, at time t [s]; with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the
+             whole shaft. `angle` [rad] stays within one turn, so only whole orders of it are continuous.
+``contact``  ``(clearance, x, y, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``  force on the
+             journal at (x, y) [m] in the gas bearing and its negative derivative after the displacement, met
+             implicitly by the step.
 
 `p` is the record of the effect's own parameters in SI units. At its neutral values an effect leaves every
 bit of a trajectory as it is without it.
@@ -37,7 +38,6 @@ class Effect:
     place: ClassVar[str] = "disc"
     """Where it acts when `position` is not given: 'disc' (the first), 'film' or 'start' (the left shaft end)."""
     influence: ClassVar[str] = "node"
-    needs_motion: ClassVar[bool] = False
     steady: ClassVar[bool] = False
     """Whether its force is constant in time, so that an equilibrium includes it."""
 

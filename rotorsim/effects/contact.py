@@ -17,11 +17,11 @@ from rotorsim.effects.base import Effect, param, register
 
 
 @inlined
-def contact(gap, x, y, vx, vy, surface_speed, p):
-    """Force on the journal and its negative derivative after the displacement; `gap` is c - g [m]."""
+def contact(clearance, x, y, vx, vy, surface_speed, p):
+    """Force on the journal and its negative derivative after the displacement."""
     e = math.sqrt(x * x + y * y)
-    depth = e - gap
-    if p.stiffness == 0.0 or depth <= 0.0:
+    depth = e - (clearance - p.asperity)
+    if p.stiffness == 0.0 or depth <= 0.0 or e == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     nx = x / e
     ny = y / e

@@ -15,7 +15,7 @@ from rotorsim.effects.base import Effect, param, register
 
 
 @inlined
-def coupling(t, angle, speed, acceleration, x, y, vx, vy, p):
+def coupling(t, angle, speed, acceleration, p):
     """Force (fx, fy) [N] at shaft angle `angle` [rad]."""
     two = 2.0 * angle + p.second_phase
     three = 3.0 * angle + p.third_phase

@@ -11,7 +11,7 @@ from rotorsim.effects.base import Effect, param, register
 
 
 @inlined
-def gravity(t, angle, speed, acceleration, x, y, vx, vy, p):
+def gravity(t, angle, speed, acceleration, p):
     """Acceleration (ax, ay) [m/s^2] of the whole rotor."""
     return p.acceleration * math.cos(p.direction), p.acceleration * math.sin(p.direction)
 

@@ -17,7 +17,7 @@ from rotorsim.effects.base import Effect, param, register
 
 
 @inlined
-def unbalance(t, angle, speed, acceleration, x, y, vx, vy, p):
+def unbalance(t, angle, speed, acceleration, p):
     """Force (fx, fy) [N] of the unbalance at shaft angle `angle` [rad]."""
     c = math.cos(angle + p.phase)
     s = math.sin(angle + p.phase)

@@ -92,6 +92,8 @@ class Recording:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close and move to the final name if anything was recorded, whatever ended the run."""
+        if self.samples:
+            self._file.resize_dimension("time", self.samples)
         self._file.close()
         if self.samples:
             os.replace(self._temporary, self.path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.errors import ConvergenceError, DataError
+from rotorsim.experiments.interrupt import Interrupt
 from rotorsim.experiments.recording import Recording
 from rotorsim.plant.assemble import SAMPLE
 from rotorsim.plant.plant import BLOCK, Plant, Signal
@@ -18,6 +20,8 @@ from rotorsim.progress import track
 if TYPE_CHECKING:
     import xarray as xr
 
+LONGEST = 1e6
+"""Longest run [s]."""
 SNAPSHOTS = 6
 """Film pressures kept of a run, evenly spaced over it."""
 
@@ -79,27 +83,35 @@ def record_runup(
 
     An interruption (KeyboardInterrupt) or a step without solution ends the run and keeps what was simulated.
     """
-    duration = ramp_time(start, stop, rate)
-    inputs, begin = plant.inputs(duration, _ramp(start, stop, rate), pressure)
+    samples = round(ramp_time(start, stop, rate) / SAMPLE)
     attrs: dict[str, Any] = plant.provenance(seed) | {"experiment": "runup", "pressure": pressure}
     attrs |= {"start_speed": start, "stop_speed": stop, "rate": rate}
-    simulation = plant.start(*begin)
     has_film = plant.assembly.film_model is not None
-    marks = set(np.linspace(0, len(inputs) - 1, SNAPSHOTS).astype(int) // BLOCK)
+    marks = set(np.linspace(0, samples, SNAPSHOTS)[:-1].astype(int) // BLOCK)
     ended = "complete"
-    with Recording(path, attrs) as recording:
+    with Interrupt() as interrupt, Recording(path, attrs) as recording:
+        simulation = plant.start(start, pressure)
 
-        def blocks() -> Any:
-            for i in range(0, len(inputs), BLOCK):
+        def keep(table: np.ndarray, rows: np.ndarray) -> None:
+            time = (recording.samples + np.arange(len(table))) * SAMPLE
+            recording.write(time, split_columns(table, rows[: len(table)], has_film))
+
+        def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
+            for i in range(0, samples, BLOCK):
+                if interrupt.asked:
+                    raise KeyboardInterrupt
                 if has_film and i // BLOCK in marks:
                     _snapshot(recording, simulation)
-                rows = inputs[i : i + BLOCK]
-                yield simulation.advance(rows), rows
+                rows = ramp_rows(start, stop, samples, i, pressure)
+                try:
+                    yield simulation.advance(rows), rows
+                except ConvergenceError as error:
+                    keep(error.where["table"], rows)
+                    raise
 
         try:
-            for table, rows in track(blocks(), len(inputs), progress):
-                time = (recording.samples + np.arange(len(table))) * SAMPLE
-                recording.write(time, split_columns(table, rows, has_film))
+            for table, rows in track(blocks(), samples, progress):
+                keep(table, rows)
         except KeyboardInterrupt:
             ended = "interrupted"
         except ConvergenceError as error:
@@ -107,7 +119,16 @@ def record_runup(
         if has_film and recording.samples:
             _snapshot(recording, simulation)
         recording.note(ended=ended, **simulation.counters)
-    return Outcome(recording.samples, len(inputs), ended, simulation.counters)
+    return Outcome(recording.samples, samples, ended, simulation.counters)
+
+
+def ramp_rows(start: float, stop: float, samples: int, first: int, pressure: float) -> np.ndarray:
+    """Input rows of one block of a ramp of `samples` samples, from sample `first` on."""
+    count = min(BLOCK, samples - first)
+    rows = np.zeros((count, 6))
+    rows[:, 0] = start + (stop - start) * (first + 1 + np.arange(count)) / samples
+    rows[:, 1] = pressure
+    return rows
 
 
 def ramp_time(start: float, stop: float, rate: float) -> float:
@@ -116,7 +137,10 @@ def ramp_time(start: float, stop: float, rate: float) -> float:
         raise DataError(f"rate = {rate * 30 / np.pi:g} rpm/s: must be positive, also downwards; give e.g. 100 rpm/s")
     if start == stop:
         raise DataError("start and stop are the same speed; give a range to run through")
-    return abs(stop - start) / rate
+    duration = abs(stop - start) / rate
+    if duration > LONGEST:
+        raise DataError(f"rate = {rate * 30 / np.pi:g} rpm/s: the run would last {duration / 86400:.3g} days; raise it")
+    return duration
 
 
 def _ramp(start: float, stop: float, rate: float) -> np.ndarray:

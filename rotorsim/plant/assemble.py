@@ -12,6 +12,7 @@ from reynolds.grid import Grid, Layout, make_layout
 from reynolds.injector import Injector
 from reynolds.workspace import FILM_DTYPE, FilmModel, Gas
 from rotorsim.effects import Effect, numeric_fields
+from rotorsim.errors import MachineFileError
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
 from rotorsim.plant.mesh import Mesh
@@ -51,10 +52,7 @@ def assemble(machine: Machine) -> Assembly:
     """Lay out and fill everything for a machine, and compose its kernels."""
     mesh = Mesh(machine)
     film_model = make_film(machine)
-    if film_model is None:
-        film, w, ix = _no_film()
-    else:
-        film, w, ix = film_model.build()
+    film, w, ix = _no_film() if film_model is None else _build(film_model)
     effects = [(f"{name}_{i}", e) for name, es in machine.effects.items() for i, e in enumerate(es)]
     effects = [(record, e) for record, e in effects if e.port != "contact" or film_model is not None]
     contacts = sum(e.port == "contact" for _, e in effects)
@@ -87,6 +85,13 @@ def make_film(machine: Machine) -> FilmModel | None:
     grid = Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half)
     air = Gas(gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio)
     return FilmModel(grid, film.clearance, air, injectors, machine.solver.minimum_film)
+
+
+def _build(model: FilmModel) -> tuple[Layout, np.ndarray, np.ndarray]:
+    try:
+        return model.build()
+    except ValueError as error:
+        raise MachineFileError(f"injectors: {error}; move it inwards or refine the grid") from error
 
 
 def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:
@@ -133,7 +138,7 @@ def _record(machine: Machine, film_model: FilmModel | None, film: Layout, effect
 
 def _fill_pins(row: Any, machine: Machine, film_model: FilmModel) -> None:
     common = machine.injection
-    if common is None:
+    if common is None or not film_model.injectors:
         return
     first = film_model.injectors[0]
     row.seat_gap, row.minimum_gap, row.loss_exponent = first.seat_gap, first.minimum_gap, first.loss_exponent

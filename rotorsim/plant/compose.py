@@ -17,11 +17,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import reynolds
 from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root
 from rotorsim.effects import Effect
+from rotorsim.errors import DataError
 from rotorsim.plant.rotor import RotorLayout
 
 IMPORT = "from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_forces\n"
@@ -49,12 +51,12 @@ def compose(film: Layout, rotor: RotorLayout, calls: Sequence[Call]) -> ModuleTy
 def is_compiled(module: ModuleType) -> bool:
     """Whether machine code of the module's step is in the disk cache already."""
     folder = cache_folder([Path(str(module.__file__))])
-    return folder.exists() and any(folder.rglob("*.run-*.nbi"))
+    return folder.exists() and any(folder.rglob(f"{module.__name__}.run-*.nbi"))
 
 
 def _imports(calls: Sequence[Call]) -> str:
-    kernels = sorted({(type(c.effect).kernel.__module__, type(c.effect).kernel.__name__) for c in calls})
-    lines = [f"from {module} import {name}" for module, name in kernels]
+    kernels = [(type(c.effect).kernel, c.record) for c in calls]
+    lines = [f"from {k.__module__} import {k.__name__} as {record}_kernel" for k, record in kernels]
     return "\n".join(["from reynolds.grid import Layout", "from reynolds.jit import inlined", *lines]) + (
         "\nfrom rotorsim.plant.rotor import RotorLayout\n"
     )
@@ -68,13 +70,7 @@ def _add_forces(calls: Sequence[Call]) -> str:
     lines = ["@inlined", "def add_forces(w, P, t, angle, speed, acceleration):"]
     for call in calls:
         if call.effect.port == "force":
-            motion = "0.0, 0.0, 0.0, 0.0"
-            if call.effect.needs_motion:
-                lines += [f"    x, y = project(w, ROTOR, {call.shape}, ROTOR.q_rhs)"]
-                lines += [f"    vx, vy = project(w, ROTOR, {call.shape}, ROTOR.v_rhs)"]
-                motion = "x, y, vx, vy"
-            kernel = type(call.effect).kernel.__name__
-            lines += [f"    fx, fy = {kernel}(t, angle, speed, acceleration, {motion}, P.{call.record})"]
+            lines += [f"    fx, fy = {call.record}_kernel(t, angle, speed, acceleration, P.{call.record})"]
             lines += [f"    add_force(w, ROTOR, {call.shape}, fx, fy, ROTOR.f)"]
     return "\n\n" + "\n".join(lines if len(lines) > 2 else [*lines, "    pass"]) + "\n"
 
@@ -84,17 +80,35 @@ def _contact_forces(calls: Sequence[Call]) -> str:
     lines += ["    fx, fy, kxx, kxy, kyx, kyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0"]
     for call in calls:
         if call.effect.port == "contact":
-            kernel, gap = type(call.effect).kernel.__name__, f"P.film.clearance - P.{call.record}.asperity"
-            lines += [f"    a, b, c, d, e, f = {kernel}({gap}, x, y, vx, vy, surface_speed, P.{call.record})"]
+            arguments = f"P.film.clearance, x, y, vx, vy, surface_speed, P.{call.record}"
+            lines += [f"    a, b, c, d, e, f = {call.record}_kernel({arguments})"]
             lines += ["    fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + f"]
     return "\n\n" + "\n".join([*lines, "    return fx, fy, kxx, kxy, kyx, kyy"]) + "\n\n\n"
 
 
 def _sources_hash(calls: Sequence[Call]) -> str:
     folders = [Path(str(reynolds.__file__)).parent, Path(__file__).parent]
-    files = [path for folder in folders for path in folder.glob("*.py")]
-    files += [Path(inspect.getsourcefile(type(call.effect)) or "") for call in calls]
-    return cache_folder(sorted(set(files))).name
+    files = {path for folder in folders for path in folder.glob("*.py")}
+    for call in calls:
+        files |= _sources_of(type(call.effect).kernel, set())
+    return cache_folder(sorted(files)).name
+
+
+def _sources_of(kernel: Any, seen: set[int]) -> set[Path]:
+    """Files of a kernel and of all compiled functions it calls."""
+    function = getattr(kernel, "py_func", kernel)
+    if id(function) in seen:
+        return set()
+    seen.add(id(function))
+    file = Path(inspect.getsourcefile(function) or "")
+    if not file.is_file():
+        raise DataError(f"effect kernel {function.__name__}: has no source file; define it in a module")
+    files = {file}
+    for name in function.__code__.co_names:
+        called = function.__globals__.get(name)
+        if hasattr(called, "py_func"):
+            files |= _sources_of(called, seen)
+    return files
 
 
 def _load(name: str, text: str) -> ModuleType:

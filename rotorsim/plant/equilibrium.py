@@ -37,7 +37,7 @@ def modal_force(a: Assembly, steady: bool, speed: float) -> np.ndarray:
         effect = type(call.effect)
         if effect.port == "force" and effect.steady == steady:
             kernel = getattr(effect.kernel, "py_func", effect.kernel)
-            force = kernel(0.0, 0.0, speed, 0.0, 0.0, 0.0, 0.0, 0.0, getattr(a.P, call.record))
+            force = kernel(0.0, 0.0, speed, 0.0, getattr(a.P, call.record))
             total += np.asarray(force) @ influence(a.mesh, call.effect)
     return total
 
@@ -70,9 +70,10 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     )
     X, F = w[L.journal : L.journal + 2], w[L.force : L.force + 2]
     if not converged or not np.hypot(*X) < film.clearance - 2 * a.machine.solver.minimum_film:
+        remedy = "raise the injection pressure" if L.n_inj else "start at a higher speed"
         raise NoLiftOffError(
             f"no lift-off: at {pressure / 1e6:.3g} MPa gauge and {speed * 30 / np.pi:.0f} rpm the film does not carry "
-            f"the {np.hypot(*load):.1f} N on it; raise the injection pressure"
+            f"the {np.hypot(*load):.1f} N on it; {remedy}"
         )
     _put_rotor(w, a, np.linalg.solve(Ks, f + B.T @ (F + nominal * X)))
     _put_film(w, a, supply)

@@ -25,8 +25,6 @@ from rotorsim.plant.assemble import Assembly
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
-NEAR = 2 * np.pi * 125.0
-"""Where eigenvalues are looked for first [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +32,15 @@ class LinearPlant:
     """S x' = J x + E u, y = H x with diagonal S; A, B, C, D [SI] follow.
 
     wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn;
-    static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis.
+    static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. Eigenvalues are looked for around `near`
+    [rad/s], the rotor's first natural frequency on its nominal bearing.
     """
 
     S: np.ndarray
     J: Any
     E: np.ndarray
     H: np.ndarray
+    near: float
     film: LinearFilm | None = None
     inputs: tuple[str, ...] = INPUTS
     outputs: tuple[str, ...] = OUTPUTS
@@ -71,7 +71,7 @@ class LinearPlant:
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
-        values, vectors = _near_eigenvalues(self.S, self.J)
+        values, vectors = _near_eigenvalues(self.S, self.J, self.near)
         keep = values.imag > 0.44 * np.abs(values)
         order = np.argsort(np.abs(values[keep]))
         return values[keep][order], vectors[:, keep][:, order]
@@ -119,7 +119,8 @@ class LinearPlant:
             omega = self.wn[self._mode_of_axis(axis)]
             matrix = self.film.J + 1j * omega * sparse.diags(self.film.S)
             force = self.film.F_y @ splu(matrix.tocsc()).solve(self.E[:n, axis].astype(complex))
-            delays[axis] = -np.angle(force[axis]) / omega
+            static = self.film.F_y @ splu(self.film.J.tocsc()).solve(self.E[:n, axis])
+            delays[axis] = -np.angle(force[axis] / static[axis]) / omega
         return delays
 
     def _mode_of_axis(self, axis: int) -> int:
@@ -153,7 +154,7 @@ def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     E[:n, 4] = -film.J_u[:, -1]
     E[n + m :, 2:4] = Bd.T
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
-    return LinearPlant(np.concatenate([film.S, np.ones(2 * m)]), J, E, H, film)
+    return LinearPlant(np.concatenate([film.S, np.ones(2 * m)]), J, E, H, reduced.frequencies.min(), film)
 
 
 def _pin_gains(a: Assembly) -> np.ndarray:
@@ -175,15 +176,17 @@ def _rotor_only(a: Assembly, speed: float) -> LinearPlant:
     J = np.block([[np.zeros((m, m)), np.eye(m)], [-reduced.K, -(reduced.C + speed * reduced.G)]])
     E = np.zeros((2 * m, 5))
     E[m:, 2:4] = Bd.T
-    return LinearPlant(np.ones(2 * m), sparse.csc_matrix(J), E, np.hstack([Bd, np.zeros((2, m))]))
+    return LinearPlant(
+        np.ones(2 * m), sparse.csc_matrix(J), E, np.hstack([Bd, np.zeros((2, m))]), reduced.frequencies.min()
+    )
 
 
-def _near_eigenvalues(S: np.ndarray, J: Any, count: int = 8) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of (J, S) nearest to i NEAR, by shift and invert (all of them when the system is small)."""
+def _near_eigenvalues(S: np.ndarray, J: Any, near: float, count: int = 8) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of (J, S) nearest to i near, by shift and invert (all of them when the system is small)."""
     n = len(S)
     if n <= 4 * count:
         return np.linalg.eig(J.toarray() / S[:, None])
-    shift = 1j * NEAR
+    shift = 1j * near
     factor = splu((J - shift * sparse.diags(S)).tocsc())
     operator = LinearOperator((n, n), matvec=lambda x: factor.solve(S * x), dtype=complex)
     start = np.ones(n, complex)

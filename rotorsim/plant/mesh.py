@@ -10,6 +10,7 @@ import numpy as np
 
 from fe_shaft import BearingElement, DiskElement, Material, ReducedRotor, Rotor, ShaftElement, modal_reduction
 from rotorsim.effects import Effect
+from rotorsim.errors import MachineFileError
 from rotorsim.machine.rotor import LinearBearing
 from rotorsim.machine.schema import Machine
 
@@ -56,7 +57,9 @@ class Mesh:
         film = self.machine.film
         if effect.place == "film" and film is not None:
             return film.position
-        return self.machine.shaft.start if effect.place == "start" else self.probe
+        if effect.place == "start":
+            return self.machine.shaft.start
+        return self.machine.discs[0].position if self.machine.discs else self.probe
 
     def node(self, z: float) -> int:
         """Number of the node at z."""
@@ -103,7 +106,10 @@ class Mesh:
         node = None if film is None else self.node(film.position)
         stiffness = 0.0 if film is None else film.nominal_stiffness
         modes = min(machine.solver.modes_per_plane, 2 * len(self.nodes))
-        return modal_reduction(self.rotor, node, stiffness, modes, machine.shaft.damping_ratio)
+        reduced = modal_reduction(self.rotor, node, stiffness, modes, machine.shaft.damping_ratio)
+        if reduced.frequencies.min() < 1e-4 * reduced.frequencies.max():
+            raise MachineFileError("bearings: they leave the shaft free to fall or to tilt; add a bearing or stiffness")
+        return reduced
 
     def shape(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at z [m]."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from rotorsim.plant.linearise import LinearPlant
 
 Signal = float | ArrayLike | Callable[[float], Any]
+LONGEST = 3600.0
+"""Longest run [s] whose record is returned in memory."""
 BLOCK = 5000
 """Samples computed at a time: one second."""
 
@@ -38,12 +41,12 @@ class Plant:
 
     def __init__(
         self,
-        machine: Machine | str,
+        machine: Machine | str | Path,
         n_theta: int | None = None,
         n_z: int | None = None,
         dt: float | None = None,
     ) -> None:
-        machine = load_machine(machine) if isinstance(machine, str) else machine
+        machine = machine if isinstance(machine, Machine) else load_machine(machine)
         changes = {
             "grid.n_theta": n_theta,
             "grid.n_z": n_z,
@@ -95,6 +98,8 @@ class Plant:
         from identification import make_record
         from rotorsim.progress import track
 
+        if not isinstance(initial, Simulation) and initial != "equilibrium":
+            raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to go on with")
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
         simulation = self.start(*start) if isinstance(initial, str) else initial
         begin = simulation.samples
@@ -118,10 +123,15 @@ class Plant:
         if n < 1:
             fault = "shorter than one sample" if n == 0 else "not a time"
             raise DataError(f"duration = {duration} s: {fault}; give at least {SAMPLE} s")
+        if duration > LONGEST:
+            raise DataError(f"duration = {duration:g} s: at most {LONGEST:g} s fit into memory; run it in parts")
         rows = np.zeros((n, 6))
         speeds = _scalars(speed, n + 1, "speed")
         rows[:, 0] = speeds[1:]
         rows[:, 1] = _scalars(pressure, n, "pressure")
+        ambient = self.machine.gas.ambient_pressure
+        if rows[:, 1].min() <= -ambient:
+            raise DataError(f"pressure: {rows[:, 1].min():g} Pa gauge is below vacuum; give more than {-ambient:g} Pa")
         if reference is not None:
             rows[:, 2:4] = _pairs(reference, n, "reference")
         if disc_force is not None:

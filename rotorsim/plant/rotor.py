@@ -25,7 +25,7 @@ VECTORS = ("q", "v", "q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rh
 MATRICES = ("K", "C", "G", "T", "TK")
 SCALARS = (
     "time", "angle", "turns", "speed", "acceleration", "supply", "order", "matrix_speed", "matrix_step",
-    "disc_fx", "disc_fy", "contact", "contact_fx", "contact_fy", "substeps",
+    "disc_fx", "disc_fy", "contact", "touched", "contact_fx", "contact_fy", "substeps",
 )  # fmt: skip
 
 
@@ -66,6 +66,7 @@ class RotorLayout(NamedTuple):
     disc_fx: int
     disc_fy: int
     contact: int
+    touched: int
     contact_fx: int
     contact_fy: int
     substeps: int

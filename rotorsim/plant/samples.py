@@ -31,4 +31,5 @@ def write_sample(w, P, FL, R, out, i):
             flow += w[FL.film_flow + k]
             out[i, 12 + k] = w[R.pin + k]
         out[i, 10] = flow
-        out[i, 11] = w[R.contact]
+        out[i, 11] = w[R.touched]
+        w[R.touched] = 0.0

@@ -19,12 +19,16 @@ class Simulation:
 
     assembly: Assembly
     w: np.ndarray
-    samples: int = 0
 
     @classmethod
     def at_equilibrium(cls, assembly: Assembly, speed: float, pressure: float) -> Simulation:
         """Start at the static equilibrium for a speed [rad/s] and gauge pressure [Pa]."""
         return cls(assembly, settle(assembly, speed, pressure))
+
+    @property
+    def samples(self) -> int:
+        """Samples done since the start."""
+        return round(self.w[self.assembly.rotor.time] / SAMPLE)
 
     @property
     def columns(self) -> int:
@@ -35,19 +39,20 @@ class Simulation:
         """Advance by one sample (0.2 ms) per row of inputs; returns the state BEFORE each as (n, columns).
 
         inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, gauge], reference x, y [V], disc force
-        x, y [N]. Raises ConvergenceError with the time if a step cannot be solved at any size.
+        x, y [N]. Raises ConvergenceError with the time, and with the
+        samples done in its `where["table"]`, if a step cannot be solved at any size.
         """
         a = self.assembly
         rows = np.array(inputs, float)
         rows[:, 1] += a.machine.gas.ambient_pressure
         out = np.empty((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.P, rows, out, a.steps_per_sample)
-        self.samples += int(done)
         if done < len(rows):
             speed = self.w[a.rotor.speed] * 30 / np.pi
             raise ConvergenceError(
                 f"plant: no solution of the step at t = {self.samples * SAMPLE:.4f} s, {speed:.0f} rpm; "
-                "take a smaller solver.time_step or a finer grid"
+                "take a smaller solver.time_step or a finer grid",
+                table=out[:done],
             )
         return out
 

@@ -84,6 +84,8 @@ def journal_equation(w, P, x0, y0, vx, vy, speed):
     w[FILM.journal_rhs] += x0
     w[FILM.journal_rhs + 1] += y0
     w[ROTOR.contact] = 1.0 if touching else 0.0
+    if touching:
+        w[ROTOR.touched] = 1.0
     w[ROTOR.contact_fx] = gx
     w[ROTOR.contact_fy] = gy
     w[ROTOR.contact_k] = kxx

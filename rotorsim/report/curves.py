@@ -11,6 +11,8 @@ from rotorsim.report.run import Run
 from rotorsim.report.theme import AXIS_COLOURS, INK, SPECTRUM_SCALE, compact, faint, style
 
 MOST_POINTS, MOST_LINES = 1500, 250
+MOST_TURNING = 400.0
+"""Range [deg] over which a phase is drawn without wrapping."""
 DECADES = 3.5
 """Range of the colour scale of spectra."""
 FAINTEST = 1e-3
@@ -60,14 +62,19 @@ def faintest(run: Run) -> float:
 def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
     """Continuous phase lag [deg] of complex amplitudes, its median in [-90, 270); NaN where |a| is below `least`.
 
-    Wrapped to [-90, 270) if it keeps turning, as it does where there is nothing to track.
+    Wrapped to [-90, 270), with gaps where it wraps, if it turns by more than modes of one order do: beats of a free
+    vibration with the order would otherwise carry it off.
     """
     lag, seen = np.full(a.size, np.nan), np.abs(a) > max(FAINTEST * np.abs(a).max(initial=0.0), least)
     if not seen.any():
         return lag
     lag[seen] = -np.degrees(np.unwrap(np.angle(a[seen])))
     lag -= 360 * np.floor((np.nanmedian(lag) + 90) / 360)
-    return lag if np.nanmax(lag) - np.nanmin(lag) < 720 else (lag + 90) % 360 - 90
+    if np.nanmax(lag) - np.nanmin(lag) < MOST_TURNING:
+        return lag
+    lag = (lag + 90) % 360 - 90
+    lag[1:][np.abs(np.diff(lag)) > 180] = np.nan
+    return lag
 
 
 def waterfall_map(run: Run) -> go.Figure:

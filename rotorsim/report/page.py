@@ -113,7 +113,7 @@ def _key_numbers(run: Run) -> str:
     """The few numbers one looks for first."""
     s = run.summary
     orbit = s["largest_orbit"]
-    cards = [(f"{s['speed_rpm']['max']:.0f} rpm", "highest speed")]
+    cards = [(f"{max(s['speed_rpm']['max'], -s['speed_rpm']['min']):.0f} rpm", "highest speed")]
     cards.append((f"{orbit['um']:.3g} µm", "largest orbit, 0-pk"))
     if s["smallest_film"]:
         cards.append((f"{s['smallest_film']['um']:.3g} µm", "smallest film thickness"))

@@ -9,31 +9,32 @@ import pytest
 from reynolds.grid import cells
 from rotorsim.effects.contact import contact
 
-GAP = 24.75e-6
-LAW = SimpleNamespace(stiffness=2e7, damping=1.0, friction=0.15, slip_speed=1e-3)
+CLEARANCE, ASPERITY = 25e-6, 0.25e-6
+GAP = CLEARANCE - ASPERITY
+LAW = SimpleNamespace(stiffness=2e7, damping=1.0, friction=0.15, slip_speed=1e-3, asperity=ASPERITY)
 law = contact.py_func
 
 
 def test_no_force_before_touch_and_none_at_neutral_stiffness():
     soft = SimpleNamespace(**{**vars(LAW), "stiffness": 0.0})
-    assert law(GAP, 0.6 * GAP, 0.7 * GAP, 0.1, 0.0, 10.0, LAW) == (0.0,) * 6
-    assert law(GAP, 2 * GAP, 0.0, 0.1, 0.0, 10.0, soft) == (0.0,) * 6
+    assert law(CLEARANCE, 0.6 * GAP, 0.7 * GAP, 0.1, 0.0, 10.0, LAW) == (0.0,) * 6
+    assert law(CLEARANCE, 2 * GAP, 0.0, 0.1, 0.0, 10.0, soft) == (0.0,) * 6
 
 
 @pytest.mark.parametrize("angle", np.radians([0, 70, 200, 300]))
 def test_the_sleeve_pushes_back_and_friction_drives_the_journal_backward(angle):
     """Shaft turning from x to y, journal at rest: N = k delta inwards, mu N against the surface (tanh 1e4 is 1)."""
     depth, n, t = 1e-7, np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    force = np.array(law(GAP, *((GAP + depth) * n), 0.0, 0.0, 10.0, LAW)[:2])
+    force = np.array(law(CLEARANCE, *((GAP + depth) * n), 0.0, 0.0, 10.0, LAW)[:2])
     assert force @ n == pytest.approx(-LAW.stiffness * depth, rel=1e-8)
     assert force @ t == pytest.approx(-LAW.friction * LAW.stiffness * depth, rel=1e-8)
-    turned = np.array(law(GAP, *((GAP + depth) * n), 0.0, 0.0, -10.0, LAW)[:2])
+    turned = np.array(law(CLEARANCE, *((GAP + depth) * n), 0.0, 0.0, -10.0, LAW)[:2])
     assert turned @ t == pytest.approx(-(force @ t), rel=1e-12)
 
 
 def test_a_rebound_never_sticks_and_an_impact_is_harder_than_a_rest():
     def normal(speed):
-        return -law(GAP, GAP + 1e-7, 0.0, speed, 0.0, 0.0, LAW)[0]
+        return -law(CLEARANCE, GAP + 1e-7, 0.0, speed, 0.0, 0.0, LAW)[0]
 
     assert normal(-2.0) == 0.0
     assert normal(0.5) == pytest.approx(1.5 * normal(0.0), rel=1e-12)
@@ -45,7 +46,7 @@ def test_the_stiffness_handed_to_the_step_is_the_derivative_of_the_force(surface
     place, step = (GAP + 1e-7) * np.array([math.cos(0.7), math.sin(0.7)]), 1e-11
 
     def at(x):
-        return np.array(law(GAP, x[0], x[1], 0.0, 0.0, surface_speed, LAW))
+        return np.array(law(CLEARANCE, x[0], x[1], 0.0, 0.0, surface_speed, LAW))
 
     differences = np.column_stack([(at(place - e) - at(place + e))[:2] / (2 * step) for e in step * np.eye(2)])
     stiffness = at(place)[2:].reshape(2, 2)

@@ -21,7 +21,7 @@ from rotorsim.effects import Effect, param, register
 
 
 @inlined
-def own_push(t, angle, speed, acceleration, x, y, vx, vy, p):
+def own_push(t, angle, speed, acceleration, p):
     BODY
 
 

@@ -1,0 +1,103 @@
+"""From a machine file to record and report on the command line; bad input ends in a sentence, never in a traceback."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from identification import validate
+
+SHORT = ["--stop", "600 rpm", "--rate", "1000 rpm/s"]
+
+
+def rotorsim(*arguments, cwd):
+    return subprocess.run([sys.executable, "-m", "rotorsim", *arguments], cwd=cwd, capture_output=True, text=True)
+
+
+def test_a_run_up_leaves_table_record_and_a_page_that_needs_no_network(tmp_path):
+    done = rotorsim("runup", *SHORT, "--grid", "32x8", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Smallest film thickness" in done.stdout
+    with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
+        assert validate(record).sizes["time"] == 3000
+        assert record.attrs["ended"] == "complete"
+        assert record["speed"].values[-1] == pytest.approx(20 * np.pi, rel=1e-3)
+    page = (tmp_path / "runup" / "report.html").read_text()
+    assert not re.findall(r'(?:src|href)\s*=\s*["\']https?:', page.split("</script>")[-1])
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["report.html", "runup", "runup.nc"]
+
+
+def test_a_plain_rotor_is_an_equally_good_machine_and_json_is_for_scripts(tmp_path):
+    assert rotorsim("machine", "new", "rotor.toml", "--from", "plain_rotor", cwd=tmp_path).returncode == 0
+    change = "effects.unbalance.me=20 g*mm"
+    done = rotorsim("runup", "rotor.toml", *SHORT, "--json", "--no-report", "--set", change, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    summary = json.loads(done.stdout)
+    assert summary["ended"] == "complete" and summary["samples"] == 3000
+    assert summary["smallest_film"] is None
+
+
+def test_a_second_run_does_not_touch_the_first(tmp_path):
+    for _ in range(2):
+        assert rotorsim("runup", "plain_rotor", *SHORT, "--no-report", cwd=tmp_path).returncode == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["runup", "runup-2"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--pressure", "0.05 MPa"], "no lift-off: at 0.05 MPa gauge"),
+        (["--pressure", "0.3"], "--pressure: '0.3' has no unit"),
+        (["--pressure", "3 kg"], "--pressure: '3 kg' is not a pressure"),
+        (["--rate", "0 rpm/s"], "rate = 0 rpm/s: must be positive"),
+        (["--stop", "0 rpm"], "start and stop are the same speed"),
+        (["--grid", "33x16"], "grid.n_theta: 33"),
+        (["--grid", "fine"], "--grid: 'fine' is not n_theta x n_z"),
+        (["--set", "effects.unbalance.me=20 g"], "effects.unbalance.me: '20 g' is not a mass*length"),
+        (["--set", "effects.unbalance"], "--set: 'effects.unbalance' is not PATH=VALUE"),
+        (["--set", "effects.gremlin.size=1 m"], "effects.gremlin: unknown effect"),
+        (["no_such_machine"], "'no_such_machine' is no shipped machine"),
+        (["--out", "file/below"], "output: cannot write"),
+    ],
+)
+def test_bad_input_ends_in_one_sentence_and_leaves_nothing_behind(tmp_path, arguments, sentence):
+    (tmp_path / "file").write_text("in the way")
+    done = rotorsim("runup", "--grid", "32x8", *SHORT, *arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert sentence in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a console interrupt cannot be sent to one process there")
+def test_an_interrupt_keeps_what_was_simulated(tmp_path):
+    """The run would take minutes of computing; it is interrupted once the growing file is there."""
+    command = [sys.executable, "-m", "rotorsim", "runup", "--grid", "32x8", "--rate", "1 rpm/s", "--no-report"]
+    run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 240
+    while time.monotonic() < end and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
+        time.sleep(0.2)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=120)
+    assert run.returncode == 130
+    assert "interrupted:" in said and "Traceback" not in said
+    with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
+        assert record.sizes["time"] > 1000
+        assert record.attrs["ended"] == "interrupted"
+    assert not list(tmp_path.rglob("*.part"))
+
+
+def test_past_the_whirl_threshold_the_run_reports_growth_and_does_not_fail(tmp_path):
+    """From 17 to 19 krpm at 0.3 MPa, some 2 krpm above the onset: the whirl at about half the speed fills the film."""
+    speeds = ["--start", "17 krpm", "--stop", "19 krpm", "--rate", "1 krpm/s", "--grid", "32x8"]
+    done = rotorsim("runup", *speeds, "--json", "--no-report", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    summary = json.loads(done.stdout)
+    assert 0.4 < summary["sub_synchronous"]["ratio"] < 0.55
+    assert summary["smallest_film"]["um"] < 5
