@@ -21,7 +21,7 @@ REFERENCE = {
     (0.7, 3000): (123.01, 0.0399, 127.60, 0.0285, 3.081, 2.973, 0.315, 0.343),
     (0.7, 6000): (121.38, 0.0417, 129.16, 0.0242, 3.028, 2.920, 0.312, 0.340),
 }
-"""Calibration A at 256x64 by an independent prototype: f1 [Hz], zeta1, f2, zeta2, Gxx, Gyy [um/V], delays [ms]."""
+"""Calibration A at 256x64 by an independent calculation: f1 [Hz], zeta1, f2, zeta2, Gxx, Gyy [um/V], delays [ms]."""
 COLUMNS = ("f1 Hz", "zeta1", "f2 Hz", "zeta2", "Gxx um/V", "Gyy um/V", "tau_x ms", "tau_y ms", "Gxy um/V", "Gyx um/V")
 
 
