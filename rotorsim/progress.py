@@ -10,11 +10,10 @@ from typing import TypeVar
 import numpy as np
 
 Block = TypeVar("Block", bound=tuple)
-SAMPLE = 2e-4
 
 
-def track(blocks: Iterable[Block], samples: int, show: bool) -> Iterator[Block]:
-    """Pass blocks (table, ...) on and count their samples of 0.2 ms on a progress bar if `show` and on a terminal."""
+def track(blocks: Iterable[Block], samples: int, sample: float, show: bool) -> Iterator[Block]:
+    """Pass blocks (table, ...) on; if `show`, count their samples of `sample` [s] on a terminal's progress bar."""
     if not (show and sys.stderr.isatty()):
         yield from blocks
         return
@@ -34,5 +33,5 @@ def track(blocks: Iterable[Block], samples: int, show: bool) -> Iterator[Block]:
         for block in blocks:
             done += len(np.asarray(block[0]))
             elapsed = max(time.perf_counter() - begin, 1e-9)
-            bar.update(task, completed=done, simulated=done * SAMPLE, factor=done * SAMPLE / elapsed)
+            bar.update(task, completed=done, simulated=done * sample, factor=done * sample / elapsed)
             yield block

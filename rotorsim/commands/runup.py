@@ -42,6 +42,7 @@ def runup(
     """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
     from rotorsim.errors import DataError
     from rotorsim.experiments.runup import record_runup
+    from rotorsim.machine.numerics import SAMPLE
     from rotorsim.machine.units import parse
 
     ramp: dict[str, Any] = {
@@ -69,7 +70,7 @@ def runup(
         _print(rows, summary["files"])
     if outcome.ended == "interrupted":
         print(
-            f"interrupted: {outcome.samples * 2e-4:.1f} s of {outcome.asked * 2e-4:.1f} s are in {record}",
+            f"interrupted: {outcome.samples * SAMPLE:.1f} s of {outcome.asked * SAMPLE:.1f} s are in {record}",
             file=sys.stderr,
         )
         raise typer.Exit(130)

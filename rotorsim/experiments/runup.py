@@ -12,7 +12,7 @@ import numpy as np
 from rotorsim.errors import ConvergenceError, DataError
 from rotorsim.experiments.interrupt import Interrupt
 from rotorsim.experiments.recording import Recording
-from rotorsim.plant.assemble import SAMPLE
+from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.plant import BLOCK, Plant, Signal
 from rotorsim.plant.simulation import split_columns
 from rotorsim.progress import track
@@ -110,7 +110,7 @@ def record_runup(
                     raise
 
         try:
-            for table, rows in track(blocks(), samples, progress):
+            for table, rows in track(blocks(), samples, SAMPLE, progress):
                 keep(table, rows)
         except KeyboardInterrupt:
             ended = "interrupted"

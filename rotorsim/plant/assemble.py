@@ -13,13 +13,11 @@ from reynolds.injector import Injector
 from reynolds.workspace import FILM_DTYPE, FilmModel, Gas
 from rotorsim.effects import Effect, numeric_fields
 from rotorsim.errors import MachineFileError
+from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.rotor import RotorLayout, make_rotor_layout
-
-SAMPLE = 2e-4
-"""Sampling time of inputs and outputs [s]: 5 kHz."""
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
+from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.assemble import SAMPLE, Assembly, assemble
+from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.simulation import Simulation, split_columns
 
@@ -103,7 +104,7 @@ class Plant:
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
         simulation = self.start(*start) if isinstance(initial, str) else initial
         begin = simulation.samples
-        blocks = list(track(_run(simulation, inputs, controller), len(inputs), progress))
+        blocks = list(track(_run(simulation, inputs, controller), len(inputs), SAMPLE, progress))
         table = np.concatenate([t for t, _ in blocks])
         used = np.concatenate([u for _, u in blocks])
         time = (begin + np.arange(len(table))) * SAMPLE

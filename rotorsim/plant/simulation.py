@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.errors import ConvergenceError
-from rotorsim.plant.assemble import SAMPLE, Assembly
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.samples import COLUMNS
 
