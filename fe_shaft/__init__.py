@@ -13,23 +13,37 @@ Examples
 28
 """
 
-from fe_shaft.modal import CampbellResult, ModalResult
+from fe_shaft.bearing import BearingElement
+from fe_shaft.campbell import CampbellResult
+from fe_shaft.critical import CriticalSpeedResult
+from fe_shaft.masses import DiskElement, PointMass
+from fe_shaft.modal import ModalResult
 from fe_shaft.reduction import ReducedRotor, modal_reduction
-from fe_shaft.response import StaticResult, UnbalanceResult
+from fe_shaft.response import ForcedResult, FrequencyResponse
 from fe_shaft.rotor import Rotor
-from fe_shaft.shaft import BearingElement, DiskElement, Material, ShaftElement, steel
+from fe_shaft.shaft import Material, ShaftElement, steel
+from fe_shaft.stability import StabilityResult
+from fe_shaft.static import StaticResult
+from fe_shaft.transient import TimeResult
+from fe_shaft.ucs import UcsResult
 
 __all__ = [
     "BearingElement",
     "CampbellResult",
+    "CriticalSpeedResult",
     "DiskElement",
+    "ForcedResult",
+    "FrequencyResponse",
     "Material",
     "ModalResult",
+    "PointMass",
     "ReducedRotor",
     "Rotor",
     "ShaftElement",
+    "StabilityResult",
     "StaticResult",
-    "UnbalanceResult",
+    "TimeResult",
+    "UcsResult",
     "modal_reduction",
     "steel",
 ]

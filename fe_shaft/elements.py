@@ -1,4 +1,4 @@
-r"""Matrices of one Timoshenko shaft element and of one rigid disc.
+r"""Matrices of one Timoshenko shaft element and of the masses on a node.
 
 The frame: z along the shaft, x horizontal, y vertical.  A node carries x, y [m] and alpha, beta [rad], the
 right-handed rotations about the x and the y axis.  The spin and whirl are positive from x to y, that is
@@ -6,88 +6,108 @@ right-handed about z.  Small angles of an unsheared shaft (d/dz written '):
 
 .. math:: x' = \beta, \qquad y' = -\alpha
 
-so that with (theta_x, theta_y) = (beta, -alpha) both planes share one set of shape functions.  These solve
-the static beam exactly, hence static answers are exact at the nodes (xi = z/L,
-Phi = 12 E I / (kappa G A L^2)):
+so that with (theta_x, theta_y) = (beta, -alpha) both planes share one set of shape functions (shapes.py).
 
-.. math:: N = \frac{1}{1+\Phi}\begin{bmatrix} 1 - 3\xi^2 + 2\xi^3 + \Phi(1-\xi) \\
-          L(\xi - 2\xi^2 + \xi^3 + \tfrac{\Phi}{2}(\xi - \xi^2)) \\ 3\xi^2 - 2\xi^3 + \Phi\xi \\
-          L(\xi^3 - \xi^2 - \tfrac{\Phi}{2}(\xi - \xi^2)) \end{bmatrix}, \quad
-          \psi = \frac{1}{1+\Phi}\begin{bmatrix} 6(\xi^2 - \xi)/L \\ 1 - 4\xi + 3\xi^2 + \Phi(1-\xi) \\
-          6(\xi - \xi^2)/L \\ 3\xi^2 - 2\xi + \Phi\xi \end{bmatrix}
+.. math:: M_{ij} = \int \rho A v_i v_j + \rho I \theta_i \theta_j, \quad
+          K_{ij} = \int E I \theta_i' \theta_j' + \kappa G A \gamma_i \gamma_j + F v_i' v_j'
 
 The gyroscopic moment on a slice of polar inertia dI_p is that of the disc,
 M_x = -Omega dI_p d(beta)/dt, M_y = +Omega dI_p d(alpha)/dt.
 
-Source: Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J. Mech. Design 102 (1980) 793; Friswell et
-al. (2010), chapter 5; shear coefficient after Cowper, J. Appl. Mech. 33 (1966) 335.
-Assumes: small deflections, no torsion or axial force, no internal damping.
+A torque T, whose direction stays that of z, adds the moment T (x', y') to the bending moment; with w = x + i y this
+is the term -i T integral of w_j' times conj(w_i''). It couples the planes and is not symmetric.
+
+Damping in the turning frame acts on the velocity relative to it, dq/dt - Omega e_z x q: with loss eta of the
+stiffness K the force -eta K dq/dt is joined by the circulatory one -Omega eta N q, N = -K (e_z x). A hysteretic
+material of loss factor eta_h keeps its loss per cycle, so that Omega eta_v becomes Omega eta_v + eta_h / sqrt(1 +
+eta_h^2), with K times (1 + eta_h) / sqrt(1 + eta_h^2).
+
+Source: Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J. Mech. Design 102 (1980) 793; Zorzi & Nelson, J. Eng.
+Power 99 (1977) 71 (internal damping) and J. Eng. Power 102 (1980) 158 (torque); Friswell et al. (2010), chapter 5.
+Assumes: small deflections, no torsion.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_shaft.shaft import DiskElement, ShaftElement
+from fe_shaft.masses import DiskElement
+from fe_shaft.shaft import ShaftElement
+from fe_shaft.shapes import WEIGHT, Section, Shapes, section, shapes, shear_coefficient
 
 Matrix = NDArray[np.float64]
 
-# Places among the element's x1, y1, alpha1, beta1, x2, y2, alpha2, beta2.
-X_PLANE = np.array([0, 3, 4, 7])  # x1, beta1, x2, beta2
-Y_PLANE = np.array([1, 2, 5, 6])  # y1, alpha1, y2, alpha2
-_FLIP = np.array([1.0, -1.0, 1.0, -1.0])  # theta_y = -alpha
-
-# Four points are exact to degree 7; the highest integrand, N^2, has degree 6.
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-_XI = (_POINTS + 1) / 2
-_ROOT_WEIGHT = np.sqrt(_WEIGHTS / 2)[:, None]
+# Places among x, y, alpha, beta of the left, the right and the internal node.
+X_PLANE = np.array([0, 3, 4, 7, 8, 11])
+Y_PLANE = np.array([1, 2, 5, 6, 9, 10])
+_FLIP = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # theta_y = -alpha
 
 
-def shear_coefficient(Poisson: float, diameter_ratio: float = 0.0) -> float:
-    """Cowper's kappa [1] of a circular section; `diameter_ratio` is inner over outer diameter [1].
-
-    A solid section gives 6 (1 + nu) / (7 + 6 nu).
-    """
-    r = diameter_ratio**2
-    hollow = (1 + r) ** 2
-    return 6 * (1 + Poisson) * hollow / ((7 + 6 * Poisson) * hollow + (20 + 12 * Poisson) * r)
+@lru_cache(maxsize=4096)
+def _parts(element: ShaftElement) -> tuple[Section, Shapes]:
+    cut = section(element)
+    return cut, shapes(element, cut)
 
 
-def shear_parameter(element: ShaftElement) -> float:
-    """Phi = 12 E I / (kappa G A L^2) [1]; 0 when the element has no shear effects."""
-    if not element.shear_effects:
-        return 0.0
-    material = element.material
-    kappa = shear_coefficient(material.Poisson, element.idl / element.odl)
-    return 12 * material.E * element.second_moment / (kappa * material.G_s * element.area * element.L**2)
+def size(element: ShaftElement) -> int:
+    """Number of the element's degrees of freedom: 8, with internal ones 12."""
+    return 12 if element.internal else 8
 
 
 def stiffness_matrix(element: ShaftElement) -> Matrix:
-    """Stiffness (8, 8) [N/m, N, N m] of bending and shear."""
-    L, Phi = element.L, shear_parameter(element)
-    a, b, c = 6 * L, (4 + Phi) * L**2, (2 - Phi) * L**2
-    plane = np.array([[12, a, -12, a], [a, b, -a, c], [-12, -a, 12, -a], [a, c, -a, b]])
-    return _both_planes(element.material.E * element.second_moment / ((1 + Phi) * L**3) * plane)
+    """Stiffness (8, 8) or (12, 12) [N/m, N, N m] of bending, shear and tension."""
+    plane = _elastic(element)
+    if element.axial_force:
+        _, shape = _parts(element)
+        plane = plane + element.axial_force * element.L * _gram(shape.theta + shape.shear, np.ones(len(WEIGHT)))
+    return _both_planes(plane)
+
+
+def elastic_matrix(element: ShaftElement) -> Matrix:
+    """The part of the stiffness (8, 8) or (12, 12) [N/m, N, N m] that the material's damping is a share of."""
+    return _both_planes(_elastic(element))
+
+
+def torque_matrix(element: ShaftElement) -> Matrix:
+    """Stiffness (8, 8) or (12, 12) [N, N m] per torque [N m]; not symmetric."""
+    _, shape = _parts(element)
+    coupling = element.L * (shape.curvature * WEIGHT[:, None]).T @ shape.theta * _FLIP[: shape.theta.shape[1]]
+    K = np.zeros((size(element), size(element)))
+    x, y = _planes(element)
+    K[np.ix_(x, y)] = coupling
+    K[np.ix_(y, x)] = -coupling * np.outer(_FLIP, _FLIP)[: len(x), : len(x)]
+    return K
 
 
 def mass_matrix(element: ShaftElement) -> Matrix:
-    """Consistent mass (8, 8) [kg, kg m, kg m2]: translation, and rotary inertia if the element has it."""
-    plane = element.mass * _gram(_deflection_shapes(element))
+    """Consistent mass (8, 8) or (12, 12) [kg, kg m, kg m2]: translation, and rotary inertia if the element has it."""
+    cut, shape = _parts(element)
+    plane = element.L * _gram(shape.v, cut.mass)
     if element.rotary_inertia:
-        plane = plane + _rotary_matrix(element)
+        plane = plane + element.L * _gram(shape.theta, cut.inertia)
     return _both_planes(plane)
 
 
 def gyroscopic_matrix(element: ShaftElement) -> Matrix:
-    """Gyroscopic matrix (8, 8) [kg, kg m, kg m2], skew-symmetric, to be multiplied by the speed [rad/s]."""
-    G = np.zeros((8, 8))
+    """Gyroscopic matrix, skew-symmetric, [kg, kg m, kg m2], to be multiplied by the speed [rad/s]."""
+    G = np.zeros((size(element), size(element)))
     if element.gyroscopic:
+        cut, shape = _parts(element)
+        x, y = _planes(element)
         # The polar moment of a round section is twice the diametral.
-        coupling = 2 * _rotary_matrix(element) * _FLIP
-        G[np.ix_(X_PLANE, Y_PLANE)] = coupling
-        G[np.ix_(Y_PLANE, X_PLANE)] = -coupling.T
+        coupling = 2 * element.L * _gram(shape.theta, cut.inertia) * _FLIP[: len(x)]
+        G[np.ix_(x, y)] = coupling
+        G[np.ix_(y, x)] = -coupling.T
     return G
+
+
+def circulatory_matrix(element: ShaftElement) -> Matrix:
+    """N (8, 8) or (12, 12) [N/m, N, N m], skew-symmetric: -K times the turn by 90 degrees from x to y."""
+    quarter = np.kron(np.eye(size(element) // 2), [[0.0, -1.0], [1.0, 0.0]])
+    return -elastic_matrix(element) @ quarter
 
 
 def disk_mass_matrix(disk: DiskElement) -> Matrix:
@@ -102,38 +122,41 @@ def disk_gyroscopic_matrix(disk: DiskElement) -> Matrix:
     return G
 
 
+def _elastic(element: ShaftElement) -> Matrix:
+    cut, shape = _parts(element)
+    stiff = np.zeros_like(cut.EI)
+    np.divide(1.0, cut.shear_flexibility, out=stiff, where=cut.shear_flexibility > 0)
+    return element.L * (_gram(shape.curvature, cut.EI) + _gram(shape.shear, stiff))
+
+
+def _planes(element: ShaftElement) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    n = size(element) // 2
+    return X_PLANE[:n], Y_PLANE[:n]
+
+
 def _both_planes(plane: Matrix) -> Matrix:
-    full = np.zeros((8, 8))
-    full[np.ix_(X_PLANE, X_PLANE)] = plane
-    full[np.ix_(Y_PLANE, Y_PLANE)] = plane * np.outer(_FLIP, _FLIP)
+    n = len(plane)
+    full = np.zeros((2 * n, 2 * n))
+    full[np.ix_(X_PLANE[:n], X_PLANE[:n])] = plane
+    full[np.ix_(Y_PLANE[:n], Y_PLANE[:n])] = plane * np.outer(_FLIP[:n], _FLIP[:n])
     return full
 
 
-def _rotary_matrix(element: ShaftElement) -> Matrix:
-    inertia = element.material.rho * element.second_moment * element.L
-    return inertia * _gram(_rotation_shapes(element))
-
-
-def _gram(shapes: Matrix) -> Matrix:
-    """Mean over the element of shapes_i * shapes_j; A.T @ A keeps it symmetric to the last bit."""
-    root = _ROOT_WEIGHT * shapes
+def _gram(values: Matrix, weight: Matrix) -> Matrix:
+    """Mean over the element of weight * values_i * values_j; A.T @ A keeps it symmetric to the last bit."""
+    root = np.sqrt(WEIGHT * weight)[:, None] * values
     return root.T @ root
 
 
-def _deflection_shapes(element: ShaftElement) -> Matrix:
-    """N at the quadrature points, (4, 4): point, shape."""
-    L, Phi, x = element.L, shear_parameter(element), _XI
-    left = 1 - 3 * x**2 + 2 * x**3 + Phi * (1 - x)
-    left_tilt = L * (x - 2 * x**2 + x**3 + Phi / 2 * (x - x**2))
-    right = 3 * x**2 - 2 * x**3 + Phi * x
-    right_tilt = L * (x**3 - x**2 - Phi / 2 * (x - x**2))
-    return np.column_stack([left, left_tilt, right, right_tilt]) / (1 + Phi)
-
-
-def _rotation_shapes(element: ShaftElement) -> Matrix:
-    """Psi at the quadrature points, (4, 4): point, shape."""
-    L, Phi, x = element.L, shear_parameter(element), _XI
-    bow = 6 * (x**2 - x) / L
-    left_tilt = 1 - 4 * x + 3 * x**2 + Phi * (1 - x)
-    right_tilt = 3 * x**2 - 2 * x + Phi * x
-    return np.column_stack([bow, left_tilt, -bow, right_tilt]) / (1 + Phi)
+__all__ = [
+    "circulatory_matrix",
+    "disk_gyroscopic_matrix",
+    "disk_mass_matrix",
+    "elastic_matrix",
+    "gyroscopic_matrix",
+    "mass_matrix",
+    "shear_coefficient",
+    "size",
+    "stiffness_matrix",
+    "torque_matrix",
+]

@@ -5,8 +5,8 @@ r"""Natural frequencies, damping and whirl from the eigenvalues of the state mat
           \begin{bmatrix} q \\ \dot q \end{bmatrix}, \quad D = C + \Omega G, \quad
           \lambda = -\zeta\omega_n + i\omega_n\sqrt{1-\zeta^2}
 
-With X, Y the complex amplitudes of a node, x + iy is a forward circle of radius |X + iY|/2 plus a backward
-circle of radius |X - iY|/2; the larger one names the whirl.
+Bearings whose tables hang on the whirl frequency are taken, mode by mode, at that mode's own frequency |lambda|; the
+modes end where the tables do.
 
 Source: Friswell et al. (2010), chapters 3 and 5.
 """
@@ -17,17 +17,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cho_factor, cho_solve, eig
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, eig
+
+from fe_shaft import whirl
+from fe_shaft.bearing import HOLD
+from fe_shaft.labelled import dataset
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fe_shaft.rotor import Rotor
 
 # Real eigenvalues (overdamped or rigid-body motion) that rounding has split into a pair are not oscillations.
 _REAL = 1e-6  # smallest wd / wn
 _ZERO = 1e-8  # smallest wn over the largest: the square root of the rounding, as for a double eigenvalue
-_STILL = 1e-3  # a node that moves less than this part of the largest motion has no say in the whirl
-_PLANAR = 1e-3  # circles whose radii differ by less than this part of their sum make a straight line
+_MATCHED = 12  # modes that are matched with bearings whose tables hang on the whirl frequency
+_PASSES = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +50,15 @@ class ModalResult:
         Displacements, the largest transverse one being 1 [m/m, rad/m].
     whirl : ndarray (n_modes,) of str
         'forward', 'backward', or 'mixed' where nodes disagree or move on a straight line.
+    nodes_pos : ndarray (n_nodes,)
+        Positions of the shaft's nodes [m].
     """
 
     speed: float
     eigenvalues: NDArray[np.complex128]
     shapes: NDArray[np.complex128]
     whirl: NDArray[np.str_]
+    nodes_pos: NDArray[np.float64]
 
     @property
     def wn(self) -> NDArray[np.float64]:
@@ -71,32 +80,47 @@ class ModalResult:
         """Logarithmic decrements 2 pi zeta / sqrt(1 - zeta^2) (n_modes,) [1]."""
         return -2 * np.pi * self.eigenvalues.real / self.wd
 
+    @property
+    def node_shapes(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Amplitudes x and y of the shaft's nodes, each (n_nodes, n_modes)."""
+        nodes = 4 * len(self.nodes_pos)
+        return self.shapes[0:nodes:4], self.shapes[1:nodes:4]
 
-@dataclass(frozen=True, eq=False)
-class CampbellResult:
-    """Modes over speed.
-
-    Attributes
-    ----------
-    speeds : ndarray (n_speeds,)
-        [rad/s]
-    wn, wd, damping_ratio : ndarray (n_speeds, n_modes)
-        [rad/s], [rad/s], [1]; ascending `wn`, NaN at the end of a speed at which fewer modes oscillate.
-    whirl : ndarray (n_speeds, n_modes) of str
-        As in ModalResult; empty where `wn` is NaN.
-    """
-
-    speeds: NDArray[np.float64]
-    wn: NDArray[np.float64]
-    wd: NDArray[np.float64]
-    damping_ratio: NDArray[np.float64]
-    whirl: NDArray[np.str_]
+    def dataset(self) -> xr.Dataset:
+        """All of it as labelled data over mode and node, with the half axes and inclinations of the orbits."""
+        x, y = self.node_shapes
+        major, minor = whirl.half_axes(x, y)
+        per_node = ("node", "mode")
+        return dataset(
+            {
+                "wn": (("mode",), self.wn, "rad/s", "undamped natural frequency"),
+                "wd": (("mode",), self.wd, "rad/s", "damped natural frequency"),
+                "damping_ratio": (("mode",), self.damping_ratio, "1", "damping ratio"),
+                "log_dec": (("mode",), self.log_dec, "1", "logarithmic decrement"),
+                "whirl": (("mode",), self.whirl, "", "sense of whirl"),
+                "x": (per_node, x, "1", "mode shape in x"),
+                "y": (per_node, y, "1", "mode shape in y"),
+                "major": (per_node, major, "1", "major half axis of the orbit"),
+                "minor": (per_node, minor, "1", "minor half axis of the orbit, negative in backward whirl"),
+                "inclination": (per_node, whirl.inclination(x, y), "rad", "angle of the major axis from x"),
+            },
+            {
+                "mode": (("mode",), np.arange(len(self.wn)), "1", "number of the mode"),
+                "z": (("node",), self.nodes_pos, "m", "position along the shaft"),
+            },
+            speed=self.speed,
+        )
 
 
 def state_matrix(M: NDArray[Any], D: NDArray[Any], K: NDArray[Any]) -> NDArray[np.float64]:
     """State matrix (2n, 2n) of M q'' + D q' + K q = 0, for M, D, K (n, n) in SI."""
     n = len(M)
-    factor = cho_factor(M)
+    try:
+        factor = cho_factor(M)
+    except LinAlgError as error:
+        raise ValueError(
+            "modal: the mass matrix is singular, some degree of freedom has no mass; give every pedestal a PointMass."
+        ) from error
     return np.block([[np.zeros((n, n)), np.eye(n)], [-cho_solve(factor, K), -cho_solve(factor, D)]])
 
 
@@ -111,40 +135,65 @@ def oscillations(
     return values[keep], vectors[: len(M), keep]
 
 
+def free_matrices(rotor: Rotor, speed: float, frequency: float | None = None) -> tuple[NDArray[np.float64], ...]:
+    """M, C + speed G, K of the degrees of freedom that nothing holds, bearings at a whirl `frequency` [rad/s]."""
+    block = np.ix_(rotor.free, rotor.free)
+    D = rotor.C(speed, frequency) + speed * rotor.parts.G
+    return rotor.parts.M[block], D[block], rotor.K(speed, frequency)[block]
+
+
 def run_modal(rotor: Rotor, speed: float) -> ModalResult:
     """Modes of `rotor` at `speed` [rad/s]; overdamped and rigid-body motions are left out.
 
     Repeated frequencies (a symmetric rotor at rest) have arbitrary shapes, and so an arbitrary whirl.
     """
-    values, vectors = oscillations(rotor.M(), rotor.C(speed) + speed * rotor.G(), rotor.K(speed))
-    x, y = vectors[0 :: rotor.number_dof], vectors[1 :: rotor.number_dof]
+    if any(bearing.whirl_frequency is not None for bearing in rotor.bearing_elements):
+        values, vectors = _matched(rotor, speed)
+    else:
+        values, vectors = oscillations(*free_matrices(rotor, speed))
+    return named(rotor, speed, values, vectors)
+
+
+def named(rotor: Rotor, speed: float, values: NDArray[np.complex128], vectors: NDArray[np.complex128]) -> ModalResult:
+    """The result for eigenvalues (n_modes,) and vectors (n_free, n_modes)."""
+    shapes = np.zeros((rotor.ndof, len(values)), dtype=complex)
+    shapes[rotor.free] = vectors
+    nodes = 4 * rotor.n_nodes
+    x, y = shapes[0:nodes:4], shapes[1:nodes:4]
     transverse = np.concatenate([x, y])
     largest = transverse[np.abs(transverse).argmax(axis=0), np.arange(len(values))]
-    return ModalResult(float(speed), values, vectors / largest, _whirl(x, y))
+    shapes = shapes / largest
+    return ModalResult(float(speed), values, shapes, whirl.name(x, y), rotor.nodes_pos)
 
 
-def run_campbell(rotor: Rotor, speeds: ArrayLike) -> CampbellResult:
-    """Modes of `rotor` at each of `speeds` (n_speeds,) [rad/s]."""
-    speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
-    runs = [run_modal(rotor, float(speed)) for speed in speeds]
-    wn, wd, zeta = (_table([getattr(r, name) for r in runs], np.nan) for name in ("wn", "wd", "damping_ratio"))
-    return CampbellResult(speeds, wn, wd, zeta, _table([r.whirl for r in runs], ""))
+def _matched(rotor: Rotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """The lowest modes, each with the bearings at its own frequency."""
+    values, _ = oscillations(*free_matrices(rotor, speed, _start(rotor)))
+    count = min(_MATCHED, len(values))
+    found, shapes = [], []
+    ends = [np.asarray(b.whirl_frequency)[-1] for b in rotor.bearing_elements
+            if b.whirl_frequency is not None and b.extrapolate != HOLD]  # fmt: skip
+    last = min(ends, default=np.inf)
+    for mode in range(count):
+        frequency = min(float(abs(values[mode])), last)
+        for _ in range(_PASSES):
+            now, shape = oscillations(*free_matrices(rotor, speed, frequency))
+            before, frequency = frequency, float(abs(now[min(mode, len(now) - 1)]))
+            if abs(frequency - before) <= 1e-9 * frequency or frequency > last:
+                break
+        if frequency > last:
+            break
+        found.append(now[min(mode, len(now) - 1)])
+        shapes.append(shape[:, min(mode, len(now) - 1)])
+    if not found:
+        raise ValueError(
+            f"modal: every mode is above the bearings' tables, which end at {last:g} rad/s; extend them or set "
+            "extrapolate='hold'."
+        )
+    order = np.argsort(np.abs(found))
+    return np.array(found)[order], np.stack(shapes, axis=1)[:, order]
 
 
-def _whirl(x: NDArray[np.complex128], y: NDArray[np.complex128]) -> NDArray[np.str_]:
-    """Name the whirl of modes with node amplitudes `x`, `y` (n_nodes, n_modes)."""
-    forward, backward = np.abs(x + 1j * y), np.abs(x - 1j * y)
-    size = forward + backward
-    moving = size > _STILL * size.max(axis=0)
-    turn = np.where(np.abs(forward - backward) < _PLANAR * size, 0.0, np.sign(forward - backward))
-    all_forward = np.all((turn > 0) | ~moving, axis=0)
-    all_backward = np.all((turn < 0) | ~moving, axis=0)
-    return np.where(all_forward, "forward", np.where(all_backward, "backward", "mixed"))
-
-
-def _table(rows: list[NDArray[Any]], fill: float | str) -> NDArray[Any]:
-    """Rows of unequal length as one array, filled up at the end."""
-    table = np.full((len(rows), max(len(row) for row in rows)), fill, dtype=rows[0].dtype)
-    for line, row in zip(table, rows, strict=True):
-        line[: len(row)] = row
-    return table
+def _start(rotor: Rotor) -> float:
+    """A whirl frequency [rad/s] inside every table."""
+    return float(max(np.asarray(b.whirl_frequency)[0] for b in rotor.bearing_elements if b.whirl_frequency is not None))

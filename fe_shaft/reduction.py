@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fe_shaft.rotor import Rotor
+from fe_shaft.static import rigid_motions
 
 Matrix = NDArray[np.float64]
 
@@ -96,21 +97,23 @@ def modal_reduction(
     held = K.copy()
     if node is not None:
         held[4 * node : 4 * node + 2, 4 * node : 4 * node + 2] += support_stiffness * np.eye(2)
-    planes = [_plane_modes(M, held, dofs, n_modes) for dofs in ((0, 3), (1, 2))]
+    planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes) for dofs in ((0, 3), (1, 2))]
     omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
     modal_damping = np.diag(2 * damping_ratio * omega)
-    shifts = np.stack([np.arange(rotor.ndof) % 4 == axis for axis in (0, 1)])
+    shifts = rigid_motions(rotor)[:, :2].T
     return ReducedRotor(Phi, Phi.T @ K @ Phi, Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi, omega, shifts @ M @ Phi)
 
 
-def _plane_modes(M: Matrix, K: Matrix, dofs: tuple[int, int], n_modes: int) -> tuple[Matrix, Matrix]:
+def _plane_modes(
+    M: Matrix, K: Matrix, axes: NDArray[np.intp], dofs: tuple[int, int], n_modes: int
+) -> tuple[Matrix, Matrix]:
     """Frequencies (n_modes,) [rad/s] and mass-normalised modes (ndof, n_modes) of one plane."""
-    plane = np.flatnonzero(np.isin(np.arange(len(M)) % 4, dofs))
+    plane = np.flatnonzero(np.isin(axes, dofs))
     block = np.ix_(plane, plane)
     squares, vectors = eigh(K[block], M[block], subset_by_index=(0, n_modes - 1))
     Phi = np.zeros((len(M), n_modes))
     Phi[plane] = vectors
-    return np.sqrt(np.clip(squares, 0, None)), Phi * _signs(Phi[dofs[0] :: 4])
+    return np.sqrt(np.clip(squares, 0, None)), Phi * _signs(Phi[axes == dofs[0]])
 
 
 def _signs(deflection: Matrix) -> Matrix:

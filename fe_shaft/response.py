@@ -1,48 +1,38 @@
-r"""Answers of the rotor to constant and to rotating forces.
+r"""Steady answers to unbalance and to harmonic forces.
 
-.. math:: K q = -g M 1_y, \qquad
-          \left(K(\Omega) + i\Omega (C(\Omega) + \Omega G) - \Omega^2 M\right) \hat q = \hat f, \qquad
+.. math:: \left(K + i\omega (C + \Omega G) - \omega^2 M\right) \hat q = \hat f, \qquad
           \hat f_x = m e\, \Omega^2 e^{i\varphi}, \quad \hat f_y = -i \hat f_x
 
-with q = Re(q_hat exp(i Omega t)), so that the unbalance m e turns forward, from x to y, with the
-shaft.
+with q = Re(q_hat exp(i omega t)); an unbalance m e turns forward, from x to y, with the shaft (omega = Omega).
+The matrix is banded once its rows are put in the order of Cuthill and McKee, so that a frequency costs microseconds.
+
 Source: Friswell et al. (2010), chapter 6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import lapack
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from fe_shaft import whirl
+from fe_shaft.checks import grid
+from fe_shaft.labelled import dataset
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fe_shaft.rotor import Rotor
 
-GRAVITY = 9.80665
-"""Standard acceleration of gravity [m/s2], along -y."""
-
 
 @dataclass(frozen=True, eq=False)
-class StaticResult:
-    """Rest position under gravity.
-
-    Attributes
-    ----------
-    displacement : ndarray (ndof,)
-        x, y [m], alpha, beta [rad] of each node.
-    bearing_forces : ndarray (n_bearings, 2)
-        Force (x, y) of each bearing ON the shaft [N], in the order of rotor.bearing_elements.
-    """
-
-    displacement: NDArray[np.float64]
-    bearing_forces: NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class UnbalanceResult:
+class ForcedResult:
     """Steady whirl forced by unbalance.
 
     Attributes
@@ -51,31 +41,62 @@ class UnbalanceResult:
         Speed of the shaft [rad/s].
     response : ndarray (ndof, n_freq) complex
         Amplitudes [m, rad]; the motion is Re(response exp(i frequency t)).
+    nodes_pos : ndarray (n_nodes,)
+        Positions of the shaft's nodes [m].
     """
 
     frequency: NDArray[np.float64]
     response: NDArray[np.complex128]
+    nodes_pos: NDArray[np.float64]
+
+    def dataset(self) -> xr.Dataset:
+        """Labelled data over node and frequency, with the half axes of the orbits."""
+        nodes = 4 * len(self.nodes_pos)
+        x, y = self.response[0:nodes:4], self.response[1:nodes:4]
+        major, minor = whirl.half_axes(x, y)
+        over = ("node", "frequency")
+        return dataset(
+            {
+                "x": (over, x, "m", "amplitude in x"),
+                "y": (over, y, "m", "amplitude in y"),
+                "major": (over, major, "m", "major half axis of the orbit"),
+                "minor": (over, minor, "m", "minor half axis of the orbit, negative in backward whirl"),
+            },
+            {
+                "frequency": (("frequency",), self.frequency, "rad/s", "speed of the shaft"),
+                "z": (("node",), self.nodes_pos, "m", "position along the shaft"),
+            },
+        )
 
 
-def run_static(rotor: Rotor, gravity: float = GRAVITY) -> StaticResult:
-    """Sag of `rotor` at rest under `gravity` [m/s2] along -y.
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Receptance (n_out, n_in, n_freq) [m/N, rad/N, rad/(N m)] over `frequency` (n_freq,) [rad/s].
 
-    Raises
-    ------
-    ValueError
-        If the bearings leave the rotor free to move as a rigid body.
+    `inputs` and `outputs` are the numbers of the degrees of freedom; `speed` [rad/s] is None where it is the frequency.
     """
-    _check_supported(rotor)
-    down = np.zeros(rotor.ndof)
-    down[1 :: rotor.number_dof] = -gravity
-    q = np.linalg.solve(rotor.K(), rotor.M() @ down)
-    forces = [-bearing.stiffness @ q[4 * bearing.n : 4 * bearing.n + 2] for bearing in rotor.bearing_elements]
-    return StaticResult(np.asarray(q, dtype=np.float64), np.array(forces))
+
+    frequency: NDArray[np.float64]
+    response: NDArray[np.complex128]
+    inputs: NDArray[np.intp]
+    outputs: NDArray[np.intp]
+    speed: float | None
+
+    def dataset(self) -> xr.Dataset:
+        """Labelled data over output, input and frequency."""
+        return dataset(
+            {"receptance": (("output", "input", "frequency"), self.response, "m/N", "receptance")},
+            {
+                "output": (("output",), self.outputs, "1", "degree of freedom"),
+                "input": (("input",), self.inputs, "1", "degree of freedom"),
+                "frequency": (("frequency",), self.frequency, "rad/s", "frequency"),
+            },
+        )
 
 
 def run_unbalance_response(
     rotor: Rotor, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike, frequency: ArrayLike
-) -> UnbalanceResult:
+) -> ForcedResult:
     """Whirl of `rotor` with unbalance at one node or at several.
 
     Parameters
@@ -92,16 +113,46 @@ def run_unbalance_response(
     Raises
     ------
     ValueError
-        If a node is not on the shaft.
+        If a node is not on the shaft, a frequency is not finite or a bearing's table does not cover it.
     """
-    frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
-    unbalance = _unbalance_vector(rotor, node, magnitude, phase)
-    M, G = rotor.M(), rotor.G()
-    response = np.empty((rotor.ndof, len(frequency)), dtype=complex)
-    for i, w in enumerate(frequency):
-        Z = rotor.K(w) - w**2 * M + 1j * w * (rotor.C(w) + w * G)
-        response[:, i] = np.linalg.solve(Z, w**2 * unbalance)
-    return UnbalanceResult(frequency, response)
+    frequency = grid("unbalance: frequency [rad/s]", frequency, increasing=False)
+    unbalance = _unbalance_vector(rotor, node, magnitude, phase)[:, None]
+    solved = _solve(rotor, frequency, None, lambda w: w**2 * unbalance)
+    return ForcedResult(frequency, solved[:, 0], rotor.nodes_pos)
+
+
+def run_freq_response(
+    rotor: Rotor,
+    frequency: ArrayLike,
+    speed: float | None = None,
+    inputs: Sequence[int] | None = None,
+    outputs: Sequence[int] | None = None,
+) -> FrequencyResponse:
+    """Receptance of `rotor` over `frequency` (n_freq,) [rad/s].
+
+    `speed` [rad/s] is that of the shaft; without it the shaft turns at the frequency. `inputs` and `outputs` are
+    numbers of degrees of freedom; all without them.
+
+    Raises
+    ------
+    ValueError
+        If a degree of freedom does not exist or a frequency is not finite.
+    """
+    frequency = grid("frequency response: frequency [rad/s]", frequency, increasing=False)
+    into, out = (_dofs(rotor, chosen) for chosen in (inputs, outputs))
+    unit = np.eye(rotor.ndof)[:, into].astype(complex)
+    solved = _solve(rotor, frequency, speed, lambda w: unit)
+    return FrequencyResponse(frequency, solved[out], into, out, speed)
+
+
+def _dofs(rotor: Rotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:
+    dofs = np.arange(rotor.ndof) if chosen is None else np.atleast_1d(np.asarray(chosen, dtype=np.intp))
+    if dofs.size and not (dofs.min() >= 0 and dofs.max() < rotor.ndof):
+        raise ValueError(
+            f"frequency response: degree of freedom {dofs.max()}, but there are 0 to {rotor.ndof - 1}; "
+            "4 times the node is its x."
+        )
+    return dofs
 
 
 def _unbalance_vector(
@@ -112,19 +163,64 @@ def _unbalance_vector(
     for n, me, angle in np.broadcast(np.atleast_1d(node), magnitude, phase):
         if not 0 <= n < rotor.n_nodes:
             raise ValueError(f"unbalance at node {n}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; move it.")
+        if not np.isfinite(me + angle):
+            raise ValueError(f"unbalance at node {n}: {me:g} kg m at {angle:g} rad; give finite numbers.")
         vector[4 * n : 4 * n + 2] += me * np.exp(1j * angle) * np.array([1, -1j])
     return vector
 
 
-def _check_supported(rotor: Rotor) -> None:
-    """The bearings alone must resist the four rigid-body motions: two shifts and two tilts."""
-    stiffness = np.zeros((4, 4))
-    for bearing in rotor.bearing_elements:
-        lever = rotor.nodes_pos[bearing.n] / rotor.nodes_pos[-1]
-        motion = np.hstack([np.eye(2), lever * np.eye(2)])
-        stiffness += motion.T @ bearing.stiffness @ motion
-    if np.linalg.matrix_rank(stiffness) < 4:
-        raise ValueError(
-            f"static: {len(rotor.bearing_elements)} bearing(s) leave the shaft free to fall or tilt; "
-            "support x and y at two nodes at least."
-        )
+def _solve(
+    rotor: Rotor,
+    frequency: NDArray[np.float64],
+    speed: float | None,
+    force: Callable[[float], NDArray[np.complex128]],
+) -> NDArray[np.complex128]:
+    """Displacements (ndof, n_in, n_freq) for forces (ndof, n_in) of each frequency."""
+    constant = all(bearing.constant for bearing in rotor.bearing_elements)
+    start = float(frequency[0]) if speed is None else speed
+    K0, C0 = (rotor.K(0.0), rotor.C(0.0)) if constant else (rotor.K(start, frequency[0]), rotor.C(start, frequency[0]))
+    pattern = (rotor.parts.M != 0) | (K0 != 0) | (C0 != 0) | (rotor.parts.G != 0) | (rotor.parts.N != 0)
+    order, width = _order(rotor, pattern | pattern.T)
+    banded = [_band(matrix, order, width) for matrix in (rotor.parts.M, rotor.parts.G, rotor.parts.N, K0, C0)]
+    M, G, N, K, C = banded
+    answer: Any = None
+    for i, w in enumerate(frequency):
+        spin = float(w) if speed is None else speed
+        if not constant:
+            K = _band(rotor.K(spin, float(w)) - spin * rotor.parts.N, order, width)
+            C = _band(rotor.C(spin, float(w)), order, width)
+        Z = K + spin * N - w**2 * M + 1j * w * (C + spin * G)
+        f = force(float(w))
+        if answer is None:
+            answer = np.zeros((rotor.ndof, f.shape[1], len(frequency)), dtype=complex)
+        _, _, x, info = lapack.zgbsv(width, width, Z, f[order], overwrite_ab=True)
+        if info:
+            raise ValueError(f"response: nothing resists the force at {w:g} rad/s; support the rotor or add damping.")
+        answer[order, :, i] = x
+    return np.asarray(answer)
+
+
+def _order(rotor: Rotor, pattern: NDArray[np.bool_]) -> tuple[NDArray[np.intp], int]:
+    """Order of the free degrees of freedom with a small band, and its half width."""
+    free = rotor.free
+    inner = pattern[np.ix_(free, free)]
+    place = np.asarray(reverse_cuthill_mckee(csr_matrix(inner), symmetric_mode=True))
+    best = min((np.arange(len(free)), place), key=lambda p: _width(inner[np.ix_(p, p)]))
+    return free[best], _width(inner[np.ix_(best, best)])
+
+
+def _width(pattern: NDArray[np.bool_]) -> int:
+    rows, columns = np.nonzero(pattern)
+    return int(np.abs(rows - columns).max())
+
+
+def _band(matrix: NDArray[np.float64], order: NDArray[np.intp], width: int) -> NDArray[np.float64]:
+    """LAPACK's band storage (3 width + 1, n) with room for the factors."""
+    part = matrix[np.ix_(order, order)]
+    n = len(order)
+    band = np.zeros((3 * width + 1, n), order="F")
+    for offset in range(-width, width + 1):
+        diagonal = np.diagonal(part, offset)
+        columns = np.arange(max(0, offset), max(0, offset) + len(diagonal))
+        band[2 * width - offset, columns] = diagonal
+    return band

@@ -1,25 +1,31 @@
-r"""A rotor: shaft elements in a row, discs and bearings on their nodes.
+r"""A rotor: shaft elements in a row, masses and bearings on their nodes.
 
 .. math:: M \ddot q + (C + \Omega G) \dot q + K q = f, \qquad M = M' > 0, \quad G = -G'
 
-q holds x, y, alpha, beta of node 0, then of node 1, and so on (frame and signs: elements.py).
-K and C take the bearings' own matrices, which need not be symmetric.
+q holds x, y, alpha, beta of node 0, then of node 1, and so on (frame and signs: elements.py); then the four internal
+coordinates of every element that has them; then x, y of every pedestal, whose nodes are numbered after the shaft's.
+K and C take the bearings' own matrices, which need not be symmetric, and with material damping the circulatory terms.
 
 Source: Friswell et al. (2010), chapter 5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft import elements, modal, response
-from fe_shaft.shaft import BearingElement, DiskElement, ShaftElement
+from fe_shaft import assembly
+from fe_shaft.bearing import BearingElement
+from fe_shaft.masses import DiskElement, PointMass
+from fe_shaft.shaft import ShaftElement
+
+if TYPE_CHECKING:
+    from fe_shaft import campbell, critical, modal, response, stability, static, transient, ucs
 
 Matrix = NDArray[np.float64]
 
@@ -34,118 +40,167 @@ class Rotor:
         From left to right, or numbered by their `n`.
     disk_elements : sequence of DiskElement
     bearing_elements : sequence of BearingElement
+    point_mass_elements : sequence of PointMass
+        On the shaft, or on a pedestal that a bearing names as its `n_link`.
+    clamped : sequence of int
+        Nodes that neither move nor tilt.
+    pinned : sequence of int
+        Nodes that tilt but do not move.
 
     Raises
     ------
     ValueError
-        If elements are missing or numbered twice, if a disc or bearing lies outside the shaft, or if two
-        bearings share a node.
+        If elements are missing or numbered twice, if something lies outside the shaft, if two bearings share a node
+        or a pedestal has no mass.
     """
 
     shaft_elements: Sequence[ShaftElement]
     disk_elements: Sequence[DiskElement] = ()
     bearing_elements: Sequence[BearingElement] = ()
+    point_mass_elements: Sequence[PointMass] = ()
+    clamped: Sequence[int] = ()
+    pinned: Sequence[int] = ()
 
     number_dof: ClassVar[int] = 4
 
     def __post_init__(self) -> None:
         """Put the elements in order and check that everything sits on the shaft."""
         object.__setattr__(self, "shaft_elements", _numbered(tuple(self.shaft_elements)))
-        object.__setattr__(self, "disk_elements", tuple(self.disk_elements))
-        object.__setattr__(self, "bearing_elements", tuple(self.bearing_elements))
-        last = len(self.shaft_elements)
-        _check_nodes("disc", (disk.n for disk in self.disk_elements), last)
-        _check_nodes("bearing", (bearing.n for bearing in self.bearing_elements), last)
-        _check_one_bearing_a_node(self.bearing_elements)
+        for name in ("disk_elements", "bearing_elements", "point_mass_elements", "clamped", "pinned"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        assembly.check(self)
 
     @property
     def n_nodes(self) -> int:
-        """Number of nodes: one more than there are elements."""
+        """Number of nodes of the shaft: one more than there are elements."""
         return len(self.shaft_elements) + 1
+
+    @cached_property
+    def layout(self) -> assembly.DofLayout:
+        """Where the degrees of freedom are."""
+        return assembly.lay_out(self)
 
     @property
     def ndof(self) -> int:
-        """Number of degrees of freedom."""
-        return self.number_dof * self.n_nodes
+        """Number of degrees of freedom, held ones included."""
+        return self.layout.ndof
+
+    @property
+    def free(self) -> NDArray[np.intp]:
+        """Numbers (n_free,) of the degrees of freedom that nothing holds."""
+        return self.layout.free
 
     @property
     def nodes_pos(self) -> Matrix:
-        """Positions of the nodes along z (n_nodes,) [m]; node 0 at 0."""
+        """Positions of the shaft's nodes along z (n_nodes,) [m]; node 0 at 0."""
         return np.concatenate([[0.0], np.cumsum([element.L for element in self.shaft_elements])])
 
     @property
     def mass(self) -> float:
-        """Mass of shaft and discs [kg]."""
+        """Mass of shaft, discs and the point masses on the shaft [kg]."""
         shaft = sum(element.mass for element in self.shaft_elements)
-        return float(shaft + sum(disk.m for disk in self.disk_elements))
+        points = sum(point.my for point in self.point_mass_elements if point.n < self.n_nodes)
+        return float(shaft + points + sum(disk.m for disk in self.disk_elements))
 
     def M(self) -> Matrix:
         """Mass matrix (ndof, ndof) [kg, kg m, kg m2]."""
-        return self._mass.copy()
+        return self.parts.M.copy()
 
-    def K(self, speed: float = 0.0) -> Matrix:
-        """Stiffness matrix (ndof, ndof) [N/m, N, N m]; the same at every `speed` [rad/s]."""
-        K = self._shaft_stiffness.copy()
-        for bearing in self.bearing_elements:
-            K[self._block(bearing.n, 2)] += bearing.stiffness
-        return K
+    def K(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
+        """Stiffness matrix (ndof, ndof) [N/m, N, N m] at `speed` and `whirl` frequency [rad/s], else synchronous."""
+        return assembly.stiffness(self, speed, whirl)
 
-    def C(self, speed: float = 0.0) -> Matrix:
-        """Damping matrix (ndof, ndof) [N s/m] of the bearings; the same at every `speed` [rad/s]."""
-        C = np.zeros((self.ndof, self.ndof))
-        for bearing in self.bearing_elements:
-            C[self._block(bearing.n, 2)] += bearing.damping
-        return C
+    def C(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
+        """Damping matrix (ndof, ndof) [N s/m, N s, N m s] at `speed` and `whirl` frequency [rad/s]."""
+        return assembly.damping(self, speed, whirl)
 
     def G(self) -> Matrix:
         """Gyroscopic matrix (ndof, ndof) [kg m2 and lower], to be multiplied by the speed [rad/s]."""
-        return self._gyroscopic.copy()
+        return self.parts.G.copy()
+
+    @cached_property
+    def parts(self) -> assembly.Parts:
+        """The assembled matrices of shaft and masses; not to be written into."""
+        return assembly.assemble(self)
+
+    def run_static(self, gravity: float | None = None, force: ArrayLike | None = None) -> static.StaticResult:
+        """Sag under gravity and given forces and the bearings' reactions; see static.run_static."""
+        from fe_shaft import static
+
+        return static.run_static(self, static.GRAVITY if gravity is None else gravity, force)
 
     def run_modal(self, speed: float) -> modal.ModalResult:
         """Natural frequencies, damping and whirl at `speed` [rad/s]; see modal.run_modal."""
+        from fe_shaft import modal
+
         return modal.run_modal(self, speed)
 
-    def run_campbell(self, speeds: ArrayLike) -> modal.CampbellResult:
-        """Natural frequencies over `speeds` [rad/s]; see modal.run_campbell."""
-        return modal.run_campbell(self, speeds)
+    def run_campbell(self, speeds: ArrayLike, frequencies: int | None = 6) -> campbell.CampbellResult:
+        """The lowest natural frequencies over `speeds` [rad/s]; see campbell.run_campbell."""
+        from fe_shaft import campbell
 
-    def run_static(self) -> response.StaticResult:
-        """Sag under gravity and the bearings' reactions; see response.run_static."""
-        return response.run_static(self)
+        return campbell.run_campbell(self, speeds, frequencies)
+
+    def run_critical_speed(self, limit: float | None = None, count: int = 6) -> critical.CriticalSpeedResult:
+        """Speeds that equal a natural frequency; see critical.run_critical_speed."""
+        from fe_shaft import critical
+
+        return critical.run_critical_speed(self, limit, count)
+
+    def run_ucs(
+        self, stiffness_range: tuple[float, float] = (1e6, 1e11), num: int = 30, num_modes: int = 4, **more: Any
+    ) -> ucs.UcsResult:
+        """Undamped critical speeds over the bearings' stiffness [N/m]; see ucs.run_ucs."""
+        from fe_shaft import ucs
+
+        return ucs.run_ucs(self, stiffness_range, num, num_modes, **more)
+
+    def run_stability(self, speeds: ArrayLike) -> stability.StabilityResult:
+        """Least logarithmic decrement over `speeds` [rad/s] and the onset of instability; see stability.py."""
+        from fe_shaft import stability
+
+        return stability.run_stability(self, speeds)
 
     def run_unbalance_response(
         self, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike, frequency: ArrayLike
-    ) -> response.UnbalanceResult:
+    ) -> response.ForcedResult:
         """Whirl forced by unbalance; see response.run_unbalance_response."""
+        from fe_shaft import response
+
         return response.run_unbalance_response(self, node, magnitude, phase, frequency)
 
-    @cached_property
-    def _mass(self) -> Matrix:
-        M = self._assemble(elements.mass_matrix)
-        for disk in self.disk_elements:
-            M[self._block(disk.n, 4)] += elements.disk_mass_matrix(disk)
-        return M
+    def run_freq_response(
+        self,
+        frequency: ArrayLike,
+        speed: float | None = None,
+        inputs: Sequence[int] | None = None,
+        outputs: Sequence[int] | None = None,
+    ) -> response.FrequencyResponse:
+        """Receptance over `frequency` [rad/s]; see response.run_freq_response."""
+        from fe_shaft import response
 
-    @cached_property
-    def _shaft_stiffness(self) -> Matrix:
-        return self._assemble(elements.stiffness_matrix)
+        return response.run_freq_response(self, frequency, speed, inputs, outputs)
 
-    @cached_property
-    def _gyroscopic(self) -> Matrix:
-        G = self._assemble(elements.gyroscopic_matrix)
-        for disk in self.disk_elements:
-            G[self._block(disk.n, 4)] += elements.disk_gyroscopic_matrix(disk)
-        return G
+    def run_time_response(
+        self, speed: float, F: ArrayLike, t: ArrayLike, initial: ArrayLike | None = None
+    ) -> transient.TimeResult:
+        """Motion under forces `F` (n_t, ndof) [N, N m] at times `t` [s]; see transient.run_time_response."""
+        from fe_shaft import transient
 
-    def _assemble(self, matrix: Callable[[ShaftElement], Matrix]) -> Matrix:
-        full = np.zeros((self.ndof, self.ndof))
-        for node, element in enumerate(self.shaft_elements):
-            full[self._block(node, 8)] += matrix(element)
-        return full
+        return transient.run_time_response(self, speed, F, t, initial)
 
-    def _block(self, node: int, size: int) -> tuple[slice, slice]:
-        place = slice(self.number_dof * node, self.number_dof * node + size)
-        return place, place
+    @classmethod
+    def from_ross(cls, rotor: Any) -> Rotor:
+        """The same rotor from an object of the open code ROSS, by reading its attributes; see ross.py."""
+        from fe_shaft import ross
+
+        return ross.from_ross(rotor)
+
+    def to_ross(self, module: Any) -> Any:
+        """This rotor as an object of the open code ROSS; `module` is `import ross`; see ross.py."""
+        from fe_shaft import ross
+
+        return ross.to_ross(self, module)
 
 
 def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
@@ -162,16 +217,3 @@ def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
             f"numbers 0 to {len(shaft) - 1} once; correct them, or leave all of them out to number by order."
         )
     return tuple(sorted(shaft, key=lambda element: element.n or 0))
-
-
-def _check_nodes(what: str, nodes: Iterable[int], last: int) -> None:
-    for node in nodes:
-        if not 0 <= node <= last:
-            raise ValueError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
-
-
-def _check_one_bearing_a_node(bearings: Sequence[BearingElement]) -> None:
-    nodes = [bearing.n for bearing in bearings]
-    for node in nodes:
-        if nodes.count(node) > 1:
-            raise ValueError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")

@@ -1,1 +1,1 @@
-"""Export of the plant as a native functional mock-up unit. Nothing is exported yet: the package holds its place."""
+"""Export of the plant as a native functional mock-up unit: the same step function, without Python."""

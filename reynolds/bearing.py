@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reynolds.forces import friction_torque
 from reynolds.grid import Grid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.steady import settle_film
@@ -83,6 +82,8 @@ class GasBearing:
     n_theta: int = 64
     n_z: int = 16
     heat_capacity_ratio: float = 1.4
+    mean_free_path: float = field(default=0.0, kw_only=True)
+    """Mean free path [m] at ambient pressure of a gas that slips at the walls; about 68 nm in air."""
     symmetric: bool | None = field(default=None, kw_only=True)
     """Solve one half: True, False, or None to decide by the injectors."""
 
@@ -95,7 +96,10 @@ class GasBearing:
     def model(self) -> FilmModel:
         """Grid, gas and injectors as the kernels' workspace takes them."""
         half = all(i.offset == 0 for i in self.injectors) if self.symmetric is None else self.symmetric
-        gas = Gas(self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio)
+        gas = Gas(
+            self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio,
+            self.mean_free_path,
+        )  # fmt: skip
         grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
         return FilmModel(grid, self.clearance, gas, tuple(self.injectors))
 
@@ -202,6 +206,8 @@ class GasBearing:
     def _result(self, w: Array, F: Any, speed: float, converged: bool) -> SteadyFilm:
         layout, model = self._built[0], self.model
         n = layout.n_inj
+        from reynolds import kernels
+
         escaping = _edge_flow(model, layout, w)
         return SteadyFilm(
             pressure=self._pressure(w),
@@ -211,7 +217,7 @@ class GasBearing:
             mass_flow=w[layout.film_flow : layout.film_flow + n].copy(),
             plenum=w[layout.plenum : layout.plenum + n].copy(),
             edge_flow=escaping,
-            friction_torque=friction_torque(model, layout, w, speed),
+            friction_torque=float(kernels.friction_torque(w, F, layout, speed)),
             h_min=self.clearance - float(np.hypot(*w[layout.journal : layout.journal + 2])),
             p_max=float(w[layout.p + cells(layout)].max()),
             converged=converged,

@@ -7,21 +7,23 @@ against the rotation: Couette drag plus the pressure-driven part. Source: Hamroc
 
 from __future__ import annotations
 
-import numpy as np
-
-from reynolds.grid import Layout, cells
-from reynolds.workspace import FilmModel
+from reynolds.jit import inlined
 
 
-def friction_torque(model: FilmModel, layout: Layout, w: np.ndarray, speed: float) -> float:
+@inlined
+def friction_torque(w, F, L, speed):
     """Friction torque [N m] at shaft speed `speed` [rad/s]; positive brakes a positive speed."""
-    grid = model.grid
-    p, h = w[layout.p + cells(layout)], w[layout.h + cells(layout)]
-    weight = w[layout.weight + cells(layout)]
-    slope = (np.roll(p, -1, axis=0) - np.roll(p, 1, axis=0)) / (2 * grid.dy)
-    shear = model.gas.viscosity * speed * grid.radius / h + 0.5 * h * slope
-    inside = float(np.sum(shear * weight)) * (2 if grid.half else 1)
-    # the edges carry half a cell of Couette drag on either side
-    edge_h = w[layout.h + layout.first + np.arange(layout.n_theta) * layout.stride + layout.n_rows]
-    edges = float(np.sum(model.gas.viscosity * speed * grid.radius / edge_h))
-    return grid.radius * grid.dy * grid.dz * (inside + edges)
+    drag = w[L.mu] * speed * F.radius
+    inside = 0.0
+    edges = 0.0
+    for i in range(L.n_theta):
+        line = L.first + i * L.stride
+        for j in range(L.n_rows):
+            k = line + j
+            slope = (w[L.p + k + L.stride] - w[L.p + k - L.stride]) / (2.0 * F.dy)
+            inside += w[L.weight + k] * (drag / w[L.h + k] + 0.5 * w[L.h + k] * slope)
+        # the edges carry half a cell of Couette drag on either side
+        upper = w[L.h + line + L.n_rows]
+        lower = upper if L.half == 1 else w[L.h + line - 1]
+        edges += 0.5 * drag * (1.0 / upper + 1.0 / lower)
+    return F.radius * F.dy * F.dz * (inside * (1.0 + L.half) + edges)

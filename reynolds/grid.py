@@ -37,6 +37,7 @@ class Layout(NamedTuple):
     stride: int
     half: int
     law: int
+    rarefied: int
     n_inj: int
     n_border: int
     length: int
@@ -128,6 +129,8 @@ class Layout(NamedTuple):
     small_inverse: int
     lanes: int
     convergence: int
+    mu: int
+    slip: int
     size: int
 
 
@@ -184,8 +187,13 @@ class Grid:
         return (np.arange(self.n_z) + 0.5) * self.dz - self.length / 2
 
 
-def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], base: int = 0) -> Layout:
-    """Lay the film's arrays out from offset `base`; sizes are the footprint cells of each injector."""
+def make_layout(
+    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], base: int = 0, rarefied: bool = False
+) -> Layout:
+    """Lay the film's arrays out from offset `base`; sizes are the footprint cells of each injector.
+
+    A `rarefied` film slips at the walls by w[slip]; mu and slip stand in the workspace because effects change them.
+    """
     rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
     length = _round(8 + (grid.n_theta + 2) * stride + 8)
     span = _round(grid.n_theta * stride)
@@ -199,6 +207,7 @@ def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: lis
         "inverse": blocks, "spike": rows * length, "closure": rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_inverse": borders * borders, "lanes": 8 * stride, "convergence": 8,
+        "mu": 1, "slip": 1,
     }  # fmt: skip
     offsets, at = {}, base
     for name, size in sizes.items():
@@ -209,8 +218,8 @@ def make_layout(grid: Grid, law: int, source_sizes: list[int], reader_sizes: lis
         "reader_cell": 2 * starts + sum(source_sizes),
     }  # fmt: skip
     return Layout(
-        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, n_inj=n_inj, n_border=borders,
-        length=length, span=span, first=8 + stride, size=at, **offsets, **integers,
+        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, rarefied=int(rarefied),
+        n_inj=n_inj, n_border=borders, length=length, span=span, first=8 + stride, size=at, **offsets, **integers,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from reynolds.film import force
+from reynolds.forces import friction_torque as torque
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, journal_direction, newton, refresh
 from reynolds.residual import jacobian, residual, thickness_derivative
@@ -53,6 +54,12 @@ def linear_terms(w, ix, F, L, U):
         journal_direction(w, L, axis)
         thickness_derivative(w, ix, F, L, U, 0.0, L.film_h, L.border + axis * L.length)
     residual(w, ix, F, L, U, 0.0)
+
+
+@kernel
+def friction_torque(w, F, L, speed):
+    """`reynolds.forces.friction_torque` as a call."""
+    return torque(w, F, L, speed)
 
 
 @kernel

@@ -6,7 +6,10 @@ r"""Finite-volume residual of the modified Reynolds equation and its Jacobian.
 with y = R theta in the direction of the surface's motion, U = Omega R, and the injected flux m'' positive INTO the
 film. Source: thesis eq. (1.4) with the viscosity and the sign of the injection term restored by the mass balance (as
 printed, "+12 p V_I" lacks mu and fits only a V_I counted out of the film); Hamrock (2004), ch. 16. Assumes an ideal
-isothermal gas, laminar flow, no slip, no inertia, a journal parallel to the bearing.
+isothermal gas, laminar flow, no inertia.
+
+A gas that slips at the walls (first order, Burgdorfer 1959) flows as if h^3 p were h^3 p + 6 \lambda_a p_a h^2, with
+lambda_a the mean free path at ambient pressure; a tilted or out-of-round gap is a matter of h alone.
 
 The unknown is p at the nodes; diffusion is written in q = p^2, storage in m = p h, both with face values of h; the
 shear flow is central and blended with upwind where the cell number 6 mu U dy / (p h^2) exceeds 2. Each residual is
@@ -30,9 +33,9 @@ def fluxes(w, F, L, U):
     """Flux per length through the theta and z faces behind each node, divided by the step; also q and m."""
     shear = U / (4.0 * F.dy)
     drag = abs(shear)
-    cross = 1.0 / (12.0 * F.mu * F.dy * F.dy)
-    kt = 1.0 / (24.0 * F.mu * F.dy * F.dy)
-    kz = 1.0 / (24.0 * F.mu * F.dz * F.dz)
+    cross = 1.0 / (12.0 * w[L.mu] * F.dy * F.dy)
+    kt = 1.0 / (24.0 * w[L.mu] * F.dy * F.dy)
+    kz = 1.0 / (24.0 * w[L.mu] * F.dz * F.dz)
     for k in range(L.length):
         w[L.q + k] = w[L.p + k] * w[L.p + k]
         w[L.m + k] = w[L.p + k] * w[L.h + k]
@@ -47,6 +50,25 @@ def fluxes(w, F, L, U):
         )
         hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
         w[L.flow_z + k] = kz * w[L.link + k] * (hz * hz * hz) * (w[L.q + k] - w[L.q + k + 1])
+    if L.rarefied == 1:
+        slip_flow(w, L, kt, kz)
+
+
+@inlined
+def slip_flow(w, L, kt, kz):
+    """Add the flow of a gas that slips at both walls, with w[slip] = 6 lambda p at once for all cells."""
+    slip = 2.0 * w[L.slip]
+    for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
+        hf = 0.5 * (w[L.h + k] + w[L.h + k + L.stride])
+        hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
+        w[L.flow_t + k] -= kt * slip * (hf * hf) * (w[L.p + k + L.stride] - w[L.p + k])
+        w[L.flow_z + k] += kz * slip * w[L.link + k] * (hz * hz) * (w[L.p + k] - w[L.p + k + 1])
+
+
+@inlined
+def slip_jacobian(w, L, k, face_t, face_z, kt, kz):
+    """Derivative after q = p^2 at node k of the slip flow through a theta or z face with thickness face_t, face_z."""
+    return w[L.slip] / w[L.p + k] * kt * face_t * face_t, w[L.slip] / w[L.p + k] * kz * face_z * face_z
 
 
 @inlined
@@ -134,9 +156,9 @@ def jacobian(w, F, L, U, iadt):
     """
     shear = U / (4.0 * F.dy)
     drag = abs(shear)
-    cross = 1.0 / (12.0 * F.mu * F.dy * F.dy)
-    kt = 1.0 / (24.0 * F.mu * F.dy * F.dy)
-    kz = 1.0 / (24.0 * F.mu * F.dz * F.dz)
+    cross = 1.0 / (12.0 * w[L.mu] * F.dy * F.dy)
+    kt = 1.0 / (24.0 * w[L.mu] * F.dy * F.dy)
+    kz = 1.0 / (24.0 * w[L.mu] * F.dz * F.dz)
     s = L.stride
     for k in range(L.first, L.first + L.n_theta * s):
         own, west, east = w[L.m + k], w[L.m + k - s], w[L.m + k + s]
@@ -161,6 +183,19 @@ def jacobian(w, F, L, U, iadt):
         w[L.west + k] = a * (-west_q * (shear + uw + bw) - kw)
         w[L.up + k] = -up
         w[L.down + k] = -down
+        if L.rarefied == 1:
+            own_e, own_u = slip_jacobian(w, L, k, he, hu, kt, kz)
+            own_w, own_d = slip_jacobian(w, L, k, hw, hd, kt, kz)
+            own_u, own_d = own_u * w[L.link + k], own_d * w[L.link + k - 1]
+            to_east, _ = slip_jacobian(w, L, k + s, he, hu, kt, kz)
+            to_west, _ = slip_jacobian(w, L, k - s, hw, hd, kt, kz)
+            _, to_up = slip_jacobian(w, L, k + 1, he, hu, kt, kz)
+            _, to_down = slip_jacobian(w, L, k - 1, hw, hd, kt, kz)
+            w[L.diag + k] += a * (own_e + own_w) + own_u + own_d
+            w[L.east + k] -= a * to_east
+            w[L.west + k] -= a * to_west
+            w[L.up + k] -= to_up * w[L.link + k]
+            w[L.down + k] -= to_down * w[L.link + k - 1]
 
 
 @inlined
@@ -172,9 +207,9 @@ def thickness_derivative(w, ix, F, L, U, iadt, gain, out):
     """
     shear = U / (4.0 * F.dy)
     drag = abs(shear)
-    cross = 1.0 / (12.0 * F.mu * F.dy * F.dy)
-    kt = 1.0 / (24.0 * F.mu * F.dy * F.dy)
-    kz = 1.0 / (24.0 * F.mu * F.dz * F.dz)
+    cross = 1.0 / (12.0 * w[L.mu] * F.dy * F.dy)
+    kt = 1.0 / (24.0 * w[L.mu] * F.dy * F.dy)
+    kz = 1.0 / (24.0 * w[L.mu] * F.dz * F.dz)
     s = L.stride
     for k in range(L.first - s, L.first + L.n_theta * s):
         hf = 0.5 * (w[L.h + k] + w[L.h + k + s])
@@ -190,6 +225,10 @@ def thickness_derivative(w, ix, F, L, U, iadt, gain, out):
         hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
         dz = 0.5 * (w[L.dh + k] + w[L.dh + k + 1])
         w[L.flow_z + k] = kz * w[L.link + k] * 3.0 * hz * hz * dz * (w[L.q + k] - w[L.q + k + 1])
+        if L.rarefied == 1:
+            twice = 4.0 * w[L.slip]
+            w[L.flow_t + k] -= kt * twice * hf * df * (w[L.p + k + s] - w[L.p + k])
+            w[L.flow_z + k] += kz * twice * w[L.link + k] * hz * dz * (w[L.p + k] - w[L.p + k + 1])
     for k in range(L.first, L.first + L.n_theta * s):
         w[out + k] = (
             w[L.weight + k] * (w[L.p + k] * w[L.dh + k] * iadt + w[L.flow_t + k] - w[L.flow_t + k - s])

@@ -11,30 +11,41 @@ from reynolds.grid import Grid, Layout, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 
 FILM_DTYPE = np.dtype(
-    [(name, "f8") for name in ("mu", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min")]
+    [
+        (name, "f8")
+        for name in ("mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min")
+    ]
 )
 
 
 @dataclass(frozen=True)
 class Gas:
-    """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1]."""
+    """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1].
+
+    A mean free path [m] at ambient pressure of 0 is a gas that does not slip.
+    """
 
     viscosity: float = 1.85e-5
     ambient_pressure: float = 101325.0
     temperature: float = 293.15
     gas_constant: float = 287.05
     heat_capacity_ratio: float = 1.4
+    mean_free_path: float = 0.0
 
 
 @dataclass(frozen=True)
 class FilmModel:
-    """Grid, gas, clearance [m] and injectors of one film, and how they fill a workspace."""
+    """Grid, gas, clearance [m] and injectors of one film, and how they fill a workspace.
+
+    `rarefied` compiles the slip at the walls in, also where the gas does not slip.
+    """
 
     grid: Grid
     clearance: float
     gas: Gas = Gas()
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
+    rarefied: bool = False
 
     def __post_init__(self) -> None:
         if self.clearance <= 0:
@@ -54,7 +65,16 @@ class FilmModel:
         grid, gas = self.grid, self.gas
         rt = gas.gas_constant * gas.temperature
         area = grid.dy * grid.dz * (2 if grid.half else 1)
-        row = (gas.viscosity, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area, rt / (grid.dy * grid.dz))
+        row = (
+            gas.viscosity,
+            gas.mean_free_path,
+            grid.radius,
+            grid.dy,
+            grid.dz,
+            gas.ambient_pressure,
+            area,
+            rt / (grid.dy * grid.dz),
+        )
         return np.array([(*row, self.clearance, self.h_min)], FILM_DTYPE).view(np.recarray)
 
     def footprints(self) -> list[Footprint]:
@@ -65,8 +85,11 @@ class FilmModel:
         """Layout from offset `base`, the workspace (float64) with constants filled in, and the index array (int64)."""
         prints = self.footprints()
         sources, readers = [len(p.source) for p in prints], [len(p.reader) for p in prints]
-        layout = make_layout(self.grid, self.law, sources, readers, base)
+        rarefied = self.rarefied or self.gas.mean_free_path > 0
+        layout = make_layout(self.grid, self.law, sources, readers, base, rarefied)
         w = np.zeros(layout.size)
+        w[layout.mu] = self.gas.viscosity
+        w[layout.slip] = 6 * self.gas.mean_free_path * self.gas.ambient_pressure
         self._fill_geometry(w, layout)
         ix = self._fill_footprints(w, layout, prints)
         self._fill_injectors(w, layout)

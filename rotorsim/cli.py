@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands import bench, machine
+from rotorsim.commands import bench, campaign, data, experiment, fmu, machine, study
+from rotorsim.commands import identify as identification_command
 from rotorsim.commands.runup import EXAMPLE, runup
 from rotorsim.errors import RotorsimError
 
@@ -20,8 +21,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command(epilog=EXAMPLE)(runup)
+app.add_typer(experiment.app, name="experiment")
+app.add_typer(campaign.app, name="campaign")
 app.add_typer(machine.app, name="machine")
+app.add_typer(data.app, name="data")
+app.add_typer(fmu.app, name="fmu")
+app.add_typer(study.app, name="study")
 app.command(epilog=bench.EXAMPLE)(bench.bench)
+app.command(epilog=identification_command.EXAMPLE)(identification_command.identify)
 
 
 @app.callback()

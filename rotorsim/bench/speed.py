@@ -21,6 +21,14 @@ SPEED, PRESSURE = 2 * np.pi * 100, 0.3e6
 BOUNDS = {(32, 8): 4.0, (32, 16): 6.0, (64, 16): 12.0, (128, 32): 60.0}
 """Time of a 0.2 ms step [us] at the small orbit; twice that at the large one."""
 UNBALANCE = {"11 um orbit": "6.7 g*mm", "31 um orbit": "19 g*mm"}
+BARE = {
+    "effects.coupling.second": "0 N",
+    "effects.coupling.third": "0 N",
+    "actuators.mode": "ideal",
+    "effects.runout.roughness": "0 um",
+    "effects.noise.sigma": "0 um",
+}
+"""What leaves film, plena, rotor and unbalance."""
 SAMPLES = 5000
 
 
@@ -33,8 +41,8 @@ def steps() -> Iterator[Figure]:
 
 def _step_figures(n_theta: int, n_z: int, me: str, name: str, bound: float) -> Iterator[Figure]:
     machine = load_machine("dtu_gas_bearing").replace("effects.unbalance.me", me)
-    for harmonic in ("second", "third"):
-        machine = machine.replace(f"effects.coupling.{harmonic}", "0 N")
+    for path, value in BARE.items():
+        machine = machine.replace(path, value)
     simulation = Plant(machine, n_theta=n_theta, n_z=n_z, dt=2e-4).start(SPEED, PRESSURE)
     rows = np.tile([SPEED, PRESSURE, 0, 0, 0, 0], (SAMPLES, 1))
     simulation.advance(rows)

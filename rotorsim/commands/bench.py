@@ -36,11 +36,12 @@ def bench(
 
 
 def _measure(part: str | None, cold: bool) -> list[Figure]:
-    from rotorsim.bench import accuracy, speed
+    from rotorsim.bench import accuracy, speed, whole_plant
 
     jobs = []
     if part in (None, "speed"):
         jobs += [speed.imports, speed.whole_run, speed.equilibrium, speed.steps]
+        jobs += [whole_plant.whole_plant, whole_plant.long_run]
         jobs += [speed.first_compilation] if cold else []
     if part in (None, "accuracy"):
         jobs += [accuracy.rig, accuracy.grids, accuracy.decay, accuracy.mass]

@@ -1,19 +1,11 @@
 """Physical effects, one file each; importing this package registers the shipped ones."""
 
-from rotorsim.effects.base import REGISTRY, Effect, numeric_fields, param, register
-from rotorsim.effects.contact import Contact
-from rotorsim.effects.coupling import Coupling
-from rotorsim.effects.gravity import Gravity
-from rotorsim.effects.unbalance import Unbalance
+from importlib import import_module
+from pkgutil import iter_modules
 
-__all__ = [
-    "REGISTRY",
-    "Contact",
-    "Coupling",
-    "Effect",
-    "Gravity",
-    "Unbalance",
-    "numeric_fields",
-    "param",
-    "register",
-]
+from rotorsim.effects.base import FILM_PORTS, PORTS, REGISTRY, Effect, numeric_fields, param, register
+
+for _module in iter_modules(__path__):
+    import_module(f"{__name__}.{_module.name}")
+
+__all__ = ["FILM_PORTS", "PORTS", "REGISTRY", "Effect", "numeric_fields", "param", "register"]

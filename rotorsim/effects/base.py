@@ -1,17 +1,36 @@
 """What a physical effect is: a frozen dataclass of parameters, a port, one kernel.
 
 An effect file holds the equation and its source, a dataclass whose fields are made by `param`
-(unit, bounds, NEUTRAL default, a sentence) and one kernel of its port's signature:
+(unit, bounds, NEUTRAL default, a sentence) and one kernel with its port's signature:
 
-``force``    ``(t, angle, speed, acceleration, p) -> (fx, fy)``  force [N] on the shaft at the effect's
-             `position`, at time t [s]; with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the
-             whole shaft. `angle` [rad] stays within one turn, so only whole orders of it are continuous.
-``contact``  ``(clearance, x, y, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``  force on the
-             journal at (x, y) [m] in the gas bearing and its negative derivative after the displacement, met
-             implicitly by the step.
+``force``     ``(t, angle, speed, acceleration, p) -> (fx, fy)``  force [N] on the shaft at the effect's
+              `position`, at time t [s]; with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the
+              whole shaft, with ``influence = "bow"`` the deflection [m] the unloaded shaft has between its bearings.
+              `angle` [rad] stays within one turn, so only whole orders of it are continuous.
+``motion``    ``(t, angle, speed, x, y, vx, vy, p) -> (fx, fy)``  force [N] on the shaft at `position` that depends on
+              the displacement [m] and velocity [m/s] there; met implicitly by the step.
+``contact``   ``(clearance, x, y, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``  force on the
+              journal at (x, y) [m] in the gas bearing and its negative derivative after the displacement.
+``film``      ``(t, angle, speed, theta, p) -> (height, slope)``  what the gap has more at `theta` [rad]: at the middle
+              of the film [m] and per length z along the shaft [1].
+``gas``       ``(t, speed, p) -> (factor, path)``  factor on the viscosity and mean free path [m] at ambient pressure.
+``injector``  ``(t, k, opening, supply, p) -> (opening, supply)``  seat opening [1] and supply pressure [Pa, absolute]
+              of injector k (from 0).
+``plenum``    ``(k, p) -> factor``  on the volume of plenum k.
+``supply``    ``(w, state, h, supply, flow, p) -> (start, end)``  pressure [Pa, absolute] behind the supply at start and
+              end of a sample of h [s], for a mass flow [kg/s].
+``actuator``  ``(w, old, new, h, volt, stroke, p) -> stroke``  stroke [m] of a piezo stack at `volt`, after a substep of
+              h [s]; reads its `states` at w[old], writes them at w[new]. Chained in the machine file's order.
+``sensor``    ``(w, reading, state, seed, sample, p)``  changes the readings in w[reading:] in place: disc x, y [m],
+              shaft angle [rad], speed [rad/s], gauge pressure [Pa]; once a sample. Chained in the machine file's order;
+              its own `states` are w[state:], 0 at the start of a run.
+``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft beside the drive's.
+``support``   ``(p) -> (omega, zeta, gain)``  a resonance [rad/s, 1] under the film's sleeve; gain [kg^-1/2] is its
+              displacement per modal coordinate.
+``rotating``  ``(p) -> time``  ratio [s] of damping to stiffness of the shaft in the frame that turns with it.
 
-`p` is the record of the effect's own parameters in SI units. At its neutral values an effect leaves every
-bit of a trajectory as it is without it.
+`p` is the record of the effect's own parameters in SI units, and of what `derived` adds. At its neutral values an
+effect leaves every bit of a trajectory as it is without it.
 """
 
 from __future__ import annotations
@@ -20,7 +39,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
-PORTS = ("force", "contact")
+PORTS = (
+    "force", "motion", "contact", "film", "gas", "injector", "plenum", "supply", "actuator", "sensor", "torque",
+    "support", "rotating",
+)  # fmt: skip
+FILM_PORTS = ("contact", "film", "gas", "injector", "plenum", "supply", "actuator", "support")
+"""Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
+
+
+TURN = 6.283185307179586
+"""A whole turn [rad]."""
 
 
 def param(unit: str, default: float | None = 0.0, bounds: tuple[float, float] = (-1e300, 1e300), doc: str = "") -> Any:
@@ -36,10 +64,31 @@ class Effect:
     port: ClassVar[str]
     kernel: ClassVar[Callable[..., Any]]
     place: ClassVar[str] = "disc"
-    """Where it acts when `position` is not given: 'disc' (the first), 'film' or 'start' (the left shaft end)."""
+    """Where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
+    'start' (the left shaft end)."""
     influence: ClassVar[str] = "node"
     steady: ClassVar[bool] = False
     """Whether its force is constant in time, so that an equilibrium includes it."""
+    states: ClassVar[int] = 0
+    """Own states (of each actuator, for the port `actuator`)."""
+    single: ClassVar[bool] = False
+    """Whether a machine has it at most once."""
+    extra: ClassVar[tuple[str, ...]] = ()
+    """Names of the numbers that `derived` adds to the kernel's record, and 'residual' for the static compliance [m/N]
+    that the modes left out have where the effect acts, which the plant knows."""
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the film stays symmetric about its midplane at these parameters."""
+        return True
+
+    def derived(self, machine: Any) -> dict[str, float]:
+        """Numbers that the kernel needs of the machine, one for every name in `extra`."""
+        return {}
+
+    def problems(self, machine: Any) -> dict[str, str]:
+        """Why these parameters do not fit the machine: parameter ('' for the effect itself) -> sentence."""
+        return {}
 
 
 REGISTRY: dict[str, type[Effect]] = {}
@@ -54,5 +103,5 @@ def register(effect: type[Effect]) -> type[Effect]:
 
 
 def numeric_fields(effect: type[Effect]) -> tuple[str, ...]:
-    """Names of the parameters that enter the kernel's record (all but `position`)."""
-    return tuple(f.name for f in fields(effect) if f.name != "position")
+    """Names of the numbers in the kernel's record: parameters (all but `position`) and what is derived."""
+    return (*(f.name for f in fields(effect) if f.name != "position"), *effect.extra)

@@ -1,16 +1,15 @@
 r"""Contact of the journal with the sleeve, with Coulomb friction.
 
-The sleeve answers a penetration \delta = e - (c - g) (e radial displacement, c clearance, g gap at which the asperities
-meet) with
+.. math:: N = k\,\delta\,(1 + d\,\dot\delta)_+, \qquad T = \mu N \tanh(v_t / v_0), \qquad \delta = e - (c - g)
 
-.. math:: N = k\,\delta\,(1 + d\,\dot\delta)_+, \qquad T = \mu N \tanh(v_t / v_0),
-
-N inwards, T against the sliding speed v_t of the surface. The factor (1 + d \dot\delta) is Hunt and Crossley's (1975):
-no sticking and no jump of the force at first touch. tanh regularises Coulomb's law at v_0.
+delta is the penetration: e the radial displacement, c the clearance, g the gap at which the asperities meet. N acts
+inwards, T against the sliding speed v_t of the surface. The factor of the approach leaves no sticking and no jump of
+the force at first touch; tanh regularises Coulomb's law at v_0. Source: Hunt & Crossley (1975) for the factor.
 """
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
@@ -61,3 +60,11 @@ class Contact(Effect):
         "m/s", default=1e-3, bounds=(1e-6, 10.0), doc="Speed at which friction is 76 % developed."
     )
     asperity: float = param("m", default=2.5e-7, bounds=(0.0, 1e-4), doc="Film thickness at which surfaces touch.")
+
+    def problems(self, machine: Any) -> dict[str, str]:
+        """Surfaces do not touch at rest in the middle."""
+        clearance = machine.film.clearance
+        if self.asperity < clearance:
+            return {}
+        said, limit = self.asperity * 1e6, clearance * 1e6
+        return {"asperity": f"'{said:g} um' is not below the clearance '{limit:g} um'; make it smaller"}

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import TURN, Effect, param, register
 
 
 @inlined
@@ -35,8 +35,8 @@ class Coupling(Effect):
     place = "start"
     second: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 2X, 0-pk.")
     third: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 3X, 0-pk.")
-    second_phase: float = param("rad", bounds=(-7.0, 7.0), doc="Phase of the 2X force.")
-    third_phase: float = param("rad", bounds=(-7.0, 7.0), doc="Phase of the 3X force.")
+    second_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 2X force.")
+    third_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 3X force.")
     ellipticity: float = param(
         "1", default=1.0, bounds=(-1.0, 1.0), doc="1 turns forward, 0 has a fixed direction, -1 turns backward."
     )

@@ -1,13 +1,16 @@
-"""Weight of shaft and discs: every mass is accelerated by g in the direction `direction`.
+r"""Weight of shaft and discs: every mass is accelerated by g in one direction.
 
-The modal force is g times the modal participation Phi' M 1, so the whole mass distribution counts.
+.. math:: f = M\,g\,(\cos\gamma, \sin\gamma)
+
+The modal force is g times the modal participation Phi' M 1, so the whole mass distribution counts. Source: Newton's
+law; the weight of the pedestal of a gas bearing is taken out by its alignment.
 """
 
 import math
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import TURN, Effect, param, register
 
 
 @inlined
@@ -28,5 +31,5 @@ class Gravity(Effect):
     steady = True
     acceleration: float = param("m/s^2", bounds=(0.0, 100.0), doc="Magnitude of the gravitational acceleration.")
     direction: float = param(
-        "rad", default=-math.pi / 2, bounds=(-7.0, 7.0), doc="Its direction, from x towards y; -90 deg is down."
+        "rad", default=-math.pi / 2, bounds=(-TURN, TURN), doc="Its direction, from x towards y; -90 deg is down."
     )

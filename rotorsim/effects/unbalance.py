@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import TURN, Effect, param, register
 
 
 @inlined
@@ -35,7 +35,7 @@ class Unbalance(Effect):
     port = "force"
     kernel = unbalance
     me: float = param("kg*m", bounds=(0.0, 1e-2), doc="Unbalance, mass times eccentricity.")
-    phase: float = param("rad", bounds=(-7.0, 7.0), doc="Angular position on the shaft, from x towards y.")
+    phase: float = param("rad", bounds=(-TURN, TURN), doc="Angular position on the shaft, from x towards y.")
     position: float | None = param(
         "m", default=None, bounds=(-100.0, 100.0), doc="Plane along the shaft; the first disc when not given."
     )

@@ -1,5 +1,58 @@
-"""Virtual experiments: a plant in, a record of the schema out."""
+"""Virtual experiments: a plant in, a record of the schema out.
 
-from rotorsim.experiments.runup import coastdown, runup
+Each is a function ``name(plant, ..., seed=0, progress=False) -> Dataset`` and a frozen dataclass of its parameters,
+which `run` runs in memory and `record` streams to a file.
+"""
 
-__all__ = ["coastdown", "runup"]
+from rotorsim.experiments.chirp import Chirp, chirp
+from rotorsim.experiments.coastdown import Coastdown, coastdown
+from rotorsim.experiments.controlled import Controlled, controlled
+from rotorsim.experiments.experiment import Experiment
+from rotorsim.experiments.given import Given
+from rotorsim.experiments.impact import Impact, impact
+from rotorsim.experiments.multisine import Multisine, multisine
+from rotorsim.experiments.p_law import ProportionalLaw
+from rotorsim.experiments.prbs import Prbs, prbs
+from rotorsim.experiments.running import Outcome, record, run
+from rotorsim.experiments.runup import Runup, runup
+from rotorsim.experiments.slow_roll import SlowRoll, slow_roll
+from rotorsim.experiments.staircase import Staircase, staircase
+from rotorsim.experiments.static_gain import static_gain_map
+from rotorsim.experiments.steady import Steady, steady
+
+EXPERIMENTS: dict[str, type[Experiment]] = {
+    kind.name: kind
+    for kind in (Runup, Coastdown, Steady, SlowRoll, Staircase, Prbs, Chirp, Multisine, Impact, Controlled)
+}
+"""Every experiment by its name."""
+
+__all__ = [
+    "EXPERIMENTS",
+    "Chirp",
+    "Coastdown",
+    "Controlled",
+    "Experiment",
+    "Given",
+    "Impact",
+    "Multisine",
+    "Outcome",
+    "Prbs",
+    "ProportionalLaw",
+    "Runup",
+    "SlowRoll",
+    "Staircase",
+    "Steady",
+    "chirp",
+    "coastdown",
+    "controlled",
+    "impact",
+    "multisine",
+    "prbs",
+    "record",
+    "run",
+    "runup",
+    "slow_roll",
+    "staircase",
+    "static_gain_map",
+    "steady",
+]

@@ -17,6 +17,8 @@ from identification import AXES, VARIABLES
 from rotorsim.errors import DataError
 
 CHUNK = 5000
+FEWEST = 2
+"""Samples of the shortest record that the schema takes."""
 
 
 class Recording:
@@ -91,11 +93,11 @@ class Recording:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close and move to the final name if anything was recorded, whatever ended the run."""
+        """Close and move to the final name if what was recorded makes a record, whatever ended the run."""
         if self.samples:
             self._file.resize_dimension("time", self.samples)
         self._file.close()
-        if self.samples:
+        if self.samples >= FEWEST:
             os.replace(self._temporary, self.path)
         else:
             self._temporary.unlink(missing_ok=True)

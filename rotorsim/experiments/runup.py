@@ -1,44 +1,56 @@
-"""Run-up and coast-down: the speed follows a ramp, the record is streamed to a file or returned."""
+"""Run-up: the speed follows a declared ramp, upwards or downwards."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import ConvergenceError, DataError
-from rotorsim.experiments.interrupt import Interrupt
-from rotorsim.experiments.recording import Recording
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import LONGEST, Experiment
+from rotorsim.experiments.parameters import param
+from rotorsim.experiments.running import Outcome, record, run
 from rotorsim.machine.numerics import SAMPLE
-from rotorsim.plant.plant import BLOCK, Plant, Signal
-from rotorsim.plant.simulation import split_columns
-from rotorsim.progress import track
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LONGEST = 1e6
-"""Longest run [s]."""
-SNAPSHOTS = 6
-"""Film pressures kept of a run, evenly spaced over it."""
+    from rotorsim.plant.plant import Plant, Signal
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a streamed run came to: samples simulated of those asked for, why it ended, numbers of the solver."""
+class Runup(Experiment):
+    """A linear ramp of the speed at constant supply pressure."""
 
-    samples: int
-    asked: int
-    ended: str
-    counters: dict[str, float]
+    name: ClassVar[str] = "runup"
+    start: float = param("rad/s", "Speed at the beginning.", 0.0, attr="start_speed")
+    stop: float = param(
+        "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, attr="stop_speed"
+    )
+    rate: float = param("rad/s^2", "Acceleration of the shaft, positive.", 200 * np.pi / 60)
+    pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
+
+    def check(self) -> None:
+        """Refuse a ramp that never arrives."""
+        ramp_time(self.start, self.stop, self.rate)
 
     @property
-    def complete(self) -> bool:
-        """Whether everything asked for was simulated."""
-        return self.samples == self.asked
+    def samples(self) -> int:
+        """Length in samples."""
+        return max(round(ramp_time(self.start, self.stop, self.rate) / SAMPLE), 1)
+
+    def initial(self) -> tuple[float, float]:
+        """Speed [rad/s] and gauge pressure [Pa] of the equilibrium it starts from."""
+        return self.start, self.pressure
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        rows = np.zeros((count, 6))
+        rows[:, 0] = self.start + (self.stop - self.start) * (first + 1 + np.arange(count)) / self.samples
+        rows[:, 1] = self.pressure
+        return rows
 
 
 def runup(
@@ -50,23 +62,30 @@ def runup(
     seed: int = 0,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Run up from speed `start` to `stop` [rad/s] at `rate` [rad/s^2] and gauge pressure [Pa]; returns the record."""
-    return plant.simulate(
-        ramp_time(start, stop, rate), _ramp(start, stop, rate), pressure, seed=seed, progress=progress
-    )
+    """Run up and return the record.
 
-
-def coastdown(
-    plant: Plant,
-    start: float = 2 * np.pi * 100,
-    stop: float = 0.0,
-    rate: float = 2 * np.pi * 40 / 60,
-    pressure: Signal = 0.3e6,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Coast down from `start` to `stop` [rad/s] at the declared `rate` [rad/s^2]; as `runup`."""
-    return runup(plant, start, stop, rate, pressure, seed, progress)
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    start, stop : float
+        Speeds [rad/s] at the beginning and at the end.
+    rate : float
+        Magnitude of the acceleration [rad/s^2].
+    pressure : float, callable or array
+        Gauge pressure [Pa]; a function of time or an array over the samples as `Plant.simulate` takes it.
+    seed : int
+        Of the plant's noise.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    if not callable(pressure) and np.ndim(pressure) == 0:
+        return run(plant, Runup(start, stop, rate, float(pressure)), seed, progress)  # type: ignore[arg-type]
+    ramp = Runup(start, stop, rate)
+    speed = np.append(start, ramp.rows(0, ramp.samples)[:, 0])
+    made = plant.simulate(ramp.samples * SAMPLE, speed, pressure, seed=seed, progress=progress)
+    attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
+    return made.assign_attrs(attrs)
 
 
 def record_runup(
@@ -79,56 +98,8 @@ def record_runup(
     seed: int = 0,
     progress: bool = False,
 ) -> Outcome:
-    """Run up as `runup` and stream to the NetCDF file `path`, with film pressures at `SNAPSHOTS` instants.
-
-    An interruption (KeyboardInterrupt) or a step without solution ends the run and keeps what was simulated.
-    """
-    samples = round(ramp_time(start, stop, rate) / SAMPLE)
-    attrs: dict[str, Any] = plant.provenance(seed) | {"experiment": "runup", "pressure": pressure}
-    attrs |= {"start_speed": start, "stop_speed": stop, "rate": rate}
-    has_film = plant.assembly.film_model is not None
-    marks = set(np.linspace(0, samples, SNAPSHOTS)[:-1].astype(int) // BLOCK)
-    ended = "complete"
-    with Interrupt() as interrupt, Recording(path, attrs) as recording:
-        simulation = plant.start(start, pressure)
-
-        def keep(table: np.ndarray, rows: np.ndarray) -> None:
-            time = (recording.samples + np.arange(len(table))) * SAMPLE
-            recording.write(time, split_columns(table, rows[: len(table)], has_film))
-
-        def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
-            for i in range(0, samples, BLOCK):
-                if interrupt.asked:
-                    raise KeyboardInterrupt
-                if has_film and i // BLOCK in marks:
-                    _snapshot(recording, simulation)
-                rows = ramp_rows(start, stop, samples, i, pressure)
-                try:
-                    yield simulation.advance(rows), rows
-                except ConvergenceError as error:
-                    keep(error.where["table"], rows)
-                    raise
-
-        try:
-            for table, rows in track(blocks(), samples, SAMPLE, progress):
-                keep(table, rows)
-        except KeyboardInterrupt:
-            ended = "interrupted"
-        except ConvergenceError as error:
-            ended = str(error)
-        if has_film and recording.samples:
-            _snapshot(recording, simulation)
-        recording.note(ended=ended, **simulation.counters)
-    return Outcome(recording.samples, samples, ended, simulation.counters)
-
-
-def ramp_rows(start: float, stop: float, samples: int, first: int, pressure: float) -> np.ndarray:
-    """Input rows of one block of a ramp of `samples` samples, from sample `first` on."""
-    count = min(BLOCK, samples - first)
-    rows = np.zeros((count, 6))
-    rows[:, 0] = start + (stop - start) * (first + 1 + np.arange(count)) / samples
-    rows[:, 1] = pressure
-    return rows
+    """Run up as `runup` and stream to the NetCDF file `path`; see `rotorsim.experiments.running.record`."""
+    return record(plant, Runup(start, stop, rate, pressure), path, seed, progress)
 
 
 def ramp_time(start: float, stop: float, rate: float) -> float:
@@ -141,16 +112,3 @@ def ramp_time(start: float, stop: float, rate: float) -> float:
     if duration > LONGEST:
         raise DataError(f"rate = {rate * 30 / np.pi:g} rpm/s: the run would last {duration / 86400:.3g} days; raise it")
     return duration
-
-
-def _ramp(start: float, stop: float, rate: float) -> np.ndarray:
-    """Speed at every sample of the ramp, its end included."""
-    n = round(ramp_time(start, stop, rate) / SAMPLE)
-    return np.linspace(start, stop, n + 1)
-
-
-def _snapshot(recording: Recording, simulation: Any) -> None:
-    grid = simulation.assembly.film_model.grid
-    time = simulation.samples * SAMPLE
-    speed = float(simulation.w[simulation.assembly.rotor.speed])
-    recording.snapshot(time, speed, grid.theta, grid.z, simulation.film_pressure())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
 from rotorsim.machine.units import show
 
@@ -17,7 +18,7 @@ SAME_PLACE = 1e-6
 
 def cross_check(machine: Machine) -> list[tuple[str, str]]:
     """Paths and sentences of all problems between parts."""
-    checks = (_on_shaft, _bearings_apart, _films, _effects)
+    checks = (_on_shaft, _bearings_apart, _films, _actuators, _effects)
     return [problem for check in checks for problem in check(machine)]
 
 
@@ -101,18 +102,41 @@ def _film(machine: Machine, path: str, film: GasFilm) -> Iterator[tuple[str, str
 
 
 def _effects(machine: Machine) -> Iterator[tuple[str, str]]:
-    has_film = any(isinstance(b, GasFilm) for b in machine.bearings)
     for name, entries in machine.effects.items():
+        if len(entries) > 1 and entries[0].single:
+            yield f"effects.{name}", f"there are {len(entries)} of them, and a machine has one; keep one table"
         for i, effect in enumerate(entries):
             path = _effect_path(name, i, len(entries))
-            placed = getattr(effect, "position", None) is not None or effect.influence == "mass"
-            if effect.place == "film" and not has_film:
-                yield (
-                    path,
-                    "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it",
-                )
-            elif effect.place == "disc" and not placed and not machine.discs:
-                yield f"{path}.position", "missing, and there is no disc to act on; write e.g. '25 mm'"
+            misplaced = _misplaced(machine, effect)
+            if misplaced:
+                yield f"{path}.{misplaced[0]}".rstrip("."), misplaced[1]
+                continue
+            for field, sentence in effect.problems(machine).items():
+                yield f"{path}.{field}".rstrip("."), sentence
+
+
+def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
+    """What an effect lacks to act on: field and sentence."""
+    placed = getattr(effect, "position", None) is not None or effect.influence != "node"
+    if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
+        return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
+    if effect.port == "actuator" and machine.actuators is None:
+        return "", "acts in the piezo actuators, but there are none; add [actuators] or remove it"
+    if effect.port in ("force", "motion") and effect.place == "disc" and not placed and not machine.discs:
+        return "position", "missing, and there is no disc to act on; write e.g. '25 mm'"
+    return None
+
+
+def _actuators(machine: Machine) -> Iterator[tuple[str, str]]:
+    if machine.actuators is None or machine.actuators.mode == "ideal":
+        return
+    if not machine.injectors:
+        yield "actuators", "there are no injectors whose pins they could move; add injectors or remove them"
+    if machine.actuators.mode == "reference":
+        for i, injector in enumerate(machine.injectors):
+            for name in ("pd_gain", "pd_zero"):
+                if getattr(injector, name) is None:
+                    yield f"injectors.{i}.{name}", "missing, but actuators.mode is 'reference'; add it"
 
 
 def _effect_path(name: str, index: int, entries: int) -> str:

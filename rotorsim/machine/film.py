@@ -77,3 +77,15 @@ class Injector(Part):
     reference: Literal["+x", "-x", "+y", "-y", "none"] = Field(
         description="Reference voltage that drives its pin, and its sign; '+' pushes the pin in (closes)."
     )
+    pd_gain: float | None = quantity(
+        "1", "Gain P of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e3
+    )
+    pd_zero: float | None = quantity(
+        "1/s", "Zero of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e6
+    )
+    amplifier_lag: float | None = quantity(
+        "s", "Time constant of its amplifier; that of all when not given.", None, low=0, high=10
+    )
+    stack_lag: float | None = quantity(
+        "s", "Time constant of its stack; that of all when not given.", None, low=0, high=10
+    )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from pydantic import model_validator
+from typing import Literal
+
+from pydantic import Field, model_validator
 
 from rotorsim.machine.part import Part, PartError, count, quantity
 from rotorsim.machine.units import show
+from rotorsim.sampling import SAMPLE
 
-SAMPLE = 2e-4
-"""Sampling time of the controller and of every record [s]."""
+__all__ = ["SAMPLE", "Grid", "Solver"]
 
 
 class Grid(Part):
@@ -16,6 +18,9 @@ class Grid(Part):
 
     n_theta: int = count("Intervals round the circumference.", 32, low=8, high=512, multiple=4)
     n_z: int = count("Intervals along the full length of the film.", 16, low=4, high=256, multiple=2)
+    symmetry: Literal["auto", "none"] = Field(
+        "auto", description="'auto' solves half a film that is symmetric about its middle, 'none' always all of it."
+    )
 
 
 class Solver(Part):

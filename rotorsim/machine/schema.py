@@ -20,6 +20,7 @@ from pydantic import (
 from rotorsim.effects import Effect
 from rotorsim.errors import MachineFileError
 from rotorsim.machine import edit, toml
+from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.effect_tables import read_effects
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
@@ -48,8 +49,10 @@ class Machine(Part):
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
     injectors: tuple[Injector, ...] = Field((), description="The injectors of the gas film.")
+    actuators: Actuators | None = Field(None, description="Piezo actuators of the pins; ideal when not given.")
+    drive: Drive = Field(Drive(), description="What turns and brakes the shaft.")
     probe: Probe | None = Field(None, description="Where displacement is measured; the first disc when not given.")
-    grid: Grid = Field(Grid(), description="Grid of the gas film.")
+    grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
 

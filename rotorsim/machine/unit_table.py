@@ -45,6 +45,7 @@ TABLE: dict[str, Dimension] = {
         ("rpm",),
         {"rad/s": "1", "rpm": _RPM, "krpm": _KRPM, "Hz": _TURN, "deg/s": _DEG},
     ),
+    "1/s": Dimension("angular frequency", "101 rad/s", ("rad/s",), {"rad/s": "1", "1/s": "1"}),
     "rad/s^2": Dimension(
         "rotational acceleration",
         "100 rpm/s",
@@ -69,13 +70,19 @@ TABLE: dict[str, Dimension] = {
         {"N/m": "1", "kN/m": "1e3", "MN/m": "1e6", "N/mm": "1e3", "N/um": "1e6"},
     ),
     "N*s/m": Dimension("damping", "100 N*s/m", ("N*s/m",), {"N*s/m": "1", "kN*s/m": "1e3", "N*s/mm": "1e3"}),
+    "N*m": Dimension("torque", "5 mN*m", ("mN*m", "N*m"), {"N*m": "1", "mN*m": "1e-3", "kN*m": "1e3"}),
+    "N*m*s": Dimension("torque/speed", "1e-5 N*m*s", ("N*m*s",), {"N*m*s": "1", "mN*m*s": "1e-3"}),
+    "1/K": Dimension("thermal expansion", "1.15e-5 1/K", ("1/K",), {"1/K": "1"}),
+    "Pa*s/kg": Dimension(
+        "pressure/flow", "1e8 Pa*s/kg", ("Pa*s/kg",), {"Pa*s/kg": "1", "kPa*s/kg": "1e3", "MPa*s/kg": "1e6"}
+    ),
     "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}),
     "m/V": Dimension("length/voltage", "4.2 um/V", ("um/V",), {"m/V": "1", "um/V": "1e-6", "mm/V": "1e-3"}),
     "J/(kg*K)": Dimension("gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}),
     "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),
 }
 
-CLOSED = frozenset({"rad", "rad/s", "rad/s^2"})
+CLOSED = frozenset({"rad", "rad/s", "rad/s^2", "1/s"})
 """Dimensions whose units are these and no others: pint takes radians for a number and 1 Hz for 1 rad/s."""
 
 

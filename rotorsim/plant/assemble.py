@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
@@ -10,14 +11,19 @@ import numpy as np
 
 from reynolds.grid import Grid, Layout, make_layout
 from reynolds.injector import Injector
-from reynolds.workspace import FILM_DTYPE, FilmModel, Gas
-from rotorsim.effects import Effect, numeric_fields
+from reynolds.workspace import FilmModel, Gas
+from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.errors import MachineFileError
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
 from rotorsim.plant.mesh import Mesh
+from rotorsim.plant.parameters import make_parameters
+from rotorsim.plant.rig import MODES, RigLayout, make_rig_layout
 from rotorsim.plant.rotor import RotorLayout, make_rotor_layout
+
+SUBSTEP = 5e-5
+"""Longest substep of the actuators [s]."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,7 @@ class Assembly:
     film_model: FilmModel | None
     film: Layout
     rotor: RotorLayout
+    rig: RigLayout
     calls: tuple[Call, ...]
     w: np.ndarray
     ix: np.ndarray
@@ -51,16 +58,44 @@ def assemble(machine: Machine) -> Assembly:
     mesh = Mesh(machine)
     film_model = make_film(machine)
     film, w, ix = _no_film() if film_model is None else _build(film_model)
-    effects = [(f"{name}_{i}", e) for name, es in machine.effects.items() for i, e in enumerate(es)]
-    effects = [(record, e) for record, e in effects if e.port != "contact" or film_model is not None]
-    contacts = sum(e.port == "contact" for _, e in effects)
-    n = mesh.reduced.Phi.shape[1]
-    rotor = make_rotor_layout(n, film.size, film.n_inj, len(effects), film_model is not None, contacts)
-    calls = tuple(Call(e, record, rotor.shapes + 2 * n * k) for k, (record, e) in enumerate(effects))
-    w = np.concatenate([w, np.zeros(rotor.size - film.size)])
+    effects = [
+        (f"{name}_{i}", e)
+        for name, es in machine.effects.items()
+        for i, e in enumerate(es)
+        if film_model is not None or e.port not in FILM_PORTS
+    ]
+    ports = {port: sum(e.port == port for _, e in effects) for port in PORTS}
+    rotor = make_rotor_layout(
+        mesh.reduced.Phi.shape[1], film.size, len(effects), film_model is not None, ports["contact"], ports["support"],
+        ports["rotating"] > 0,
+    )  # fmt: skip
+    calls = _number(effects, rotor)
+    rig = _rig(machine, rotor.size, film.n_inj, ports, calls)
+    w = np.concatenate([w, np.zeros(rig.size - film.size)])
     _fill_rotor(w, rotor, mesh, calls)
-    record = _record(machine, film_model, film, effects)
-    return Assembly(machine, mesh, film_model, film, rotor, calls, w, ix, record, compose(film, rotor, calls))
+    record = make_parameters(machine, mesh, film_model, film, effects)
+    module = compose(film, rotor, rig, calls)
+    return Assembly(machine, mesh, film_model, film, rotor, rig, calls, w, ix, record, module)
+
+
+def _number(effects: list[tuple[str, Effect]], rotor: RotorLayout) -> tuple[Call, ...]:
+    """Give every effect its place among those of its port, its shape rows and its states."""
+    seen: dict[str, int] = {}
+    states = {"actuator": 0, "": 0}
+    calls = []
+    for k, (record, e) in enumerate(effects):
+        kind = e.port if e.port == "actuator" else ""
+        calls.append(Call(e, record, rotor.shapes + 2 * rotor.n * k, states[kind], seen.get(e.port, 0)))
+        seen[e.port] = seen.get(e.port, 0) + 1
+        states[kind] += e.states
+    return tuple(calls)
+
+
+def _rig(machine: Machine, base: int, n_inj: int, ports: dict[str, int], calls: tuple[Call, ...]) -> RigLayout:
+    mode = MODES.index(machine.actuators.mode) if machine.actuators and n_inj else 0
+    stroke_states = sum(c.effect.states for c in calls if c.effect.port == "actuator")
+    states = sum(c.effect.states for c in calls if c.effect.port != "actuator")
+    return make_rig_layout(base, n_inj, mode, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports, stroke_states, states)
 
 
 def make_film(machine: Machine) -> FilmModel | None:
@@ -79,10 +114,12 @@ def make_film(machine: Machine) -> FilmModel | None:
         )
         for i in machine.injectors
     )  # fmt: skip
-    half = all(i.offset == 0 for i in injectors)
+    symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
+    half = machine.grid.symmetry == "auto" and symmetric and all(i.offset == 0 for i in injectors)
     grid = Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half)
     air = Gas(gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio)
-    return FilmModel(grid, film.clearance, air, injectors, machine.solver.minimum_film)
+    rarefied = any(e.port == "gas" for es in machine.effects.values() for e in es)
+    return FilmModel(grid, film.clearance, air, injectors, machine.solver.minimum_film, rarefied)
 
 
 def _build(model: FilmModel) -> tuple[Layout, np.ndarray, np.ndarray]:
@@ -98,51 +135,26 @@ def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:
 
 
 def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call, ...]) -> None:
-    reduced = mesh.reduced
-    for offset, matrix in ((rotor.K, reduced.K), (rotor.C, reduced.C), (rotor.G, reduced.G)):
-        w[offset : offset + rotor.n**2] = matrix.T.ravel()
+    """Write matrices and rows; those of the supports' coordinates stay zero here."""
+    reduced, n = mesh.reduced, rotor.n
+    named = [(rotor.K, reduced.K), (rotor.C, reduced.C), (rotor.G, reduced.G)]
+    if rotor.turning:
+        named += [(rotor.KS, mesh.shaft_stiffness), (rotor.N, mesh.circulation)]
+    for offset, matrix in named:
+        padded = np.zeros((n, n))
+        padded[: rotor.n_shaft, : rotor.n_shaft] = matrix.T
+        w[offset : offset + n**2] = padded.ravel()
     film = mesh.machine.film
-    if film is not None:
-        w[rotor.journal : rotor.journal + 2 * rotor.n] = mesh.shape(film.position).ravel()
-    w[rotor.disc : rotor.disc + 2 * rotor.n] = mesh.shape(mesh.probe).ravel()
-    for call in calls:
-        w[call.shape : call.shape + 2 * rotor.n] = influence(mesh, call.effect).ravel()
+    rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, influence(mesh, c.effect)) for c in calls]
+    rows += [] if film is None else [(rotor.journal, mesh.shape(film.position))]
+    for offset, shape in rows:
+        padded = np.zeros((2, n))
+        padded[:, : rotor.n_shaft] = shape
+        w[offset : offset + 2 * n] = padded.ravel()
 
 
 def influence(mesh: Mesh, effect: Effect) -> np.ndarray:
-    """Rows (2, 2n) through which an effect acts on the modes: a node's, or the whole mass's."""
-    return mesh.reduced.body() if effect.influence == "mass" else mesh.shape(mesh.place(effect))
-
-
-def _record(machine: Machine, film_model: FilmModel | None, film: Layout, effects: list[tuple[str, Effect]]) -> Any:
-    n = max(film.n_inj, 1)
-    scalars = ("tolerance", "dt", "sample", "seat_gap", "minimum_gap", "open_conductance", "loss_exponent")
-    # effects first: then no record is the beginning of another's, which numba would take for a subtype of it
-    types: list[Any] = [(record, [(f, "f8") for f in numeric_fields(type(e))]) for record, e in effects]
-    types += [(name, "f8") for name in scalars] + [("film", FILM_DTYPE)]
-    types += [(name, "f8", (n,)) for name in ("pin_bias", "pin_x", "pin_y")]
-    record = np.zeros(1, np.dtype(types)).view(np.recarray)
-    row = record[0]
-    row.tolerance, row.dt, row.sample = machine.solver.tolerance, machine.solver.time_step, SAMPLE
-    if film_model is not None:
-        record["film"] = film_model.record()
-        _fill_pins(row, machine, film_model)
-    for name, effect in effects:
-        for field in fields(effect):
-            if field.name != "position":
-                record[name][field.name] = getattr(effect, field.name)
-    return record
-
-
-def _fill_pins(row: Any, machine: Machine, film_model: FilmModel) -> None:
-    common = machine.injection
-    if common is None or not film_model.injectors:
-        return
-    first = film_model.injectors[0]
-    row.seat_gap, row.minimum_gap, row.loss_exponent = first.seat_gap, first.minimum_gap, first.loss_exponent
-    row.open_conductance = first.conductance(0.0)
-    for k, injector in enumerate(machine.injectors):
-        sign = {"+": 1.0, "-": -1.0}.get(injector.reference[0], 0.0) * common.pin_per_volt
-        row.pin_bias[k] = common.pin_bias
-        row.pin_x[k] = sign if injector.reference.endswith("x") else 0.0
-        row.pin_y[k] = sign if injector.reference.endswith("y") else 0.0
+    """Rows (2, 2n) through which an effect acts on the modes: a node's, the whole mass's or a bow's."""
+    if effect.influence == "mass":
+        return mesh.reduced.body()
+    return mesh.bow if effect.influence == "bow" else mesh.shape(mesh.place(effect))

@@ -1,12 +1,13 @@
 """Writes a machine's own kernel module: literal sizes, static calls of its effects, the step.
 
-The module is `step.py` with the names of `neutral.py` replaced. It lies in the user's cache folder under a name that
-hashes every source that goes into it, so a change of any kernel gives a new module, new parameter values never
-recompile, and numba's disk cache holds the machine code beside it.
+The module is the templates one after another, with the names of `neutral.py` replaced. It lies in the user's cache
+folder under a name that hashes every source that goes into it, so a change of any kernel gives a new module, new
+parameter values never recompile, and numba's disk cache holds the machine code beside it.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import importlib.util
 import inspect
@@ -24,66 +25,83 @@ from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root
 from rotorsim.effects import Effect
 from rotorsim.errors import DataError
+from rotorsim.plant.motion import SLOT
+from rotorsim.plant.ports import FUNCTIONS
+from rotorsim.plant.rig import RigLayout
 from rotorsim.plant.rotor import RotorLayout
 
-IMPORT = "from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_forces\n"
+TEMPLATES = ("piezo", "feed", "gap", "samples", "step", "run", "rest", "sample")
+NEEDED = """from reynolds.grid import Layout
+from reynolds.jit import inlined
+from rotorsim.plant.motion import NUDGE, add_tangent, form_compliance, guess, mend, miss, velocity
+from rotorsim.plant.rig import RigLayout
+from rotorsim.plant.rotor import RotorLayout, add_force, build_support, project"""
 
 
 @dataclass(frozen=True)
 class Call:
-    """One effect of a machine: instance, name in the parameter record, offset of its (2, n) shape rows."""
+    """One effect of a machine: instance, name in the parameter record, offsets of its (2, n) shape rows and states."""
 
     effect: Effect
     record: str
     shape: int
+    state: int
+    order: int
+    """Its number among the effects of its port."""
 
 
-def compose(film: Layout, rotor: RotorLayout, calls: Sequence[Call]) -> ModuleType:
+def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> ModuleType:
     """Write (once) and import the kernel module for these sizes and effects."""
-    template = (Path(__file__).parent / "step.py").read_text()
-    body = template.replace(IMPORT, _imports(calls)) + "\n\n"
-    head, rest = body.split("PARTS = 1024", 1)
-    text = head + _literals(film, rotor) + _add_forces(calls) + _contact_forces(calls) + "PARTS = 1024" + rest
+    imports, bodies = _templates()
+    kernels = [f"from {k.__module__} import {k.__name__} as {c.record}_kernel" for c in calls if (k := _kernel(c))]
+    literals = f"FILM = {film!r}\nROTOR = {rotor!r}\nRIG = {rig!r}"
+    functions = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
+    head = "\n".join([NEEDED, *imports, *kernels])
+    text = "\n\n\n".join([head, literals, *functions, *bodies]) + "\n"
     digest = hashlib.sha256((text + _sources_hash(calls)).encode()).hexdigest()[:16]
     return _load(f"rotorsim_plant_{digest}", text)
+
+
+def _kernel(call: Call) -> Any:
+    return type(call.effect).kernel
+
+
+def _templates() -> tuple[list[str], list[str]]:
+    """Imports from elsewhere and bodies of all templates."""
+    inside = {f"rotorsim.plant.{name}" for name in ("neutral", *TEMPLATES)} | {"__future__"}
+    imports: dict[str, None] = {}
+    bodies = []
+    for name in TEMPLATES:
+        source = (Path(__file__).parent / f"{name}.py").read_text(encoding="utf-8")
+        lines = source.splitlines()
+        nodes = ast.parse(source).body
+        imported = [n for n in nodes if isinstance(n, (ast.Import, ast.ImportFrom))]
+        for node in imported:
+            if getattr(node, "module", None) not in inside:
+                imports[ast.unparse(node)] = None
+        bodies.append("\n".join(lines[imported[-1].end_lineno or 0 :]).strip())
+    return list(imports), bodies
+
+
+def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
+    """What the lines of `ports` are filled with."""
+    own = f"k * {rig.n_stroke_states} + {call.state}"
+    return {
+        "kernel": f"{call.record}_kernel",
+        "p": f"P.{call.record}",
+        "shape": call.shape,
+        "slot": rig.motion + SLOT * call.order,
+        "state": rig.states + call.state,
+        "old": f"RIG.old + {own}",
+        "new": f"RIG.new + {own}",
+        "dof": rotor.n_shaft + 2 * call.order,
+    }
 
 
 def is_compiled(module: ModuleType) -> bool:
     """Whether machine code of the module's step is in the disk cache already."""
     folder = cache_folder([Path(str(module.__file__))])
     return folder.exists() and any(folder.rglob(f"{module.__name__}.run-*.nbi"))
-
-
-def _imports(calls: Sequence[Call]) -> str:
-    kernels = [(type(c.effect).kernel, c.record) for c in calls]
-    lines = [f"from {k.__module__} import {k.__name__} as {record}_kernel" for k, record in kernels]
-    return "\n".join(["from reynolds.grid import Layout", "from reynolds.jit import inlined", *lines]) + (
-        "\nfrom rotorsim.plant.rotor import RotorLayout\n"
-    )
-
-
-def _literals(film: Layout, rotor: RotorLayout) -> str:
-    return f"FILM = {film!r}\nROTOR = {rotor!r}\n"
-
-
-def _add_forces(calls: Sequence[Call]) -> str:
-    lines = ["@inlined", "def add_forces(w, P, t, angle, speed, acceleration):"]
-    for call in calls:
-        if call.effect.port == "force":
-            lines += [f"    fx, fy = {call.record}_kernel(t, angle, speed, acceleration, P.{call.record})"]
-            lines += [f"    add_force(w, ROTOR, {call.shape}, fx, fy, ROTOR.f)"]
-    return "\n\n" + "\n".join(lines if len(lines) > 2 else [*lines, "    pass"]) + "\n"
-
-
-def _contact_forces(calls: Sequence[Call]) -> str:
-    lines = ["@inlined", "def contact_forces(x, y, vx, vy, surface_speed, P):"]
-    lines += ["    fx, fy, kxx, kxy, kyx, kyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0"]
-    for call in calls:
-        if call.effect.port == "contact":
-            arguments = f"P.film.clearance, x, y, vx, vy, surface_speed, P.{call.record}"
-            lines += [f"    a, b, c, d, e, f = {call.record}_kernel({arguments})"]
-            lines += ["    fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + f"]
-    return "\n\n" + "\n".join([*lines, "    return fx, fy, kxx, kxy, kyx, kyy"]) + "\n\n\n"
 
 
 def _sources_hash(calls: Sequence[Call]) -> str:

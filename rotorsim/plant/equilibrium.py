@@ -1,21 +1,18 @@
-r"""Static equilibrium of rotor, film and plena.
-
-With K_s = K + k_n Phi_b' Phi_b (k_n the nominal spring, which makes K_s regular), H = Phi_b K_s^-1 Phi_b' and
-X_f = Phi_b K_s^-1 f, the journal's equation is  (H^-1 - k_n) X - F(X) = H^-1 X_f:  exact, whatever k_n.
-"""
+"""The equilibrium of a plant: `rest` called, its status as an exception, its workspace as numbers with names."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from reynolds.steady import settle_film
-from rotorsim.errors import NoLiftOffError
-from rotorsim.plant.assemble import Assembly, influence
+from rotorsim.errors import ConvergenceError, MachineFileError, NoLiftOffError
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.rest import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
 
-DAMPING = 2e3
-"""Damper [N s/m] on the journal while it settles."""
+SLOW = 1e-6
+"""Velocity [m/s] of difference quotients."""
 
 
 @dataclass(frozen=True)
@@ -30,81 +27,77 @@ class Equilibrium:
     h_min: float
 
 
-def modal_force(a: Assembly, steady: bool, speed: float) -> np.ndarray:
-    """Modal force (2n,) at angle 0 of the effects that are `steady`, like gravity, or of those that are not."""
-    total = np.zeros(a.rotor.n)
+def matrix(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:
+    """A modal matrix (n, n) out of a workspace."""
+    n = a.rotor.n
+    return np.array(w[offset : offset + n * n].reshape(n, n).T)
+
+
+def rows(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:
+    """Rows (2, n) out of a workspace: displacement = rows @ q, modal force = force @ rows."""
+    return np.array(w[offset : offset + 2 * a.rotor.n].reshape(2, a.rotor.n))
+
+
+def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
+    """Modal stiffness (n, n) at rest where w stands: with the tangent of forces that depend on the motion."""
+    w = w.copy()
+    a.module.static_terms(w, a.P, speed)
+    return matrix(a, a.rotor.KT, w)
+
+
+def damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
+    """Modal damping (n, n), gyroscopic terms included."""
+    C = matrix(a, a.rotor.C, w) + speed * matrix(a, a.rotor.G, w) + motion_damping(a, w, speed)
+    return C + turning_time(a) * matrix(a, a.rotor.KS, w) if a.rotor.turning else C
+
+
+def motion_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
+    """Modal damping (n, n) of steady forces that depend on the velocity, at rest where w stands."""
+    total = np.zeros((a.rotor.n, a.rotor.n))
+    q = w[a.rotor.q : a.rotor.q + a.rotor.n]
     for call in a.calls:
-        effect = type(call.effect)
-        if effect.port == "force" and effect.steady == steady:
-            kernel = getattr(effect.kernel, "py_func", effect.kernel)
-            force = kernel(0.0, 0.0, speed, 0.0, getattr(a.P, call.record))
-            total += np.asarray(force) @ influence(a.mesh, call.effect)
+        if call.effect.port == "motion" and call.effect.steady:
+            kernel = type(call.effect).kernel
+            force = partial(getattr(kernel, "py_func", kernel), 0.0, 0.0, speed, *(rows(a, call.shape, w) @ q))
+            steps = ((SLOW, 0.0), (0.0, SLOW))
+            p = getattr(a.P, call.record)
+            slope = [np.subtract(force(*v, p), force(*np.negative(v), p)) / (2 * SLOW) for v in steps]
+            shape = rows(a, call.shape, w)
+            total -= shape.T @ np.stack(slope, axis=1) @ shape
     return total
+
+
+def turning_time(a: Assembly) -> float:
+    """Damping time [s] of the turning shaft, all effects together."""
+    times = (call for call in a.calls if call.effect.port == "rotating")
+    return sum(getattr(k := type(c.effect).kernel, "py_func", k)(getattr(a.P, c.record)) for c in times)
 
 
 def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     """Workspace with the machine at rest in equilibrium at `speed` [rad/s] and gauge pressure [Pa].
 
-    Raises NoLiftOffError where the film does not carry the rotor.
+    Raises NoLiftOffError where the film does not carry the rotor, MachineFileError where an actuator cannot hold its
+    pin at the bias, ConvergenceError where effects find no rest.
     """
-    w = a.w.copy()
-    f = modal_force(a, True, speed)
-    K = a.mesh.reduced.K
-    if a.film_model is None:
-        _put_rotor(w, a, np.linalg.solve(K, f))
-        return _clock(w, a, speed)
-    L, film = a.film, a.machine.film
-    assert film is not None
-    B = a.mesh.shape(film.position)
-    nominal = film.nominal_stiffness
-    Ks = K + nominal * B.T @ B
-    H = np.linalg.inv(B @ np.linalg.solve(Ks, B.T))
-    load = H @ B @ np.linalg.solve(Ks, f)
-    supply = pressure + a.film_model.gas.ambient_pressure
-    w[L.supply : L.supply + L.n_inj] = supply
-    w[L.static_a : L.static_a + 4] = (H - nominal * np.eye(2)).ravel()
-    w[L.journal_b : L.journal_b + 4] = np.eye(2).ravel()
-    w[L.static_rhs : L.static_rhs + 2] = load
-    converged = settle_film(
-        w, L, lambda iadt, tolerance: a.module.pseudo_step(w, a.ix, a.P, speed, iadt, tolerance, DAMPING)
-    )
-    X, F = w[L.journal : L.journal + 2], w[L.force : L.force + 2]
-    if not converged or not np.hypot(*X) < film.clearance - 2 * a.machine.solver.minimum_film:
-        remedy = "raise the injection pressure" if L.n_inj else "start at a higher speed"
+    w = np.empty_like(a.w)
+    status = a.module.settle(w, a.w, a.ix, a.P, float(speed), pressure + a.machine.gas.ambient_pressure)
+    if status == BEYOND_STROKE:
+        raise MachineFileError(
+            f"injection.pin_bias: '{a.P.pin_bias[0] * 1e6:.4g} um' is beyond the stroke of the actuators between "
+            f"{a.P.volt_low:g} V and {a.P.volt_high:g} V; change it or actuators.sensitivity"
+        )
+    if status == NO_LIFT_OFF:
+        remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
+        load = np.hypot(*w[a.film.static_rhs : a.film.static_rhs + 2])
         raise NoLiftOffError(
             f"no lift-off: at {pressure / 1e6:.3g} MPa gauge and {speed * 30 / np.pi:.0f} rpm the film does not carry "
-            f"the {np.hypot(*load):.1f} N on it; {remedy}"
+            f"the {load:.1f} N on it; {remedy}"
         )
-    _put_rotor(w, a, np.linalg.solve(Ks, f + B.T @ (F + nominal * X)))
-    _put_film(w, a, supply)
-    return _clock(w, a, speed)
-
-
-def _put_rotor(w: np.ndarray, a: Assembly, q: np.ndarray) -> None:
-    R = a.rotor
-    for offset in (R.q, R.q_old):
-        w[offset : offset + R.n] = q
-
-
-def _put_film(w: np.ndarray, a: Assembly, supply: float) -> None:
-    """Give the film a past at rest and no rates."""
-    L, R = a.film, a.rotor
-    for offset in (L.p_1, L.p_2, L.p_3):
-        w[offset : offset + L.length] = w[L.p : L.p + L.length]
-    for offset in (L.plenum_1, L.plenum_2, L.plenum_3, L.plenum_old):
-        w[offset : offset + L.n_inj] = w[L.plenum : L.plenum + L.n_inj]
-    w[L.m_old : L.m_old + L.length] = w[L.m : L.m + L.length]
-    w[L.rate : L.rate + L.length] = 0.0
-    w[L.convergence : L.convergence + 8] = 0.0
-    w[R.pin : R.pin + L.n_inj] = a.P.pin_bias[: L.n_inj]
-    w[R.supply] = supply
-
-
-def _clock(w: np.ndarray, a: Assembly, speed: float) -> np.ndarray:
-    """Set the speed, and the acceleration with which what turns with the shaft starts to act."""
-    R = a.rotor
-    w[R.speed] = speed
-    w[R.a_old : R.a_old + R.n] = modal_force(a, False, speed)
+    if status == RESTLESS:
+        raise ConvergenceError(
+            f"equilibrium: at {pressure / 1e6:.3g} MPa gauge and {speed * 30 / np.pi:.0f} rpm supply line or "
+            "motion-dependent forces find no rest; lower the droop, gaps or stiffnesses of these effects"
+        )
     return w
 
 
@@ -112,7 +105,7 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     """Read an equilibrium out of a workspace that `settle` returned."""
     L, R = a.film, a.rotor
     q = w[R.q : R.q + R.n]
-    disc = a.mesh.shape(a.mesh.probe) @ q
+    disc = rows(a, R.disc, w) @ q
     film = a.machine.film
     if film is None:
         nothing = np.full(2, np.nan)
@@ -120,4 +113,5 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     X = w[L.journal : L.journal + 2].copy()
     e = float(np.hypot(*X))
     flow = w[L.film_flow : L.film_flow + L.n_inj].copy()
-    return Equilibrium(disc, X, e / film.clearance, w[L.force : L.force + 2].copy(), flow, film.clearance - e)
+    gap = float(a.module.narrowest(w, a.P))
+    return Equilibrium(disc, X, e / film.clearance, w[L.force : L.force + 2].copy(), flow, gap)

@@ -7,6 +7,9 @@ couples to the rotor through X = Phi_b q and F; its storage matrix is diagonal, 
 The delay of an axis is that of the film force behind the reference with the journal held in place: the phase delay of
 -F_y (J + i omega S)^-1 J_u at the axis' natural frequency. It is what plenum and film take to answer the pin; nothing
 in the model is called a delay.
+
+Pins are ideal here, `pin_per_volt` metres for a volt: actuators are fast against the rotor, and their hysteresis has no
+linear model. Forces that vary with the shaft angle (a crack) and the flow in a supply line are held.
 """
 
 from __future__ import annotations
@@ -19,9 +22,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigs, splu
 
+from reynolds.injector import Injector
 from reynolds.perturbation import LinearFilm, linear_film
 from rotorsim.errors import DataError
 from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.equilibrium import damping, rows, stiffness
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
@@ -133,20 +138,16 @@ class LinearPlant:
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
     if a.film_model is None:
-        return _rotor_only(a, speed)
+        return _rotor_only(a, w, speed)
     film = linear_film(a.film_model, a.film, w, a.ix, a.P.film, speed)
-    n, m = len(film.S), a.rotor.n
-    machine_film = a.machine.film
-    assert machine_film is not None
-    Bf, Bd = a.mesh.shape(machine_film.position), a.mesh.shape(a.mesh.probe)
-    reduced = a.mesh.reduced
+    K, C, Bf, Bd = _rotor(a, w, speed)
+    n, m = len(film.S), len(K)
     eye = sparse.identity(m)
     J = sparse.bmat(
         [
             [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],
             [None, None, eye],
-            [sparse.csr_matrix(Bf.T @ film.F_y), -sparse.csr_matrix(reduced.K),
-             -sparse.csr_matrix(reduced.C + speed * reduced.G)],
+            [sparse.csr_matrix(Bf.T @ film.F_y), -sparse.csr_matrix(K), -sparse.csr_matrix(C)],
         ]
     ).tocsc()  # fmt: skip
     E = np.zeros((n + 2 * m, 5))
@@ -154,7 +155,7 @@ def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     E[:n, 4] = -film.J_u[:, -1]
     E[n + m :, 2:4] = Bd.T
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
-    return LinearPlant(np.concatenate([film.S, np.ones(2 * m)]), J, E, H, reduced.frequencies.min(), film)
+    return LinearPlant(np.concatenate([film.S, np.ones(2 * m)]), J, E, H, a.mesh.reduced.frequencies.min(), film)
 
 
 def _pin_gains(a: Assembly) -> np.ndarray:
@@ -164,21 +165,41 @@ def _pin_gains(a: Assembly) -> np.ndarray:
     if common is None or a.film_model is None:
         return gains
     for k, injector in enumerate(a.film_model.injectors):
-        pin, step = common.pin_bias, 1e-9
-        slope = (injector.conductance(pin + step) - injector.conductance(pin - step)) / (2 * step)
+        step = 1e-9
+        slope = (_conductance(a, k, injector, step) - _conductance(a, k, injector, -step)) / (2 * step)
         gains[k] = slope * a.P.pin_x[k], slope * a.P.pin_y[k]
     return gains
 
 
-def _rotor_only(a: Assembly, speed: float) -> LinearPlant:
-    m, reduced = a.rotor.n, a.mesh.reduced
-    Bd = a.mesh.shape(a.mesh.probe)
-    J = np.block([[np.zeros((m, m)), np.eye(m)], [-reduced.K, -(reduced.C + speed * reduced.G)]])
+def _conductance(a: Assembly, k: int, injector: Injector, step: float) -> float:
+    """Pin conductance of injector k with its pin `step` [m] beyond the bias, effects on it included."""
+    common = a.machine.injection
+    assert common is not None
+    opening = max(common.seat_gap - common.pin_bias - step, common.minimum_gap) / common.seat_gap
+    for call in a.calls:
+        if call.effect.port == "injector":
+            kernel = type(call.effect).kernel
+            opening, _ = getattr(kernel, "py_func", kernel)(0.0, k, opening, 0.0, getattr(a.P, call.record))
+    return injector.conductance((1 - opening) * common.seat_gap)
+
+
+def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Modal stiffness and damping, rows of journal and disc; a support that does not move the film is left out."""
+    K, C, Bd = stiffness(a, w, speed), damping(a, w, speed), rows(a, a.rotor.disc, w)
+    Bf = np.zeros_like(Bd) if a.film_model is None else rows(a, a.rotor.journal, w)
+    moves = (np.arange(a.rotor.n) < a.rotor.n_shaft) | Bf.any(axis=0)
+    moves[a.rotor.n_shaft :] = np.repeat(moves[a.rotor.n_shaft :].reshape(-1, 2).any(axis=1), 2)
+    return K[np.ix_(moves, moves)], C[np.ix_(moves, moves)], Bf[:, moves], Bd[:, moves]
+
+
+def _rotor_only(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
+    K, C, _, Bd = _rotor(a, w, speed)
+    m = len(K)
+    J = np.block([[np.zeros((m, m)), np.eye(m)], [-K, -C]])
     E = np.zeros((2 * m, 5))
     E[m:, 2:4] = Bd.T
-    return LinearPlant(
-        np.ones(2 * m), sparse.csc_matrix(J), E, np.hstack([Bd, np.zeros((2, m))]), reduced.frequencies.min()
-    )
+    near = a.mesh.reduced.frequencies.min()
+    return LinearPlant(np.ones(2 * m), sparse.csc_matrix(J), E, np.hstack([Bd, np.zeros((2, m))]), near)
 
 
 def _near_eigenvalues(S: np.ndarray, J: Any, near: float, count: int = 8) -> tuple[np.ndarray, np.ndarray]:

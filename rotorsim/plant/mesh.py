@@ -59,6 +59,8 @@ class Mesh:
             return film.position
         if effect.place == "start":
             return self.machine.shaft.start
+        if effect.place == "bearing":
+            return next((b.position for b in self.machine.bearings if isinstance(b, LinearBearing)), self.probe)
         return self.machine.discs[0].position if self.machine.discs else self.probe
 
     def node(self, z: float) -> int:
@@ -68,12 +70,13 @@ class Mesh:
     @cached_property
     def rotor(self) -> Rotor:
         """The finite-element rotor with its linear bearings."""
-        machine = self.machine
-        discs = [
-            DiskElement(self.node(d.position), d.mass, d.diametral_inertia, d.polar_inertia) for d in machine.discs
+        bearings = [self._bearing(b) for b in self.machine.bearings if isinstance(b, LinearBearing)]
+        return Rotor(self._elements(), self._discs(), bearings)
+
+    def _discs(self) -> list[DiskElement]:
+        return [
+            DiskElement(self.node(d.position), d.mass, d.diametral_inertia, d.polar_inertia) for d in self.machine.discs
         ]
-        bearings = [self._bearing(b) for b in machine.bearings if isinstance(b, LinearBearing)]
-        return Rotor(self._elements(), discs, bearings)
 
     def _elements(self) -> list[ShaftElement]:
         shaft = self.machine.shaft
@@ -114,3 +117,57 @@ class Mesh:
     def shape(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at z [m]."""
         return self.reduced.shape(self.node(z))
+
+    def residual_compliance(self, z: float) -> float:
+        """Static compliance at z [m/N], mean of both planes, that the modes left out would add."""
+        film, stiffness = self.machine.film, self.rotor.K().copy()
+        if film is not None:
+            held = [4 * self.node(film.position), 4 * self.node(film.position) + 1]
+            stiffness[held, held] += film.nominal_stiffness
+        at = 4 * self.node(z) + np.arange(2)
+        whole = np.linalg.inv(stiffness)[at, at]
+        reduced, shape = self.reduced, self.shape(z)
+        kept = shape @ np.linalg.solve(reduced.Phi.T @ stiffness @ reduced.Phi, shape.T)
+        return float(np.mean(whole - np.diag(kept)))
+
+    @cached_property
+    def free_stiffness(self) -> np.ndarray:
+        """Stiffness (ndof, ndof) of the shaft alone [N/m, N, N m]: without bearings."""
+        return Rotor(self._elements(), self._discs(), []).K()
+
+    @property
+    def shaft_stiffness(self) -> np.ndarray:
+        """Stiffness of the shaft alone in modal coordinates (2n, 2n) [1/s2]."""
+        Phi = self.reduced.Phi
+        return np.asarray(Phi.T @ self.free_stiffness @ Phi)
+
+    @property
+    def circulation(self) -> np.ndarray:
+        """N (2n, 2n) [1/s2]: damping beta K_s in the turning frame adds Omega beta N to the stiffness."""
+        Phi = self.reduced.Phi
+        turned = np.zeros_like(Phi)
+        # e_z x (x, y) = (-y, x), and so the two rotations
+        for a, b in ((0, 1), (2, 3)):
+            turned[a::4], turned[b::4] = -Phi[b::4], Phi[a::4]
+        return np.asarray(-Phi.T @ self.free_stiffness @ turned)
+
+    @cached_property
+    def bow(self) -> np.ndarray:
+        """Modal force rows (2, 2n) of a shaft that is bent, unloaded, by a half wave of 1 m between its bearings."""
+        places = sorted(b.position for b in self.machine.bearings)
+        first, last = (places[0], places[-1]) if len(places) > 1 else (self.machine.shaft.start, self.machine.shaft.end)
+        wave = np.pi * (self.nodes - first) / (last - first)
+        slope = np.pi / (last - first) * np.cos(wave)
+        bent = np.zeros((2, 4 * len(self.nodes)))
+        # beta turns x' > 0 and alpha y' < 0
+        bent[0, 0::4], bent[0, 3::4] = np.sin(wave), slope
+        bent[1, 1::4], bent[1, 2::4] = np.sin(wave), -slope
+        return np.asarray(bent @ self.free_stiffness @ self.reduced.Phi)
+
+    @property
+    def polar_inertia(self) -> float:
+        """Moment of inertia of shaft and discs about the axis [kg m2]."""
+        shaft = self.machine.shaft
+        rho = shaft.material.density
+        turned = [np.pi / 32 * rho * s.length * (s.outer_diameter**4 - s.inner_diameter**4) for s in shaft.sections]
+        return float(sum(turned) + sum(d.polar_inertia for d in self.machine.discs))

@@ -15,6 +15,7 @@ from rotorsim.machine import load_machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
+from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.simulation import Simulation, split_columns
 
@@ -73,9 +74,11 @@ class Plant:
 
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
-    def start(self, speed: float = 0.0, pressure: float = 0.0) -> Simulation:
-        """A simulation that stands at the equilibrium."""
-        return Simulation.at_equilibrium(self.assembly, speed, pressure)
+    def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
+        """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise."""
+        if not 0 <= seed < 2**53 or seed != int(seed):
+            raise DataError(f"seed = {seed}: give a whole number from 0 to 2^53 - 1")
+        return Simulation.at_equilibrium(self.assembly, speed, pressure, seed)
 
     def simulate(
         self,
@@ -93,8 +96,9 @@ class Plant:
 
         speed [rad/s] and pressure [Pa, gauge] are numbers, functions of time or arrays over the samples; reference
         [V] and disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is
-        held. A controller sees `disc_measured` of a sample and acts on the next. `initial` is "equilibrium" or a
-        `Simulation` to go on with. Raises NoLiftOffError, ConvergenceError, DataError.
+        held; a speed of NaN turns the drive off, so that the shaft coasts. A controller sees `disc_measured` of a
+        sample and acts on the next. `initial` is "equilibrium" or a `Simulation` to go on with. `seed` makes the
+        sensors' noise and nothing else. Raises NoLiftOffError, ConvergenceError, DataError.
         """
         from identification import make_record
         from rotorsim.progress import track
@@ -102,7 +106,7 @@ class Plant:
         if not isinstance(initial, Simulation) and initial != "equilibrium":
             raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to go on with")
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
-        simulation = self.start(*start) if isinstance(initial, str) else initial
+        simulation = self.start(*start, seed=seed) if isinstance(initial, str) else initial
         begin = simulation.samples
         blocks = list(track(_run(simulation, inputs, controller), len(inputs), SAMPLE, progress))
         table = np.concatenate([t for t, _ in blocks])
@@ -127,7 +131,7 @@ class Plant:
         if duration > LONGEST:
             raise DataError(f"duration = {duration:g} s: at most {LONGEST:g} s fit into memory; run it in parts")
         rows = np.zeros((n, 6))
-        speeds = _scalars(speed, n + 1, "speed")
+        speeds = _scalars(speed, n + 1, "speed", True)
         rows[:, 0] = speeds[1:]
         rows[:, 1] = _scalars(pressure, n, "pressure")
         ambient = self.machine.gas.ambient_pressure
@@ -172,10 +176,11 @@ def _run(
         used[2:4] += reference
         table = simulation.advance(used[None])
         yield table, used[None]
-        reference = np.asarray(controller.step(table[0, 0:2], float(table[0, 5]), float(row[1])), float)
+        measured, speed, pressure = table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4]
+        reference = np.asarray(controller.step(measured.copy(), float(speed), float(pressure)), float)
 
 
-def _scalars(signal: Signal, n: int, name: str) -> np.ndarray:
+def _scalars(signal: Signal, n: int, name: str, gaps: bool = False) -> np.ndarray:
     """Values (n,) of a signal at the samples; an array may be one shorter than n and then keeps its last value."""
     if callable(signal):
         values = np.array([float(signal(k * SAMPLE)) for k in range(n)])
@@ -185,6 +190,8 @@ def _scalars(signal: Signal, n: int, name: str) -> np.ndarray:
             values = np.full(n, float(values))
         elif len(values) == n - 1:
             values = np.append(values, values[-1])
+    if gaps and n and np.isfinite(values[0]):
+        return np.where(np.isnan(values), np.nan, _checked(np.nan_to_num(values, posinf=np.inf), (n,), name))
     return _checked(values, (n,), name)
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.errors import ConvergenceError
+from rotorsim.errors import ConvergenceError, DataError
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.samples import COLUMNS
 
 
 @dataclass
@@ -22,14 +22,16 @@ class Simulation:
     w: np.ndarray
 
     @classmethod
-    def at_equilibrium(cls, assembly: Assembly, speed: float, pressure: float) -> Simulation:
-        """Start at the static equilibrium for a speed [rad/s] and gauge pressure [Pa]."""
-        return cls(assembly, settle(assembly, speed, pressure))
+    def at_equilibrium(cls, assembly: Assembly, speed: float, pressure: float, seed: int = 0) -> Simulation:
+        """Start at the static equilibrium for a speed [rad/s] and gauge pressure [Pa]; `seed` makes the noise."""
+        w = settle(assembly, speed, pressure)
+        w[assembly.rig.seed] = seed
+        return cls(assembly, w)
 
     @property
     def samples(self) -> int:
         """Samples done since the start."""
-        return round(self.w[self.assembly.rotor.time] / SAMPLE)
+        return int(self.w[self.assembly.rig.tick])
 
     @property
     def columns(self) -> int:
@@ -39,14 +41,15 @@ class Simulation:
     def advance(self, inputs: np.ndarray) -> np.ndarray:
         """Advance by one sample (0.2 ms) per row of inputs; returns the state BEFORE each as (n, columns).
 
-        inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, gauge], reference x, y [V], disc force
-        x, y [N]. Raises ConvergenceError with the time, and with the
+        inputs (n, 6): speed at the sample's end [rad/s] (NaN: the drive is off), supply pressure [Pa, gauge], reference
+        x, y [V], disc force x, y [N]. Raises ConvergenceError with the time, and with the
         samples done in its `where["table"]`, if a step cannot be solved at any size.
         """
         a = self.assembly
         rows = np.array(inputs, float)
+        _check_reference(a, rows)
         rows[:, 1] += a.machine.gas.ambient_pressure
-        out = np.empty((len(rows), self.columns))
+        out = np.zeros((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.P, rows, out, a.steps_per_sample)
         if done < len(rows):
             speed = self.w[a.rotor.speed] * 30 / np.pi
@@ -86,6 +89,18 @@ class Simulation:
         }
 
 
+def _check_reference(a: Assembly, rows: np.ndarray) -> None:
+    actuators = a.machine.actuators
+    if actuators is None or not len(rows):
+        return
+    largest = float(np.abs(rows[:, 2:4]).max())
+    if largest > actuators.limit * (1 + 1e-12):
+        raise DataError(
+            f"reference: reaches {largest:g} V, the actuators take {actuators.limit:g} V; "
+            "make it smaller or change actuators.limit"
+        )
+
+
 def split_columns(table: np.ndarray, inputs: np.ndarray, has_film: bool) -> dict[str, Any]:
     """Variables of the record schema from a sample table and the inputs that were held during each sample."""
     at = {name: i for i, name in enumerate(COLUMNS)}
@@ -93,11 +108,12 @@ def split_columns(table: np.ndarray, inputs: np.ndarray, has_film: bool) -> dict
     def pair(name: str) -> np.ndarray:
         return np.ascontiguousarray(table[:, at[f"{name}_x"] : at[f"{name}_y"] + 1])
 
-    disc = pair("disc")
-    values: dict[str, Any] = {"disc": disc, "disc_measured": disc, "angle": table[:, at["angle"]]}
-    values |= {"speed": table[:, at["speed"]], "disc_force": inputs[:, 4:6]}
+    values: dict[str, Any] = {name: pair(name) for name in ("disc", "disc_measured")}
+    values |= {name: table[:, at[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
+    values |= {"disc_force": inputs[:, 4:6]}
     if has_film:
         values |= {name: pair(name) for name in ("journal", "film_force")}
-        values |= {name: table[:, at[name]] for name in ("pressure", "h_min", "mass_flow", "contact")}
+        scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
+        values |= {name: table[:, at[name]] for name in scalars}
         values |= {"pin": table[:, len(COLUMNS) :], "reference": inputs[:, 2:4]}
     return values

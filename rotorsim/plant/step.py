@@ -1,6 +1,6 @@
-"""The coupled step: film, plena and rotor in one implicit TR-BDF2 step, and the loop over samples.
+"""The coupled step: film, plena and rotor in one implicit TR-BDF2 step.
 
-This file is both a module (with the stand-ins of `neutral`) and the template from which `compose` writes a machine's
+This file is both a module (with the stand-ins of `neutral`) and a template from which `compose` writes a machine's
 own module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects. A
 step that does not converge is taken back and repeated as two of half the size.
 """
@@ -12,20 +12,32 @@ import math
 from reynolds.film import force
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
-from reynolds.steady import begin_pseudo_step
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
-from rotorsim.plant.actuator import set_pins, set_supply
-from rotorsim.plant.neutral import FILM, ROTOR, add_forces, contact_forces
+from rotorsim.plant.feed import feed_stage
+from rotorsim.plant.gap import shape_gap
+from rotorsim.plant.neutral import (
+    FILM,
+    RIG,
+    ROTOR,
+    add_forces,
+    add_motion,
+    contact_forces,
+    form_motion,
+    guess_motion,
+    mend_motion,
+    missed_motion,
+    rotating_damping,
+)
 from rotorsim.plant.rotor import (
     SPEED_STEP,
     add_force,
     end_rotor_stage,
     form_matrix,
     free_velocity,
+    move_rotor,
     project,
     rotor_rhs,
 )
-from rotorsim.plant.samples import write_sample
 
 PARTS = 1024
 """The smallest part of a step that is tried."""
@@ -38,9 +50,10 @@ def factorise(w, ix, P, speed, iadt):
 
 
 @kernel
-def form(w, speed, adt):
+def form(w, P, speed, adt):
     """Form the rotor's stage matrix."""
-    form_matrix(w, ROTOR, FILM, speed, adt)
+    form_matrix(w, ROTOR, FILM, speed, rotating_damping(P), adt)
+    form_motion(w, adt)
 
 
 @kernel
@@ -55,20 +68,10 @@ def solve_film(w, ix, P, speed, iadt, tolerance):
 
 
 @kernel
-def pseudo_step(w, ix, P, speed, iadt, tolerance, damping):
-    """One step of `reynolds.steady.settle_film` for the machine's equilibrium."""
-    begin_pseudo_step(w, P.film, FILM, iadt, damping)
-    factorise(w, ix, P, speed, iadt)
-    status = solve_film(w, ix, P, speed, iadt, tolerance)
-    force(w, FILM)
-    return status
-
-
-@kernel
 def journal_equation(w, P, x0, y0, vx, vy, speed):
     """Set X - W (F + F_c) = X_0 with the contact force linearised at the present journal; returns if it touches."""
     x, y = w[FILM.journal], w[FILM.journal + 1]
-    fx, fy, kxx, kxy, kyx, kyy = contact_forces(x, y, vx, vy, speed * P.film.radius, P)
+    fx, fy, kxx, kxy, kyx, kyy = contact_forces(w[RIG.clearance], x, y, vx, vy, speed * P.film.radius, P)
     touching = fx != 0.0 or fy != 0.0
     b = FILM.journal_b
     # force without displacement: F_c + K_c X
@@ -119,10 +122,50 @@ def solve_stage(w, ix, P, speed, adt):
                 return 1
         else:
             x, y = w[FILM.journal], w[FILM.journal + 1]
-            fx, fy, _, _, _, _ = contact_forces(x, y, (x - xr) / adt, (y - yr) / adt, speed * P.film.radius, P)
+            vx, vy = (x - xr) / adt, (y - yr) / adt
+            fx, fy, _, _, _, _ = contact_forces(w[RIG.clearance], x, y, vx, vy, speed * P.film.radius, P)
             if fx == 0.0 and fy == 0.0:
                 return 1
     return NOT_CONVERGED
+
+
+@kernel
+def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
+    """Rotor and film at a stage's end, repeated until forces that depend on the motion agree with it."""
+    guess_motion(w, tau)
+    for _ in range(30):
+        for m in range(ROTOR.n):
+            w[ROTOR.f + m] = 0.0
+        add_force(w, ROTOR, ROTOR.disc, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
+        add_forces(w, P, t, angle, speed, acceleration)
+        add_motion(w, P, t, angle, speed, adt)
+        free_velocity(w, ROTOR, adt)
+        fx = 0.0
+        fy = 0.0
+        if ROTOR.has_film == 1:
+            if solve_stage(w, ix, P, speed, adt) < 0:
+                return NOT_CONVERGED
+            force(w, FILM)
+            fx, fy = journal_force(w)
+        move_rotor(w, ROTOR, adt, fx, fy)
+        if RIG.n_motion == 0:
+            return 1
+        # a nanometre's hundredth where there is no film to compare with
+        limit = P.tolerance * P.film.clearance if ROTOR.has_film == 1 else 1e-11
+        if missed_motion(w, P, t, angle, speed, adt) < limit:
+            return 1
+        mend_motion(w, P, t, angle, speed, adt)
+    return NOT_CONVERGED
+
+
+@kernel
+def journal_force(w):
+    """Force [N] of film and contact on the journal where it is."""
+    x, y = w[FILM.journal], w[FILM.journal + 1]
+    s = ROTOR.contact_k
+    fx = w[FILM.force] + (w[ROTOR.contact_fx] - (w[s] * x + w[s + 1] * y))
+    fy = w[FILM.force + 1] + (w[ROTOR.contact_fy] - (w[s + 2] * x + w[s + 3] * y))
+    return fx, fy
 
 
 @kernel
@@ -135,37 +178,29 @@ def try_step(w, ix, P, dt):
         acceleration = w[ROTOR.acceleration]
         speed = w[ROTOR.speed] + acceleration * tau
         angle = w[ROTOR.angle] + (w[ROTOR.speed] + 0.5 * acceleration * tau) * tau
+        t = w[ROTOR.time] + tau
         if adt != w[ROTOR.matrix_step] or abs(speed - w[ROTOR.matrix_speed]) > SPEED_STEP:
             renew = adt != w[ROTOR.matrix_step]
-            form(w, speed, adt)
+            form(w, P, speed, adt)
             if ROTOR.has_film == 1 and renew:
                 factorise(w, ix, P, speed, 1.0 / adt)
         rotor_rhs(w, ROTOR, stage, adt)
-        for m in range(ROTOR.n):
-            w[ROTOR.f + m] = 0.0
-        add_force(w, ROTOR, ROTOR.disc, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
-        add_forces(w, P, w[ROTOR.time] + tau, angle, speed, acceleration)
-        free_velocity(w, ROTOR, adt)
-        fx = 0.0
-        fy = 0.0
         if ROTOR.has_film == 1:
+            if RIG.n_film > 0:
+                shape_gap(w, P, t, angle, speed)
+            feed_stage(w, P, t)
             predict(w, FILM, stage, order)
             stage_rhs(w, FILM, stage, adt)
-            if solve_stage(w, ix, P, speed, adt) < 0:
+        if solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt) < 0:
+            if ROTOR.has_film == 1:
                 take_back(w, FILM)
                 w[FILM.journal], w[FILM.journal + 1] = project(w, ROTOR, ROTOR.journal, ROTOR.q_old)
-                w[ROTOR.contact] = 0.0
-                w[ROTOR.matrix_step] = 0.0
-                return NOT_CONVERGED
+            w[ROTOR.contact] = 0.0
+            w[ROTOR.matrix_step] = 0.0
+            return NOT_CONVERGED
+        if ROTOR.has_film == 1:
             end_stage(w, FILM, stage, adt)
-            force(w, FILM)
-            x, y = w[FILM.journal], w[FILM.journal + 1]
-            s = ROTOR.contact_k
-            w[ROTOR.contact_fx] -= w[s] * x + w[s + 1] * y
-            w[ROTOR.contact_fy] -= w[s + 2] * x + w[s + 3] * y
-            fx = w[FILM.force] + w[ROTOR.contact_fx]
-            fy = w[FILM.force + 1] + w[ROTOR.contact_fy]
-        end_rotor_stage(w, ROTOR, stage, adt, fx, fy)
+        end_rotor_stage(w, ROTOR, stage, adt)
     w[ROTOR.order] = min(order + 1, 3)
     advance_clock(w, dt)
     return 1
@@ -203,34 +238,3 @@ def step(w, ix, P):
     if part < PARTS:
         w[ROTOR.order] = 0.0
     return 1
-
-
-@kernel
-def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
-    """Hold the inputs of the coming sample; the speed reaches `end_speed` [rad/s] at its end."""
-    w[ROTOR.acceleration] = (end_speed - w[ROTOR.speed]) / P.sample
-    # a force that jumps: the rates at the start of the sample are those after the jump
-    jump_x, jump_y = fx - w[ROTOR.disc_fx], fy - w[ROTOR.disc_fy]
-    if jump_x != 0.0 or jump_y != 0.0:
-        add_force(w, ROTOR, ROTOR.disc, jump_x, jump_y, ROTOR.a_old)
-        w[ROTOR.disc_fx] = fx
-        w[ROTOR.disc_fy] = fy
-    if ROTOR.has_film == 1:
-        set_pins(w, P, FILM, ROTOR, ref_x, ref_y)
-        set_supply(w, P, FILM, ROTOR, supply)
-
-
-@kernel
-def run(w, ix, P, inputs, out, steps_per_sample):
-    """Advance by one sample for each row of `inputs`; out gets the state BEFORE each. Returns samples done.
-
-    inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, absolute], reference x, y [V], disc force
-    x, y [N].
-    """
-    for i in range(inputs.shape[0]):
-        set_inputs(w, P, inputs[i, 0], inputs[i, 1], inputs[i, 2], inputs[i, 3], inputs[i, 4], inputs[i, 5])
-        write_sample(w, P, FILM, ROTOR, out, i)
-        for _ in range(steps_per_sample):
-            if step(w, ix, P) < 0:
-                return i
-    return inputs.shape[0]

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorsim.experiments.tracking import RPM, UM
 from rotorsim.report.film3d import snapshots
-from rotorsim.report.orbits import TURNS, instants
+from rotorsim.report.orbit_plots import TURNS, instants
 from rotorsim.report.run import Run
 
 CONVENTION = (
@@ -50,8 +50,9 @@ def waterfall_caption(run: Run) -> str:
     size = run.spectra["amplitude"]
     line, k, axis = (int(v) for v in np.unravel_index(int(size.values.argmax()), size.shape))
     frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * RPM
-    where = f"{frequency:.0f} Hz (disc {'xy'[axis]}, {rpm:.0f} rpm)"
-    return f"The strongest line is {float(size.max()) * UM:.3g} µm at {where}. {sub_synchronous_text(run)}"
+    where = f"{frequency:.0f} Hz (disc {'xy'[axis]}" + (f", {rpm:.0f} rpm)" if run.speed_known else ")")
+    text = f"The strongest line is {float(size.max()) * UM:.3g} µm at {where}."
+    return f"{text} {sub_synchronous_text(run)}" if run.self_excitable else text
 
 
 def sub_synchronous_text(run: Run) -> str:
@@ -97,7 +98,7 @@ def overview_caption(run: Run) -> str:
     film, contact, flow = (run.summary[k] for k in ("smallest_film", "contact", "mass_flow"))
     said = ["Bands span the least and the largest value of each stretch of time."]
     if film:
-        said.append(f"The film is thinnest at {film['rpm']:.0f} rpm with {film['um']:.3g} µm.")
+        said.append(f"The film is thinnest at {film['time_s']:.2f} s, {film['rpm']:.0f} rpm, with {film['um']:.3g} µm.")
     if contact:
         said.append(contact_text(contact))
     if flow:

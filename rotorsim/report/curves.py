@@ -11,6 +11,8 @@ from rotorsim.report.run import Run
 from rotorsim.report.theme import AXIS_COLOURS, INK, SPECTRUM_SCALE, compact, faint, style
 
 MOST_POINTS, MOST_LINES = 1500, 250
+FEW = 8
+"""So many windows are marked each."""
 MOST_TURNING = 400.0
 """Range [deg] over which a phase is drawn without wrapping."""
 DECADES = 3.5
@@ -45,7 +47,8 @@ def order_traces(run: Run, order: int, axis: str) -> tuple[go.Scatter, go.Scatte
     at, label = run.abscissa(tracked)
     a = tracked["amplitude"].sel(order=order, axis=axis).values
     unit = label.split("[")[1][:-1]
-    common = {"x": compact(at, 6), "name": f"disc {axis}", "legendgroup": axis, "mode": "lines",
+    common = {"x": compact(at, 6), "name": f"disc {axis}", "legendgroup": axis,
+              "mode": "lines" if tracked.sizes["window"] > FEW else "lines+markers",
               "line": {"color": AXIS_COLOURS[axis], "width": 2, "simplify": False}}  # fmt: skip
     hover = f"{order}X {axis}: %{{y:.3g}} {{}} at %{{x:.0f}} {unit}<extra></extra>"
     return (
@@ -105,9 +108,11 @@ def spectrum_trace(run: Run, axis: str, size: np.ndarray) -> go.Heatmap:
     starts = np.arange(0, frequency.size, group)
     um = np.maximum.reduceat(size, starts, axis=1).T * UM
     at = np.add.reduceat(frequency, starts) / np.diff(np.append(starts, frequency.size))
-    unit = run.abscissa(run.spectra)[1].split("[")[1][:-1]
+    across, label = run.abscissa(run.spectra)
+    unit, rising = label.split("[")[1][:-1], np.argsort(across, kind="stable")
+    um = um[:, rising]
     return go.Heatmap(
-        x=compact(run.abscissa(run.spectra)[0], 6), y=compact(at), z=compact(np.log10(np.maximum(um, 1e-9)), 4),
+        x=compact(across[rising], 6), y=compact(at), z=compact(np.log10(np.maximum(um, 1e-9)), 4),
         customdata=compact(um, 3), coloraxis="coloraxis",
         hovertemplate=f"%{{customdata:.3g}} µm at %{{y:.0f}} Hz, %{{x:.0f}} {unit}<extra></extra>",
     )  # fmt: skip
@@ -121,7 +126,8 @@ def add_order_lines(figure: go.Figure, run: Run, orders: tuple[int, ...], row: i
         line = {"color": faint(INK, 0.45), "width": 1, "dash": "dot"}
         figure.add_trace(go.Scatter(x=compact(at), y=compact(n * turning), mode="lines", line=line,
                                     showlegend=False, hoverinfo="skip"), row, col)  # fmt: skip
-        figure.add_annotation(x=at[right], y=n * turning[right], text=f"{n}X".replace("-", "−"), showarrow=False,
+        figure.add_annotation(x=max(float(at[right]), *run.reach), y=n * turning[right], 
+                              text=f"{n}X".replace("-", "−"), showarrow=False,
                               xanchor="left", yanchor="middle", xshift=2, row=row, col=col)  # fmt: skip
 
 

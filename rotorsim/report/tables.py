@@ -35,7 +35,7 @@ def provenance(run: Run) -> Rows:
     """Hash, seed, versions and whatever else the record says about itself."""
     rows = []
     for key, value in run.record.attrs.items():
-        if key in SETTINGS or key == "machine":
+        if key in SETTINGS or key in ("machine", "assumed"):
             continue
         label = PROVENANCE.get(key, str(key).replace("_", " ").capitalize())
         rows.append((label, _shown(value, "{:.10g}", 1.0)))
@@ -51,25 +51,32 @@ def _shown(value: Any, form: str, scale: float) -> str:
 def results(run: Run) -> Rows:
     """The numbers of the summary."""
     s = run.summary
-    rows = [("Speed", f"{s['speed_rpm']['first']:.0f} to {s['speed_rpm']['last']:.0f} rpm")]
-    for peak in run.peaks:
+    rows = [("Speed", _speed(s["speed_rpm"]) if run.speed_known else "not in the record")]
+    for peak in run.peaks if not run.driven else ():
         kind = "peak" if peak["local_maximum"] else ("largest, at an end of the range" if run.swept else "largest")
         rows.append(
             (f"{peak['order']}X, disc {peak['axis']}, {kind}", f"{peak['um']:.3g} µm 0-pk at {peak['rpm']:.0f} rpm")
         )
-    rows.append(("Largest distance of the disc from its mean", _where(s["largest_orbit"])))
+    rows.append(("Largest distance of the disc from its mean", _where(run, s["largest_orbit"])))
     if s["smallest_film"]:
-        rows.append(("Smallest film thickness", _where(s["smallest_film"])))
+        rows.append(("Smallest film thickness", _where(run, s["smallest_film"])))
     if s["contact"]:
         rows.append(("Contact", _contact(s["contact"])))
     if s["mass_flow"]:
         rows.append(("Mass flow of all injectors", _flow(s["mass_flow"])))
-    rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
+    if run.self_excitable:
+        rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
     return rows
 
 
-def _where(found: dict[str, float]) -> str:
-    return f"{found['um']:.3g} µm at {found['rpm']:.0f} rpm, {found['time_s']:.2f} s"
+def _speed(found: dict[str, float]) -> str:
+    first, last = f"{found['first']:.0f}", f"{found['last']:.0f}"
+    return f"{first} rpm" if first == last else f"{first} to {last} rpm"
+
+
+def _where(run: Run, found: dict[str, float]) -> str:
+    at = f"{found['rpm']:.0f} rpm, " if run.speed_known else ""
+    return f"{found['um']:.3g} µm at {at}{found['time_s']:.2f} s"
 
 
 def _contact(found: dict[str, Any]) -> str:

@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 
 AXIS_COLOURS = {"x": "#0072B2", "y": "#D55E00"}
 NEUTRAL, INK, GRID = "#009E73", "#24303c", "#e4e8ec"
+PIN_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"
 SPECTRUM_SCALE = [[0, "#ffffff"], [0.2, "#dbe9f4"], [0.45, "#8fbfdf"], [0.7, "#2f79b5"], [1, "#08264d"]]
 """Lightness falls steadily, so the scale also works in grey."""

@@ -23,6 +23,7 @@ def rotorsim(*arguments, cwd):
 def test_a_run_up_leaves_table_record_and_a_page_that_needs_no_network(tmp_path):
     done = rotorsim("runup", *SHORT, "--grid", "32x8", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+    assert rotorsim("data", "check", "runup/runup.nc", cwd=tmp_path).returncode == 0
     assert "Smallest film thickness" in done.stdout
     with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
         assert validate(record).sizes["time"] == 3000

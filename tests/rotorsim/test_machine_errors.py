@@ -24,7 +24,7 @@ def test_one_wrong_value_gives_one_sentence_that_says_what_to_write(case):
 
 
 def test_several_problems_are_all_listed_each_on_its_line():
-    text = RIG.replace('"-121.3 mm"', "0").replace("n_z = 16", "n_z = 15").replace("second =", 'second = "1 kg" #')
+    text = RIG.replace('"-121.3 mm"', "0").replace("n_z = 16", "n_z = 15").replace('second = "4 N"', 'second = "1 kg"')
     with pytest.raises(MachineFileError) as caught:
         Machine.from_text(text.replace('clearance = "25 um"', ""))
     paths = [problem.split(":")[0] for problem in caught.value.problems]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fe_shaft.modal import run_modal
-from fe_shaft.response import run_static, run_unbalance_response
+from fe_shaft.response import run_unbalance_response
+from fe_shaft.static import run_static
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 

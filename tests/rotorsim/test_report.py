@@ -17,9 +17,9 @@ from rotorsim.errors import DataError
 from rotorsim.machine import machine_text
 from rotorsim.report.curves import phase_lag
 from rotorsim.report.envelope import envelopes
+from rotorsim.report.experiment import write_report
 from rotorsim.report.image import readme_figure, save_png
-from rotorsim.report.orbits import instants
-from rotorsim.report.page import write_report
+from rotorsim.report.orbit_plots import instants
 from rotorsim.report.run import analyse
 from rotorsim.report.theme import compact
 

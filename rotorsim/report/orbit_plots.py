@@ -54,10 +54,10 @@ def orbits(run: Run) -> go.Figure:
 
 
 def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int, column: int) -> None:
-    d, angle = _cut(run, name, moment)
+    d, angle = cut(run, name, moment)
     if name != "journal":
         d = d - (d.max(axis=0) + d.min(axis=0)) / 2
-    marks = _marks(d, angle)
+    dots = marks(d, angle)
     step = 1 + len(d) // MOST_POINTS
     colour = COLOURS["journal" if name == "journal" else "disc"]
     shown = {"showlegend": False, "hovertemplate": "x %{x:.2f} µm, y %{y:.2f} µm<extra></extra>"}
@@ -66,14 +66,19 @@ def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int
     line = {"color": colour, "width": 1.5, "simplify": False}
     figure.add_trace(go.Scatter(x=compact(d[::step, 0]), y=compact(d[::step, 1]), mode="lines", line=line, **shown),
                      row, column)  # fmt: skip
-    figure.add_trace(go.Scatter(x=compact(marks[:, 0]), y=compact(marks[:, 1]), mode="markers",
+    figure.add_trace(go.Scatter(x=compact(dots[:, 0]), y=compact(dots[:, 1]), mode="markers",
                                 marker={"color": INK, "size": 5}, **shown), row, column)  # fmt: skip
     number = (row - 1) * len(instants(run)) + column
+    square_axes(figure, number, row, column)
+
+
+def square_axes(figure: go.Figure, number: int, row: int, column: int) -> None:
+    """The same scale on both axes of panel `number`, counted from 1."""
     figure.update_xaxes(constrain="domain", row=row, col=column)
     figure.update_yaxes(scaleanchor=f"x{number}" if number > 1 else "x", constrain="domain", row=row, col=column)
 
 
-def _cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
+def cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
     """Displacement [um] (n, 2) and angle [rad] of some revolutions about a moment, within the record."""
     n = run.record.sizes["time"]
     first = float(run.record["time"].isel(time=0))
@@ -85,7 +90,7 @@ def _cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(part[name].values, float) * UM, np.asarray(part["angle"].values, float)
 
 
-def _marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Positions (k, 2) where the shaft has turned whole revolutions."""
     turns = angle / (2 * np.pi)
     i = np.flatnonzero(np.diff(np.floor(turns)))

@@ -29,6 +29,8 @@ def overview(run: Run) -> go.Figure:
     skipped = {"disc", "disc_measured"} - {displacement_name(run.record)}
     if not (run.summary["contact"] or {}).get("samples"):
         skipped.add("contact")
+    if run.fastest == 0:
+        skipped.add("speed")
     names = [name for name in PANELS if name in run.record and name not in skipped]
     data = envelopes(run.record, names)
     figure = make_subplots(len(names), 1, shared_xaxes=True, vertical_spacing=0.03)

@@ -1,0 +1,198 @@
+"""From the parts of a rotor to its matrices: places of the degrees of freedom, assembly, checks of what is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe_shaft import elements
+
+if TYPE_CHECKING:
+    from fe_shaft.bearing import BearingElement
+    from fe_shaft.rotor import Rotor
+    from fe_shaft.shaft import ShaftElement
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class DofLayout:
+    """Places of the degrees of freedom.
+
+    `internal` maps an element to the first of its internal ones, `pedestals` a node behind the shaft to its x; `axes`
+    (ndof,) is 0, 1, 2, 3 for x, y, alpha, beta and likewise for internal ones; `free` are those nothing holds.
+    """
+
+    n_nodes: int
+    internal: dict[int, int]
+    pedestals: dict[int, int]
+    axes: NDArray[np.intp]
+    free: NDArray[np.intp]
+
+    @property
+    def ndof(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.axes)
+
+    def place(self, node: int) -> int:
+        """First degree of freedom of a node or pedestal."""
+        return self.pedestals[node] if node in self.pedestals else 4 * node
+
+    def element(self, number: int) -> NDArray[np.intp]:
+        """Degrees of freedom (8,) or (12,) of a shaft element."""
+        own = np.arange(4 * number, 4 * number + 8)
+        first = self.internal.get(number)
+        return own if first is None else np.concatenate([own, np.arange(first, first + 4)])
+
+    def labels(self) -> list[str]:
+        """Names such as '3.x'; 'e3.x' of an internal one of element 3, and 'p21.x' of a pedestal."""
+        names = [f"{n}.{axis}" for n in range(self.n_nodes) for axis in ("x", "y", "alpha", "beta")]
+        names += [f"e{n}.{axis}" for n in self.internal for axis in ("x", "y", "alpha", "beta")]
+        return names + [f"p{n}.{axis}" for n in self.pedestals for axis in ("x", "y")]
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Assembled matrices (ndof, ndof) of shaft and masses, and what the bearings add where they are constant."""
+
+    M: Matrix
+    G: Matrix
+    K: Matrix
+    C: Matrix
+    N: Matrix
+    """What Omega multiplies in the stiffness."""
+    K_bearings: Matrix
+    C_bearings: Matrix
+
+
+def lay_out(rotor: Rotor) -> DofLayout:
+    """Give every degree of freedom its place."""
+    last = rotor.n_nodes
+    inside = [n for n, element in enumerate(rotor.shaft_elements) if element.internal]
+    base = 4 * last
+    internal = {n: base + 4 * k for k, n in enumerate(inside)}
+    base += 4 * len(inside)
+    links = {b.n_link for b in rotor.bearing_elements if b.n_link is not None and b.n_link >= last}
+    pedestals = {n: base + 2 * k for k, n in enumerate(sorted(links))}
+    axes = np.concatenate([np.tile(np.arange(4), last + len(inside)), np.tile(np.arange(2), len(pedestals))])
+    held = [4 * n + axis for n in rotor.clamped for axis in range(4)] + [
+        4 * n + a for n in rotor.pinned for a in (0, 1)
+    ]
+    return DofLayout(last, internal, pedestals, axes, np.setdiff1d(np.arange(len(axes)), held))
+
+
+def assemble(rotor: Rotor) -> Parts:
+    """The matrices that do not change with speed."""
+    layout = rotor.layout
+
+    def shaft(matrix: Callable[[ShaftElement], Matrix]) -> Matrix:
+        full = np.zeros((layout.ndof, layout.ndof))
+        for number, element in enumerate(rotor.shaft_elements):
+            dofs = layout.element(number)
+            full[np.ix_(dofs, dofs)] += matrix(element)
+        return full
+
+    M, G = shaft(elements.mass_matrix), shaft(elements.gyroscopic_matrix)
+    for disk in rotor.disk_elements:
+        place = slice(4 * disk.n, 4 * disk.n + 4)
+        M[place, place] += elements.disk_mass_matrix(disk)
+        G[place, place] += elements.disk_gyroscopic_matrix(disk)
+    for point in rotor.point_mass_elements:
+        first = layout.place(point.n)
+        M[first, first] += point.mx
+        M[first + 1, first + 1] += point.my
+    N = shaft(_turning) if any(e.eta_v for e in rotor.shaft_elements) else np.zeros_like(M)
+    C = (
+        shaft(_material_damping)
+        if any(e.alpha or e.beta or e.eta_v for e in rotor.shaft_elements)
+        else np.zeros_like(M)
+    )
+    constant = [b for b in rotor.bearing_elements if b.constant]
+    K_b, C_b = np.zeros_like(M), np.zeros_like(M)
+    for bearing in constant:
+        _add(layout, K_b, bearing, bearing.stiffness)
+        _add(layout, C_b, bearing, bearing.damping)
+    return Parts(M, G, shaft(_stiffness), C, N, K_b, C_b)
+
+
+def stiffness(rotor: Rotor, speed: float, whirl: float | None = None) -> Matrix:
+    """K (ndof, ndof) at a speed and whirl frequency [rad/s]."""
+    parts = rotor.parts
+    K = parts.K + parts.K_bearings + speed * parts.N
+    for bearing in rotor.bearing_elements:
+        if not bearing.constant:
+            _add(rotor.layout, K, bearing, bearing.stiffness_at(speed, whirl))
+    return K
+
+
+def damping(rotor: Rotor, speed: float, whirl: float | None = None) -> Matrix:
+    """C (ndof, ndof) at a speed and whirl frequency [rad/s]."""
+    C = rotor.parts.C + rotor.parts.C_bearings
+    for bearing in rotor.bearing_elements:
+        if not bearing.constant:
+            _add(rotor.layout, C, bearing, bearing.damping_at(speed, whirl))
+    return C
+
+
+def _add(layout: DofLayout, matrix: Matrix, bearing: BearingElement, block: Matrix) -> None:
+    own = layout.place(bearing.n)
+    here = slice(own, own + 2)
+    matrix[here, here] += block
+    if bearing.n_link is not None:
+        other = layout.place(bearing.n_link)
+        there = slice(other, other + 2)
+        matrix[there, there] += block
+        matrix[here, there] -= block
+        matrix[there, here] -= block
+
+
+def _stiffness(element: ShaftElement) -> Matrix:
+    K = elements.stiffness_matrix(element)
+    if element.torque:
+        K = K + element.torque * elements.torque_matrix(element)
+    if element.eta_h:
+        root = np.hypot(1, element.eta_h)
+        K = K + ((1 + element.eta_h) / root - 1) * elements.elastic_matrix(element)
+        K = K + element.eta_h / root * elements.circulatory_matrix(element)
+    return K
+
+
+def _turning(element: ShaftElement) -> Matrix:
+    return element.eta_v * elements.circulatory_matrix(element)
+
+
+def _material_damping(element: ShaftElement) -> Matrix:
+    stiff = (element.beta + element.eta_v) * elements.elastic_matrix(element)
+    return element.alpha * elements.mass_matrix(element) + stiff
+
+
+def check(rotor: Rotor) -> None:
+    """Raise ValueError if something does not sit where it can."""
+    last = rotor.n_nodes - 1
+    links = [b.n_link for b in rotor.bearing_elements if b.n_link is not None and b.n_link > last]
+    _check_nodes("disc", (disk.n for disk in rotor.disk_elements), last)
+    _check_nodes("bearing", (b.n for b in rotor.bearing_elements), last, links)
+    _check_nodes("point mass", (point.n for point in rotor.point_mass_elements), last, links)
+    _check_nodes("clamp", rotor.clamped, last)
+    _check_nodes("pin", rotor.pinned, last)
+    _check_one_bearing_a_node(rotor.bearing_elements)
+    for node in links:
+        if not any(p.n == node and min(p.mx, p.my) > 0 for p in rotor.point_mass_elements):
+            raise ValueError(f"rotor: the pedestal at node {node} has no mass; add PointMass({node}, m).")
+
+
+def _check_nodes(what: str, nodes: Iterable[int], last: int, more: Sequence[int] = ()) -> None:
+    for node in nodes:
+        if not 0 <= node <= last and node not in more:
+            raise ValueError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
+
+
+def _check_one_bearing_a_node(bearings: Sequence[BearingElement]) -> None:
+    nodes = [bearing.n for bearing in bearings]
+    for node in nodes:
+        if nodes.count(node) > 1:
+            raise ValueError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")

@@ -1,0 +1,34 @@
+"""Refusal of impossible numbers, one sentence each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def positive(owner: str, **values: float) -> None:
+    """Raise ValueError unless every value is above 0."""
+    for name, value in values.items():
+        if not value > 0:
+            raise ValueError(f"{owner}: {name} = {value:g} must be positive.")
+
+
+def finite(owner: str, **values: float) -> None:
+    """Raise ValueError unless every value is a finite number."""
+    for name, value in values.items():
+        if not np.isfinite(value):
+            raise ValueError(f"{owner}: {name} = {value:g} is not a finite number; give one.")
+
+
+def grid(owner: str, values: ArrayLike, increasing: bool = True) -> NDArray[np.float64]:
+    """The values (n,) as an array; raises ValueError if they are none, not finite or not `increasing`."""
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    if array.ndim != 1 or not array.size:
+        raise ValueError(f"{owner}: shape {np.shape(values)}; give a list of at least one number.")
+    if not np.all(np.isfinite(array)):
+        bad = int(np.flatnonzero(~np.isfinite(array))[0])
+        raise ValueError(f"{owner}: value {bad} is {array[bad]:g}; give finite numbers only.")
+    if increasing and np.any(np.diff(array) <= 0):
+        bad = int(np.flatnonzero(np.diff(array) <= 0)[0]) + 1
+        raise ValueError(f"{owner}: value {bad}, {array[bad]:g}, is not above the one before it; sort them, each once.")
+    return array

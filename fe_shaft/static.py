@@ -1,0 +1,116 @@
+r"""Rest position under constant forces: K q = f, with the weight -g M 1_y among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fe_shaft.labelled import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fe_shaft.rotor import Rotor
+
+GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s2], along -y."""
+_RIGID = {
+    "x": (1.0, 0.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0, 0.0),
+    "tilt about y": (0.0, 0.0, 0.0, 1.0),
+    "tilt about x": (0.0, 0.0, 1.0, 0.0),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class StaticResult:
+    """Rest position.
+
+    Attributes
+    ----------
+    displacement : ndarray (ndof,)
+        x, y [m], alpha, beta [rad] of each node.
+    bearing_forces : ndarray (n_bearings, 2)
+        Force (x, y) of each bearing ON the shaft [N], in the order of rotor.bearing_elements.
+    nodes_pos : ndarray (n_nodes,)
+        Positions of the shaft's nodes [m].
+    """
+
+    displacement: NDArray[np.float64]
+    bearing_forces: NDArray[np.float64]
+    nodes_pos: NDArray[np.float64]
+
+    def dataset(self) -> xr.Dataset:
+        """Labelled data over node and bearing."""
+        nodes = self.displacement[: 4 * len(self.nodes_pos)].reshape(-1, 4)
+        names = {"x": ("m", "displacement in x"), "y": ("m", "displacement in y"),
+                 "alpha": ("rad", "rotation about x"), "beta": ("rad", "rotation about y")}  # fmt: skip
+        values = {name: (("node",), nodes[:, i], *names[name]) for i, name in enumerate(names)}
+        force = (("bearing", "axis"), self.bearing_forces, "N", "force of the bearing on the shaft")
+        z = (("node",), self.nodes_pos, "m", "position along the shaft")
+        return dataset(values | {"bearing_force": force}, {"z": z})
+
+
+def run_static(rotor: Rotor, gravity: float = GRAVITY, force: ArrayLike | None = None) -> StaticResult:
+    """Rest of `rotor` under `gravity` [m/s2] along -y and `force` (ndof,) [N, N m].
+
+    Raises
+    ------
+    ValueError
+        If the supports leave the rotor free to move as a rigid body: which motions, is said.
+    """
+    block = np.ix_(rotor.free, rotor.free)
+    K = rotor.K()
+    _check_supported(rotor, K)
+    down = np.where(rotor.layout.axes == 1, -gravity, 0.0)
+    down[4 * rotor.n_nodes : 4 * (rotor.n_nodes + len(rotor.layout.internal))] = 0.0
+    load = rotor.parts.M @ down + (0.0 if force is None else np.asarray(force, dtype=float))
+    q = np.zeros(rotor.ndof)
+    q[rotor.free] = np.linalg.solve(K[block], load[rotor.free])
+    return StaticResult(
+        q, np.array([_reaction(rotor, bearing, q) for bearing in rotor.bearing_elements]), rotor.nodes_pos
+    )
+
+
+def _reaction(rotor: Rotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float64]:  # type: ignore[no-untyped-def]
+    own = rotor.layout.place(bearing.n)
+    relative = q[own : own + 2].copy()
+    if bearing.n_link is not None:
+        other = rotor.layout.place(bearing.n_link)
+        relative -= q[other : other + 2]
+    return np.asarray(-bearing.stiffness_at(0.0) @ relative)
+
+
+def _check_supported(rotor: Rotor, K: NDArray[np.float64]) -> None:
+    """The supports must resist the four rigid-body motions: two shifts and two tilts."""
+    motions = rigid_motions(rotor)
+    if rotor.clamped:
+        return
+    resist = motions.T @ (K - rotor.parts.K) @ motions
+    for node in rotor.pinned:
+        rows = motions[4 * node : 4 * node + 2]
+        resist += np.abs(rotor.parts.K).max() * rows.T @ rows
+    if np.linalg.matrix_rank(resist) < 4:
+        values, vectors = np.linalg.eigh((resist + resist.T) / 2)
+        loose = [list(_RIGID)[int(np.abs(vectors[:, i]).argmax())] for i in np.argsort(np.abs(values))]
+        missing = 4 - np.linalg.matrix_rank(resist)
+        raise ValueError(
+            f"static: {len(rotor.bearing_elements)} bearing(s) leave the shaft free to fall or tilt "
+            f"({', '.join(sorted(set(loose[:missing])))}); support x and y at two nodes at least."
+        )
+
+
+def rigid_motions(rotor: Rotor) -> NDArray[np.float64]:
+    """The four motions (ndof, 4) of the rigid shaft, pedestals and internal coordinates at rest; tilts over length."""
+    z = rotor.nodes_pos / rotor.nodes_pos[-1]
+    motions = np.zeros((rotor.ndof, 4))
+    for column, motion in enumerate(_RIGID.values()):
+        nodes = np.tile(motion, (rotor.n_nodes, 1))
+        if column >= 2:
+            nodes[:, 2:] /= rotor.nodes_pos[-1]
+            nodes[:, 0], nodes[:, 1] = motion[3] * z, -motion[2] * z
+        motions[: 4 * rotor.n_nodes, column] = nodes.ravel()
+    return motions

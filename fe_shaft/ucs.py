@@ -1,0 +1,96 @@
+r"""Undamped critical speed map: speeds at which the shaft whirls synchronously forward, over a bearing stiffness k.
+
+With isotropic undamped bearings forward whirl at the speed has x + i y = u exp(i Omega t), beta - i alpha = theta
+exp(i Omega t), and in the plane (x, beta) alone K q = Omega^2 (M + G_f) q with G_f = -I_p of a disc's rotation:
+symmetric.
+
+Source: API 684; Friswell et al. (2010), section 6.8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from fe_shaft.labelled import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fe_shaft.rotor import Rotor
+
+
+@dataclass(frozen=True, eq=False)
+class UcsResult:
+    """Undamped critical speeds `wn` (n_modes, n_stiffness) [rad/s] over `stiffness` (n_stiffness,) [N/m].
+
+    NaN where a disc is so flat that a mode has no forward critical speed.
+    """
+
+    stiffness: NDArray[np.float64]
+    wn: NDArray[np.float64]
+
+    def dataset(self) -> xr.Dataset:
+        """Labelled data over mode and stiffness."""
+        return dataset(
+            {"wn": (("mode", "stiffness"), self.wn, "rad/s", "undamped critical speed")},
+            {"stiffness": (("stiffness",), self.stiffness, "N/m", "stiffness of every bearing")},
+        )
+
+
+def run_ucs(
+    rotor: Rotor, stiffness_range: tuple[float, float] = (1e6, 1e11), num: int = 30, num_modes: int = 4,
+    synchronous: bool = True,
+) -> UcsResult:  # fmt: skip
+    """Undamped critical speeds with every bearing as stiff as k [N/m], at `num` values from the range, evenly in log k.
+
+    Without `synchronous` the shaft stands: its natural frequencies at rest.
+
+    Raises
+    ------
+    ValueError
+        If the range is not two positive ascending numbers, or the rotor has no bearing to vary.
+    """
+    low, high = stiffness_range
+    if not 0 < low < high or num < 1 or num_modes < 1:
+        raise ValueError(
+            f"ucs: stiffness from {low:g} to {high:g} N/m, {num} values, {num_modes} modes; "
+            "give a positive ascending range and counts of at least 1."
+        )
+    if not rotor.bearing_elements:
+        raise ValueError("ucs: the rotor has no bearing whose stiffness could vary; add one.")
+    stiffness = np.geomspace(low, high, num)
+    M, K, plane = _plane(rotor, synchronous)
+    unit = np.zeros(rotor.ndof)
+    for bearing in rotor.bearing_elements:
+        unit[rotor.layout.place(bearing.n)] += 1.0
+    return UcsResult(stiffness, np.stack([_lowest(M, K + np.diag(k * unit[plane]), num_modes) for k in stiffness], 1))
+
+
+def _plane(rotor: Rotor, synchronous: bool) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
+    """Mass with the gyroscopic part and stiffness of the shaft in the plane x, beta, and its degrees of freedom."""
+    axes, free = rotor.layout.axes, rotor.free
+    inside = free[free < rotor.ndof - 2 * len(rotor.layout.pedestals)]
+    plane = inside[np.isin(axes[inside], (0, 3))]
+    # in forward whirl y = -i x and alpha = i beta; G couples the plane to y, alpha
+    partner = np.where(axes[plane] == 0, plane + 1, plane - 1)
+    turned = np.where(axes[plane] == 0, -1.0, 1.0)
+    M = rotor.parts.M[np.ix_(plane, plane)]
+    if synchronous:
+        G = rotor.parts.G[np.ix_(plane, partner)] * turned
+        M = M + (G + G.T) / 2
+    return M, rotor.parts.K[np.ix_(plane, plane)], plane
+
+
+def _lowest(M: NDArray[np.float64], K: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """The lowest real frequencies; K is positive definite, M need not be."""
+    K = (K + K.T) / 2
+    inverse = eigh(M, K, eigvals_only=True, subset_by_index=(max(0, len(M) - count), len(M) - 1))[::-1]
+    wn = np.full(count, np.nan)
+    positive = inverse[inverse > 0]
+    wn[: len(positive)] = 1 / np.sqrt(positive)
+    return wn

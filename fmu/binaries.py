@@ -1,0 +1,85 @@
+"""Links objects and the C wrapper to shared libraries: gcc for this computer, zig for every target."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from fmu import tables
+from fmu.kernel_object import ObjectTarget, host_target, write_objects
+from fmu.model import UnitModel
+from fmu.targets import Target, host
+from rotorsim.errors import DataError
+
+SOURCES = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c")
+FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-g0", "-s", "-Wall")
+GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")
+EXTRA = "pip install 'rotorsim[fmu]'"
+
+
+def build(model: UnitModel, targets: Sequence[Target], cpu: str, folder: Path) -> dict[str, Path]:
+    """Shared library of each target by its name, built in `folder`."""
+    compilers = {target.name: compiler(target, len(targets) == 1) for target in targets}
+    headers = fmi_headers()
+    write_sources(model, {t.name: _object_target(t, cpu) for t in targets}, folder)
+    return {t.name: _link(t, compilers[t.name], headers, folder) for t in targets}
+
+
+def write_sources(model: UnitModel, jobs: dict[str, ObjectTarget], folder: Path) -> None:
+    """Everything that is linked: an object for each job, the generated tables, the wrapper."""
+    write_objects(model.plant.machine.text, model.assembly.module.__name__, model.modules, jobs, folder)
+    (folder / "tables.h").write_text(tables.header(model), encoding="utf-8")
+    (folder / "tables.c").write_text(tables.source(model), encoding="utf-8")
+    for file in (Path(__file__).parent / "c").iterdir():
+        shutil.copy(file, folder)
+
+
+def _object_target(target: Target, cpu: str) -> ObjectTarget:
+    if cpu == "native" and target == host():
+        native = host_target("native")
+        return ObjectTarget(target.triple, native.cpu, native.features)
+    return ObjectTarget(target.triple, "generic" if target.name.startswith("aarch64") else "x86-64")
+
+
+def compiler(target: Target, alone: bool) -> list[str]:
+    """Command of the compiler for a target; gcc only where nothing but this computer is asked for.
+
+    Raises DataError that says what to install.
+    """
+    gcc = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
+    if alone and target == host() and gcc:
+        return [gcc]
+    if importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig]
+    where = "install gcc, or" if target == host() else "install it with"
+    raise DataError(f"fmu export: no compiler for {target.name} is here; {where} {EXTRA}")
+
+
+def fmi_headers() -> Path:
+    """Folder of the standard's C headers, which fmpy carries."""
+    spec = importlib.util.find_spec("fmpy")
+    folder = Path(str(spec.origin)).parent / "c-code" if spec and spec.origin else Path()
+    if not (folder / "fmi3Functions.h").is_file():
+        raise DataError(f"fmu export: the FMI headers of fmpy are not here; install them with {EXTRA}")
+    return folder
+
+
+def _link(target: Target, command: Sequence[str], headers: Path, folder: Path) -> Path:
+    library = folder / f"{target.name}{target.suffix}"
+    linux = target.name.endswith("linux")
+    arguments = [
+        *command, *FLAGS, *(GNU if linux else ()), "-I.", f"-I{headers}", *SOURCES, "tables.c", f"{target.name}.o",
+        "-o", library.name, *(("-lm",) if linux else ()),
+    ]  # fmt: skip
+    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
+    if done.returncode or not library.is_file():
+        lines = (
+            [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["no output"]
+        )
+        raise DataError(f"fmu export: linking for {target.name} failed: {lines[0][:300]}; check the compiler")
+    return library

@@ -1,0 +1,216 @@
+/* FMI 2.0 for co-simulation on top of unit.h. */
+#include "fmi2Functions.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "unit.h"
+
+static const fmi2Status statuses[] = {fmi2OK, fmi2Warning, fmi2Discard, fmi2Error};
+
+/* The text is the format itself, because some importers show that and nothing else. */
+static void say(Unit *u, Outcome outcome, const char *category, const char *text) {
+    const fmi2CallbackFunctions *f = u->callback;
+    char format[1000], *at = format;
+    for (; *text && at < format + sizeof format - 3; text++) {
+        if (*text == '%') *at++ = '%';
+        *at++ = *text;
+    }
+    *at = 0;
+    if (f && f->logger) f->logger(u->environment, u->name, statuses[outcome], category, format);
+}
+
+static fmi2Status done(bool well) { return well ? fmi2OK : fmi2Error; }
+
+static fmi2Status not_here(fmi2Component c, const char *function) {
+    return c ? statuses[unit_fail(c, FAILED, "%s: this unit has no such thing; see its capability flags", function)] : fmi2Error;
+}
+
+/* Refuse a call that comes in the wrong order. */
+static bool in_phase(Unit *u, const char *function, Phase first, Phase last) {
+    if (!u) return false;
+    if (u->s.phase >= first && u->s.phase <= last) return true;
+    unit_fail(u, FAILED, "%s: not allowed now; initialise, step and terminate in this order", function);
+    return false;
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
+    (void)n, (void)categories;
+    if (c) ((Unit *)c)->logging = on;
+    return done(c != NULL);
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
+    (void)resources, (void)visible;
+    if (type != fmi2CoSimulation) return NULL;
+    return unit_create(name, guid, logging, functions ? functions->componentEnvironment : NULL, (void *)functions, say);
+}
+
+void fmi2FreeInstance(fmi2Component c) { unit_free(c); }
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop) {
+    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
+    return in_phase(c, "fmi2SetupExperiment", CREATED, CREATED) ? statuses[unit_start_at(c, start)] : fmi2Error;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    if (!in_phase(c, "fmi2EnterInitializationMode", CREATED, CREATED)) return fmi2Error;
+    ((Unit *)c)->s.phase = INITIALISING;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    if (!in_phase(c, "fmi2ExitInitializationMode", INITIALISING, INITIALISING) || !unit_initialise(c)) return fmi2Error;
+    ((Unit *)c)->s.phase = STEPPING;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c) {
+    if (!in_phase(c, "fmi2Terminate", STEPPING, STEPPING)) return fmi2Error;
+    ((Unit *)c)->s.phase = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c) {
+    if (c) unit_reset(c);
+    return done(c != NULL);
+}
+
+#define ACCESS(Name, type, kind)                                                                            \
+    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, type value[]) {       \
+        double v;                                                                                           \
+        if (!c) return fmi2Error;                                                                           \
+        for (size_t k = 0; k < n; k++) {                                                                    \
+            if (!unit_get(c, r[k], kind, &v)) return fmi2Error;                                             \
+            value[k] = (type)v;                                                                             \
+        }                                                                                                   \
+        return fmi2OK;                                                                                      \
+    }                                                                                                       \
+    fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, const type value[]) { \
+        if (!c) return fmi2Error;                                                                           \
+        for (size_t k = 0; k < n; k++)                                                                      \
+            if (!unit_set(c, r[k], kind, (double)value[k])) return fmi2Error;                               \
+        return fmi2OK;                                                                                      \
+    }
+
+ACCESS(Real, fmi2Real, REAL)
+ACCESS(Integer, fmi2Integer, INTEGER)
+ACCESS(Boolean, fmi2Boolean, BOOLEAN)
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2String value[]) {
+    (void)r, (void)value;
+    return n ? not_here(c, "fmi2GetString") : fmi2OK;
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String value[]) {
+    (void)r, (void)value;
+    return n ? not_here(c, "fmi2SetString") : fmi2OK;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    if (!c || !state) return fmi2Error;
+    State *saved = unit_save(c, *state);
+    if (saved) *state = saved;
+    return done(saved != NULL);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return done(c && unit_restore(c, state)); }
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    if (!c || !state) return fmi2Error;
+    free(*state);
+    *state = NULL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    (void)state;
+    if (!c || !size) return fmi2Error;
+    *size = sizeof(State);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    return done(c && unit_serialise(c, state, bytes, size));
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    if (!c || !state) return fmi2Error;
+    State *read = unit_deserialise(c, bytes, size);
+    if (!read) return fmi2Error;
+    free(*state);
+    *state = read;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t nu,
+                                        const fmi2ValueReference k[], size_t nk, const fmi2Real in[], fmi2Real out[]) {
+    (void)u, (void)nu, (void)k, (void)nk, (void)in, (void)out;
+    return not_here(c, "fmi2GetDirectionalDerivative");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
+                                       const fmi2Real v[]) {
+    (void)r, (void)n, (void)o, (void)v;
+    return not_here(c, "fmi2SetRealInputDerivatives");
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
+                                        fmi2Real v[]) {
+    (void)r, (void)n, (void)o, (void)v;
+    return not_here(c, "fmi2GetRealOutputDerivatives");
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real now, fmi2Real length, fmi2Boolean no_way_back) {
+    double reached;
+    (void)no_way_back;
+    return in_phase(c, "fmi2DoStep", STEPPING, STEPPING) ? statuses[unit_step(c, now, length, &reached)] : fmi2Error;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) { return not_here(c, "fmi2CancelStep"); }
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+    (void)kind, (void)value;
+    return not_here(c, "fmi2GetStatus");
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+    if (!c || !value || kind != fmi2LastSuccessfulTime) return not_here(c, "fmi2GetRealStatus");
+    *value = unit_time(c);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+    (void)kind, (void)value;
+    return not_here(c, "fmi2GetIntegerStatus");
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+    if (!c || !value || kind != fmi2Terminated) return not_here(c, "fmi2GetBooleanStatus");
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+    (void)kind, (void)value;
+    return not_here(c, "fmi2GetStringStatus");
+}
+
+#define MODEL_EXCHANGE(Name, ...) \
+    fmi2Status fmi2##Name(fmi2Component c, __VA_ARGS__) { return not_here(c, "fmi2" #Name); }
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) { return not_here(c, "fmi2EnterEventMode"); }
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { return not_here(c, "fmi2EnterContinuousTimeMode"); }
+MODEL_EXCHANGE(NewDiscreteStates, fmi2EventInfo *info)
+MODEL_EXCHANGE(CompletedIntegratorStep, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end)
+MODEL_EXCHANGE(SetTime, fmi2Real time)
+MODEL_EXCHANGE(SetContinuousStates, const fmi2Real x[], size_t n)
+MODEL_EXCHANGE(GetDerivatives, fmi2Real x[], size_t n)
+MODEL_EXCHANGE(GetEventIndicators, fmi2Real x[], size_t n)
+MODEL_EXCHANGE(GetContinuousStates, fmi2Real x[], size_t n)
+MODEL_EXCHANGE(GetNominalsOfContinuousStates, fmi2Real x[], size_t n)

@@ -1,0 +1,268 @@
+/* FMI 3.0 for co-simulation on top of unit.h. */
+#include "fmi3Functions.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "unit.h"
+
+static const fmi3Status statuses[] = {fmi3OK, fmi3Warning, fmi3Discard, fmi3Error};
+
+static void say(Unit *u, Outcome outcome, const char *category, const char *text) {
+    fmi3LogMessageCallback log;
+    memcpy(&log, &u->callback, sizeof log);
+    if (log) log(u->environment, statuses[outcome], category, text);
+}
+
+static fmi3Status done(bool well) { return well ? fmi3OK : fmi3Error; }
+
+static fmi3Status not_here(fmi3Instance c, const char *function) {
+    return c ? statuses[unit_fail(c, FAILED, "%s: this unit has no such thing; see its capability flags", function)] : fmi3Error;
+}
+
+/* Refuse a call that comes in the wrong order, or go from one phase to the next. */
+static bool in_phase(Unit *u, const char *function, Phase first, Phase last) {
+    if (!u) return false;
+    if ((Phase)u->s.phase >= first && (Phase)u->s.phase <= last) return true;
+    unit_fail(u, FAILED, "%s: not allowed now; initialise, step and terminate in this order", function);
+    return false;
+}
+
+static fmi3Status go(Unit *u, const char *function, Phase from, Phase to) {
+    if (!in_phase(u, function, from, from)) return fmi3Error;
+    u->s.phase = to;
+    return fmi3OK;
+}
+
+const char *fmi3GetVersion(void) { return fmi3Version; }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
+    (void)n, (void)categories;
+    if (c) ((Unit *)c)->logging = on;
+    return done(c != NULL);
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                          fmi3Boolean logging, fmi3InstanceEnvironment e, fmi3LogMessageCallback log) {
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    if (log) log(e, fmi3Error, "logStatusError", "model exchange: this unit is for co-simulation only; use that");
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logging, fmi3InstanceEnvironment e,
+                                               fmi3LogMessageCallback log, fmi3ClockUpdateCallback update,
+                                               fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
+    if (log) log(e, fmi3Error, "logStatusError", "scheduled execution: this unit is for co-simulation only; use that");
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
+                                         const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment e,
+                                         fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
+    void *callback;
+    (void)resources, (void)visible, (void)required, (void)n, (void)update;
+    memcpy(&callback, &log, sizeof callback);
+    Unit *u = unit_create(name, token, logging, e, callback, say);
+    if (u) {
+        u->event_mode = events;
+        u->early_return = early;
+    }
+    return u;
+}
+
+void fmi3FreeInstance(fmi3Instance c) { unit_free(c); }
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
+    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
+    if (!in_phase(c, "fmi3EnterInitializationMode", CREATED, CREATED)) return fmi3Error;
+    if (unit_start_at(c, start) != OK) return fmi3Error;
+    return go(c, "fmi3EnterInitializationMode", CREATED, INITIALISING);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+    Unit *u = c;
+    if (!in_phase(u, "fmi3ExitInitializationMode", INITIALISING, INITIALISING) || !unit_initialise(u)) return fmi3Error;
+    u->s.phase = u->event_mode ? IN_EVENT : STEPPING;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EnterEventMode(fmi3Instance c) { return go(c, "fmi3EnterEventMode", STEPPING, IN_EVENT); }
+fmi3Status fmi3EnterStepMode(fmi3Instance c) { return go(c, "fmi3EnterStepMode", IN_EVENT, STEPPING); }
+
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *end, fmi3Boolean *nominals,
+                                    fmi3Boolean *states, fmi3Boolean *next, fmi3Float64 *time) {
+    if (!in_phase(c, "fmi3UpdateDiscreteStates", IN_EVENT, IN_EVENT)) return fmi3Error;
+    if (again) *again = false;
+    if (end) *end = false;
+    if (nominals) *nominals = false;
+    if (states) *states = false;
+    if (next) *next = false;
+    if (time) *time = 0.0;
+    ((Unit *)c)->s.event = 0;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return done(c != NULL); }
+
+fmi3Status fmi3Terminate(fmi3Instance c) {
+    if (!in_phase(c, "fmi3Terminate", STEPPING, IN_EVENT)) return fmi3Error;
+    ((Unit *)c)->s.phase = TERMINATED;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance c) {
+    if (c) unit_reset(c);
+    return done(c != NULL);
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 value[], size_t nv) {
+    size_t at = 0;
+    if (!c) return fmi3Error;
+    for (size_t k = 0; k < n; k++) {
+        bool array = r[k] < N_VARIABLES && variables[r[k]].store == PRESSURE;
+        size_t length = array ? N_PRESSURE : 1;
+        if (at + length > nv) return statuses[unit_fail(c, FAILED, "fmi3GetFloat64: %u values are too few; give room for all", (unsigned)nv)];
+        if (!(array ? unit_film_pressure(c, value + at) : unit_get(c, r[k], REAL, value + at))) return fmi3Error;
+        at += length;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 value[], size_t nv) {
+    if (!c || nv < n) return fmi3Error;
+    for (size_t k = 0; k < n; k++)
+        if (!unit_set(c, r[k], REAL, value[k])) return fmi3Error;
+    return fmi3OK;
+}
+
+#define ACCESS(Name, type, kind)                                                                                       \
+    fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, type value[], size_t nv) {        \
+        double v;                                                                                                      \
+        if (!c || nv < n) return fmi3Error;                                                                            \
+        for (size_t k = 0; k < n; k++) {                                                                               \
+            if (!unit_get(c, r[k], kind, &v)) return fmi3Error;                                                        \
+            value[k] = (type)v;                                                                                        \
+        }                                                                                                              \
+        return fmi3OK;                                                                                                 \
+    }                                                                                                                  \
+    fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const type value[], size_t nv) {  \
+        if (!c || nv < n) return fmi3Error;                                                                            \
+        for (size_t k = 0; k < n; k++)                                                                                 \
+            if (!unit_set(c, r[k], kind, (double)value[k])) return fmi3Error;                                          \
+        return fmi3OK;                                                                                                 \
+    }
+
+ACCESS(Int32, fmi3Int32, INTEGER)
+ACCESS(Boolean, fmi3Boolean, BOOLEAN)
+
+#define NO_SUCH_TYPE(Name, type)                                                                                       \
+    fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, type value[], size_t nv) {        \
+        (void)r, (void)value, (void)nv;                                                                                \
+        return n ? not_here(c, "fmi3Get" #Name) : fmi3OK;                                                              \
+    }                                                                                                                  \
+    fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const type value[], size_t nv) {  \
+        (void)r, (void)value, (void)nv;                                                                                \
+        return n ? not_here(c, "fmi3Set" #Name) : fmi3OK;                                                              \
+    }
+
+NO_SUCH_TYPE(Float32, fmi3Float32)
+NO_SUCH_TYPE(Int8, fmi3Int8)
+NO_SUCH_TYPE(UInt8, fmi3UInt8)
+NO_SUCH_TYPE(Int16, fmi3Int16)
+NO_SUCH_TYPE(UInt16, fmi3UInt16)
+NO_SUCH_TYPE(UInt32, fmi3UInt32)
+NO_SUCH_TYPE(Int64, fmi3Int64)
+NO_SUCH_TYPE(UInt64, fmi3UInt64)
+NO_SUCH_TYPE(String, fmi3String)
+
+#define NO(Name, ...) \
+    fmi3Status fmi3##Name(fmi3Instance c, __VA_ARGS__) { return not_here(c, "fmi3" #Name); }
+#define REFS const fmi3ValueReference r[], size_t n
+
+NO(GetBinary, REFS, size_t sizes[], fmi3Binary values[], size_t nv)
+NO(SetBinary, REFS, const size_t sizes[], const fmi3Binary values[], size_t nv)
+NO(GetClock, REFS, fmi3Clock values[])
+NO(SetClock, REFS, const fmi3Clock values[])
+NO(GetNumberOfVariableDependencies, fmi3ValueReference r, size_t *n)
+NO(GetVariableDependencies, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t d[], fmi3DependencyKind k[], size_t n)
+NO(GetDirectionalDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns, fmi3Float64 d[], size_t nd)
+NO(GetAdjointDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns, fmi3Float64 d[], size_t nd)
+NO(GetIntervalDecimal, REFS, fmi3Float64 v[], fmi3IntervalQualifier q[])
+NO(GetIntervalFraction, REFS, fmi3UInt64 v[], fmi3UInt64 s[], fmi3IntervalQualifier q[])
+NO(GetShiftDecimal, REFS, fmi3Float64 v[])
+NO(GetShiftFraction, REFS, fmi3UInt64 v[], fmi3UInt64 s[])
+NO(SetIntervalDecimal, REFS, const fmi3Float64 v[])
+NO(SetIntervalFraction, REFS, const fmi3UInt64 v[], const fmi3UInt64 s[])
+NO(SetShiftDecimal, REFS, const fmi3Float64 v[])
+NO(SetShiftFraction, REFS, const fmi3UInt64 v[], const fmi3UInt64 s[])
+NO(CompletedIntegratorStep, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end)
+NO(SetTime, fmi3Float64 time)
+NO(SetContinuousStates, const fmi3Float64 x[], size_t n)
+NO(GetContinuousStateDerivatives, fmi3Float64 x[], size_t n)
+NO(GetEventIndicators, fmi3Float64 x[], size_t n)
+NO(GetContinuousStates, fmi3Float64 x[], size_t n)
+NO(GetNominalsOfContinuousStates, fmi3Float64 x[], size_t n)
+NO(GetNumberOfEventIndicators, size_t *n)
+NO(GetNumberOfContinuousStates, size_t *n)
+NO(GetOutputDerivatives, REFS, const fmi3Int32 o[], fmi3Float64 v[], size_t nv)
+NO(ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
+
+fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3EnterConfigurationMode"); }
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3ExitConfigurationMode"); }
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return not_here(c, "fmi3EnterContinuousTimeMode"); }
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
+    if (!c || !state) return fmi3Error;
+    State *saved = unit_save(c, *state);
+    if (saved) *state = saved;
+    return done(saved != NULL);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return done(c && unit_restore(c, state)); }
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
+    if (!c || !state) return fmi3Error;
+    free(*state);
+    *state = NULL;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
+    (void)state;
+    if (!c || !size) return fmi3Error;
+    *size = sizeof(State);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+    return done(c && unit_serialise(c, state, bytes, size));
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
+    if (!c || !state) return fmi3Error;
+    State *read = unit_deserialise(c, bytes, size);
+    if (!read) return fmi3Error;
+    free(*state);
+    *state = read;
+    return fmi3OK;
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 length, fmi3Boolean no_way_back, fmi3Boolean *event,
+                      fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *reached) {
+    Unit *u = c;
+    double at;
+    (void)no_way_back;
+    if (!in_phase(u, "fmi3DoStep", STEPPING, STEPPING)) return fmi3Error;
+    int64_t before = u->s.count;
+    Outcome outcome = unit_step(u, now, length, &at);
+    bool short_of = outcome == OK && (double)(u->s.count - before) * SAMPLE < length - 0.5 * SAMPLE;
+    if (event) *event = u->event_mode && u->s.event;
+    if (end) *end = false;
+    if (early) *early = short_of;
+    if (reached) *reached = at;
+    return statuses[outcome];
+}

@@ -1,0 +1,98 @@
+/* Values by reference: what may be read and set when, and the sentence about what may not. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "unit.h"
+
+static const Variable *find(Unit *u, uint32_t reference, Kind kind) {
+    static const char *const kinds[] = {"a real number", "an integer", "a boolean"};
+    if (reference >= N_VARIABLES) {
+        unit_fail(u, FAILED, "value reference %u: there is no such variable; see modelDescription.xml", (unsigned)reference);
+        return NULL;
+    }
+    if (variables[reference].kind != kind) {
+        unit_fail(u, FAILED, "%s: is %s; use the function of that type", variables[reference].name,
+                  kinds[variables[reference].kind]);
+        return NULL;
+    }
+    return &variables[reference];
+}
+
+bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value) {
+    const Variable *v = find(u, reference, kind);
+    if (!v) return false;
+    if (v->store == OUTPUT && u->s.phase == INITIALISING && !unit_initialise(u)) return false;
+    switch (v->store) {
+        case TIME: *value = unit_time(u); return true;
+        case INPUT: *value = u->s.inputs[v->index]; return true;
+        case OUTPUT: *value = u->s.outputs[v->index]; return true;
+        case PARAMETER: *value = u->s.parameters[v->index]; return true;
+        case SEED: *value = u->s.seed; return true;
+        case CONSTANT: *value = v->value; return true;
+        case PRESSURE: break;
+    }
+    unit_fail(u, FAILED, "%s: is an array of %d values; read all of it", v->name, N_PRESSURE);
+    return false;
+}
+
+static bool refuse(Unit *u, uint32_t reference, const char *text) {
+    if (u->s.phase == CREATED || u->s.phase == INITIALISING) {
+        u->has_refused = true;
+        u->refused = reference;
+        snprintf(u->refusal, sizeof u->refusal, "%s", text);
+    }
+    unit_fail(u, FAILED, "%s", text);
+    return false;
+}
+
+/* Whether a value fits its variable; if not, a sentence that goes on stopping the initialisation. */
+static bool fits(Unit *u, uint32_t reference, double value) {
+    const Variable *v = &variables[reference];
+    char text[400];
+    if (!(value >= v->low && value <= v->high)) {
+        if (v->low == v->high)
+            snprintf(text, sizeof text, "%s = %g %s: is fixed at %.17g in this unit; export the machine with another one",
+                     v->name, value, v->unit, v->low);
+        else
+            snprintf(text, sizeof text, "%s = %g %s: outside %g to %g; give a value in between", v->name, value, v->unit,
+                     v->low, v->high);
+        return refuse(u, reference, text);
+    }
+    if (v->whole && value != floor(value)) {
+        snprintf(text, sizeof text, "%s = %g: not a whole number; give e.g. %g", v->name, value, round(value));
+        return refuse(u, reference, text);
+    }
+    if (u->has_refused && u->refused == reference) u->has_refused = false;
+    return true;
+}
+
+bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
+    const Variable *v = find(u, reference, kind);
+    bool early = u->s.phase == CREATED || u->s.phase == INITIALISING;
+    if (!v) return false;
+    if (v->settable == NEVER) {
+        unit_fail(u, FAILED, "%s: cannot be set; only inputs and parameters can", v->name);
+        return false;
+    }
+    if (v->settable == BEFORE_START && !early) {
+        unit_fail(u, FAILED, "%s: is fixed once the unit is initialised; reset it and set it before", v->name);
+        return false;
+    }
+    if (v->store == INPUT) {
+        u->s.inputs[v->index] = value; /* judged when it is used */
+    } else {
+        if (!fits(u, reference, value)) return false;
+        if (v->store == SEED) u->s.seed = value;
+        if (v->store == PARAMETER) u->s.parameters[v->index] = value;
+    }
+    if (early) u->s.settled = 0;
+    return true;
+}
+
+bool unit_film_pressure(Unit *u, double *values) {
+    if (u->s.phase == INITIALISING && !unit_initialise(u)) return false;
+    for (int k = 0; k < N_PRESSURE; k++)
+        values[k] = 0.5 * (u->s.w[pressure_nodes[k][1]] + u->s.w[pressure_nodes[k][0]]);
+    return true;
+}

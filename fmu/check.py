@@ -1,0 +1,190 @@
+"""Checks of a unit: standard, trajectory against the plant in Python, states, instances, step sizes, speed."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from fmu.importer import ImportedUnit, Instance, fmpy
+from fmu.info import machine_text, start, stored
+from fmu.model import UnitModel, make_model
+from fmu.reference import reference_inputs
+from fmu.truth import plant_outputs
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+
+TOLERANCE = 1e-9
+"""Deviation from a stored reference, relative to each output's largest value, on another C library."""
+REAL_TIME = 5.0
+BAD_STEPS = {"0": 0.0, "negative": -1e-3, "NaN": float("nan"), "0.3 ms": 3e-4}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the table."""
+
+    name: str
+    value: str
+    passed: bool
+
+
+def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
+    """Run all checks, one after another."""
+    model = make_model("plant", Plant(Machine.from_text(machine_text(path))), *start(path))
+    yield from _standard(path)
+    with ImportedUnit(path) as unit:
+        for job in (_trajectory, _long_steps, _reference, _replay, _second, _steps, _pace):
+            yield from job(unit, model, path, max(round(duration / SAMPLE), 100))
+
+
+def _standard(path: Path) -> Iterator[Check]:
+    fmpy()
+    from fmpy.validation import validate_fmu
+
+    with redirect_stdout(io.StringIO()):
+        problems = validate_fmu(str(path))
+    yield Check(
+        "fmpy validate", f"{len(problems)} problems{'' if not problems else ': ' + problems[0][:80]}", not problems
+    )
+
+
+def _trajectory(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    yield compare(unit, model, n, SAMPLE, f"{n * SAMPLE:g} s against the Python plant")
+
+
+def _long_steps(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    yield compare(unit, model, max(n // 10, 20), 5 * SAMPLE, "the same in steps of 1 ms")
+
+
+def compare(unit: ImportedUnit, model: UnitModel, n: int, step: float, name: str) -> Check:
+    """A run-up with steps and a hit in unit and plant."""
+    inputs = reference_inputs(model, n, step)
+    truth = plant_outputs(model, inputs, step)
+    rows = run(unit, inputs, step, list(truth))
+    worst, same = 0.0, True
+    for k, (values, good) in enumerate(truth.values()):
+        same = same and np.array_equal(values[good], rows[good, k])
+        worst = max(worst, deviation(values[good], rows[good, k]))
+    return Check(
+        name, "equal to the last bit" if same else f"relative deviation {worst:.2g}", same or worst < TOLERANCE
+    )
+
+
+def deviation(a: np.ndarray, b: np.ndarray) -> float:
+    """Largest difference over the largest value."""
+    return float(np.abs(a - b).max(initial=0.0) / max(np.abs(a).max(initial=0.0), 1e-300))
+
+
+def run(unit: ImportedUnit, inputs: Mapping[str, np.ndarray], step: float, outputs: list[str]) -> np.ndarray:
+    """A run of a fresh instance from its start values."""
+    instance = unit.instance()
+    instance.initialise()
+    rows = instance.run(inputs, step, outputs)
+    instance.close()
+    return rows
+
+
+def _reference(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    header, given = stored(path, "in.csv")
+    names, wanted = stored(path, "out.csv")
+    if not wanted:
+        yield Check("stored reference", "none: exported for other computers only", True)
+        return
+    table, target = np.array(given), np.array(wanted)
+    inputs = {name: table[:, k] for k, name in enumerate(header) if k}
+    rows = run(unit, inputs, float(table[1, 0] - table[0, 0]), names[1:])
+    worst = max(deviation(target[:, k + 1], rows[:, k]) for k in range(rows.shape[1]))
+    yield Check("stored reference", f"relative deviation {worst:.2g}", worst < TOLERANCE)
+
+
+def _replay(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    inputs, outputs = reference_inputs(model, 200, SAMPLE), unit.names("output")
+    first = {k: v[:100] for k, v in inputs.items()}
+    last = {k: v[100:] for k, v in inputs.items()}
+    instance = unit.instance()
+    instance.initialise()
+    instance.run(first, SAMPLE, outputs)
+    saved = instance.save()
+    rows = [instance.run(last, SAMPLE, outputs, 100)]
+    instance.restore(saved)
+    rows.append(instance.run(last, SAMPLE, outputs, 100))
+    yield Check("state taken back and replayed", *_equal(rows[0], rows[1]))
+    foreign = (saved[:-8], b"x" * len(saved), saved[:-4] + b"abcd")
+    refused = [refuses(partial(instance.restore, blob)) for blob in foreign]
+    yield Check("truncated, foreign and damaged states", f"{sum(refused)} of 3 refused", all(refused))
+    instance.slave.reset()
+    instance.initialise()
+    rows = [run(unit, first, SAMPLE, outputs), instance.run(first, SAMPLE, outputs)]
+    yield Check("reset", *_equal(rows[0], rows[1]))
+    instance.close()
+
+
+def _second(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    inputs, outputs = reference_inputs(model, 100, SAMPLE), unit.names("output")
+    one, two = unit.instance("one"), unit.instance("two")
+    one.initialise()
+    two.initialise()
+    rows: list[list[np.ndarray]] = [[], []]
+    for k in range(100):
+        for i, instance in enumerate((one, two)):
+            row = {name: values[k : k + 1] for name, values in inputs.items()}
+            rows[i].append(instance.run(row, SAMPLE, outputs, k)[1])
+    one.close()
+    two.close()
+    yield Check("second instance beside the first", *_equal(np.array(rows[0]), np.array(rows[1])))
+
+
+def _equal(a: np.ndarray, b: np.ndarray) -> tuple[str, bool]:
+    same = np.array_equal(a, b)
+    return ("equal to the last bit" if same else f"relative deviation {deviation(a, b):.2g}"), same
+
+
+def refuses(call: Callable[[], object]) -> bool:
+    """Whether a call ends with an error of the unit."""
+    try:
+        call()
+    except Exception:  # FMPy's own exception, or its assertion
+        return True
+    return False
+
+
+def _steps(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    instance = unit.instance()
+    instance.initialise()
+    refused = {name: refuses(partial(instance.step, 0.0, h)) for name, h in BAD_STEPS.items()}
+    instance.step(0.0, SAMPLE)
+    yield Check(
+        "communication steps " + ", ".join(BAD_STEPS),
+        f"{sum(refused.values())} of {len(refused)} refused",
+        all(refused.values()),
+    )
+    instance.close()
+
+
+def _pace(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+    begin = time.perf_counter()
+    instance = unit.instance()
+    instance.initialise()
+    ready = time.perf_counter() - begin
+    yield Check("load and initialise", f"{ready:.3f} s", ready < 0.5)
+    cost = step_cost(instance, 2000)
+    yield Check("doStep of 0.2 ms", f"{cost * 1e6:.1f} us, {SAMPLE / cost:.1f} x real time", SAMPLE / cost >= REAL_TIME)
+    instance.close()
+
+
+def step_cost(instance: Instance, n: int) -> float:
+    """Median time [s] of a communication step of one sample."""
+    times = np.empty(n)
+    for k in range(n):
+        begin = time.perf_counter()
+        instance.step(k * SAMPLE, SAMPLE)
+        times[k] = time.perf_counter() - begin
+    return float(np.median(times))

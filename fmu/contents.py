@@ -1,0 +1,173 @@
+"""What an archive holds beside description and binaries: documentation, data, reference, terminals, icon."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+from string import Template
+from xml.etree.ElementTree import Element, SubElement
+
+from fmu.description import number, text
+from fmu.limits import UNLIMITED
+from fmu.model import UnitModel, software
+from fmu.reference import Reference, table
+from fmu.units import fmi_name
+from fmu.variables import Variable
+from rotorsim.machine.units import show
+
+REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+PAIRS = {
+    "Disc": ("disc.x", "disc.y", "disc.force_x", "disc.force_y"),
+    "Injection": ("injection.pressure", "injection.line_pressure", "injection.mass_flow"),
+    "Actuators": ("piezo.ref_x", "piezo.ref_y"),
+    "Sensors": ("meas.disc_x", "meas.disc_y", "meas.angle", "meas.speed", "meas.pressure"),
+    "Drive": ("shaft.speed_ref", "drive.on", "shaft.speed", "shaft.angle"),
+}
+"""Terminals and the variables in them."""
+
+
+def contents(
+    model: UnitModel, version: int, reference: Reference | None, targets: list[str], cpu: str
+) -> dict[str, bytes]:
+    """Files by their names in the archive; `reference` is None where no binary runs on the exporting computer."""
+    templates = Path(__file__).parent / "templates"
+    icons = "terminalsAndIcons"
+    found = {
+        "resources/model.json": json.dumps(data(model, targets, cpu), indent=1, sort_keys=True) + "\n",
+        "resources/machine.toml": model.plant.machine.text,
+        "documentation/index.html": page(model),
+        "documentation/licenses/license.txt": licence(),
+        f"{icons}/icon.svg": (templates / "icon.svg").read_text(encoding="utf-8"),
+        "terminalsAndIcons/terminalsAndIcons.xml": text(terminals(model)),
+    }
+    if reference is not None:
+        found |= {
+            f"{REFERENCE_FOLDER}/fmi-ls-manifest.xml": text(manifest()),
+            f"{REFERENCE_FOLDER}/experiments.xml": text(experiments(reference)),
+            f"{REFERENCE_FOLDER}/in.csv": table(reference.inputs, reference.step),
+            f"{REFERENCE_FOLDER}/out.csv": table(reference.outputs, reference.step),
+        }
+    png = (templates / "icon.png").read_bytes()
+    if version == 2:
+        for name in (f"{icons}/icon.svg", f"{icons}/terminalsAndIcons.xml"):
+            del found[name]
+    pictures = {"model.png" if version == 2 else f"{icons}/icon.png": png}
+    return {name: body.encode() for name, body in found.items()} | pictures
+
+
+def data(model: UnitModel, targets: list[str], cpu: str) -> dict[str, object]:
+    """Where the unit comes from and the start value of every parameter, in SI units."""
+    return {
+        "software": software(),
+        "numba": version_of("numba"),
+        "llvmlite": version_of("llvmlite"),
+        "machine_hash": model.plant.machine.hash,
+        "model_hash": model.hash,
+        "kernels": model.assembly.module.__name__,
+        "targets": targets,
+        "cpu": cpu,
+        "start": {"speed": model.speed, "pressure": model.pressure},
+        "parameters": {v.name: v.start for v in model.variables if v.causality == "parameter"},
+    }
+
+
+def page(model: UnitModel) -> str:
+    """documentation/index.html."""
+    folder = Path(__file__).parent / "templates"
+    machine = model.plant.machine
+    film = machine.film
+    grid = f"{machine.grid.n_theta} x {machine.grid.n_z}" if film else "none"
+    values = {
+        "name": html.escape(machine.name),
+        "description": html.escape(machine.description),
+        "hash": model.hash,
+        "software": html.escape(software()),
+        "grid": grid,
+        "clearance": show(film.clearance, "m") if film else "no gas film",
+        "floor": show(machine.solver.minimum_film, "m"),
+        "time_step": show(machine.solver.time_step, "s"),
+        "speed": f"{model.speed * 30 / math.pi:.6g} rpm",
+        "pressure": f"{model.pressure / 1e6:.6g} MPa",
+        "effects": "\n".join(_effects(model)),
+        "variables": "\n".join(_variable_row(v) for v in model.variables),
+    }
+    return Template((folder / "index.html").read_text(encoding="utf-8")).substitute(values)
+
+
+def _effects(model: UnitModel) -> list[str]:
+    """Equation and source of every effect, from its own docstring."""
+    rows = []
+    for name, effects in model.plant.machine.effects.items():
+        words = (sys.modules[type(effects[0]).__module__].__doc__ or type(effects[0]).__doc__ or "").strip()
+        rows.append(f"<h3>{html.escape(name)}</h3>\n<pre>{html.escape(words)}</pre>")
+    return rows
+
+
+def _variable_row(v: Variable) -> str:
+    unit = "" if v.unit == "1" else fmi_name(v.unit)
+    low = "" if v.low <= -UNLIMITED else f"{v.low:.6g}"
+    high = "" if v.high >= UNLIMITED else f"{v.high:.6g}"
+    start = "" if v.start is None else f"{v.start:.9g}"
+    cells = (v.name, v.causality, v.variability, unit, start, low, high, v.doc)
+    return "<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in cells) + "</tr>"
+
+
+def licence() -> str:
+    """The licence's text."""
+    for folder in (Path(__file__).parents[1], Path(__file__).parent):
+        file = folder / "LICENSE"
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    return "MIT\n"
+
+
+def terminals(model: UnitModel) -> Element:
+    """terminalsAndIcons.xml of FMI 3.0."""
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    graphic = SubElement(root, "GraphicalRepresentation")
+    SubElement(graphic, "CoordinateSystem", x1="-100", y1="-100", x2="100", y2="100")
+    SubElement(graphic, "Icon", x1="-100", y1="-100", x2="100", y2="100")
+    known = {v.name for v in model.variables}
+    below = SubElement(root, "Terminals")
+    for name, members in PAIRS.items():
+        present = [m for m in members if m in known]
+        if present:
+            terminal = SubElement(below, "Terminal", name=name, matchingRule="bus")
+            for member in present:
+                SubElement(
+                    terminal, "TerminalMemberVariable", variableName=member, memberName=member.split(".", 1)[1],
+                    variableKind="signal",
+                )  # fmt: skip
+    return root
+
+
+def manifest() -> Element:
+    """fmi-ls-manifest.xml of the layered standard for references."""
+    return Element(
+        "fmiReferences",
+        {
+            "xmlns:fmi-ls": "http://fmi-standard.org/fmi-ls-manifest",
+            "fmi-ls:fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
+            "fmi-ls:fmi-ls-version": "1.0.0",
+            "fmi-ls:fmi-ls-description": "Reference inputs and outputs of this unit.",
+        },
+    )
+
+
+def experiments(reference: Reference) -> Element:
+    """The one experiment: stimuli and references as CSV."""
+    root = Element(
+        "Experiments", name="reference", description="Run-up with steps of pressure and reference and a hit."
+    )
+    stop = reference.step * len(next(iter(reference.inputs.values())))
+    one = SubElement(
+        root, "Experiment", name="reference", startTime="0", stopTime=number(round(stop, 9)),
+        stepSize=number(reference.step), tolerance="1e-9",
+    )  # fmt: skip
+    SubElement(one, "Stimuli", source="in.csv", type="text/csv")
+    SubElement(one, "References", source="out.csv", type="text/csv")
+    return root

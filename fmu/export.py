@@ -1,0 +1,81 @@
+"""A plant as .fmu files: kernels, wrapper, descriptions, documentation and reference in one archive each."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from fmu.archive import write_archive
+from fmu.binaries import build
+from fmu.contents import contents
+from fmu.description import DESCRIPTIONS, text
+from fmu.model import IDENTIFIER, UnitModel
+from fmu.reference import make_reference
+from fmu.targets import Target, host
+from rotorsim.errors import DataError
+
+
+def versions(words: str) -> tuple[int, ...]:
+    """FMI versions of a list like ``2,3``."""
+    wanted = [word.strip().removesuffix(".0") for word in words.split(",") if word.strip()]
+    wrong = [word for word in wanted if word not in ("2", "3")]
+    if wrong or not wanted:
+        raise DataError(f"--fmi: '{','.join(wrong) or words}' is not known; choose 2, 3 or 2,3")
+    return tuple(sorted({int(word) for word in wanted}))
+
+
+def file_names(out: Path, chosen: Sequence[int]) -> dict[int, Path]:
+    """Where each version goes: `out` itself, or with both ``NAME_fmi2.fmu`` and ``NAME_fmi3.fmu``."""
+    if len(chosen) == 1:
+        return {chosen[0]: out}
+    return {v: out.with_name(f"{out.stem}_fmi{v}{out.suffix}") for v in chosen}
+
+
+def export(
+    model: UnitModel, out: Path, chosen: Sequence[int], targets: Sequence[Target], cpu: str = "portable"
+) -> dict[int, Path]:
+    """Write the .fmu files and return where they are.
+
+    Raises DataError for what cannot be written or compiled, NoLiftOffError where the plant has no equilibrium to start
+    from.
+    """
+    if cpu not in ("portable", "native"):
+        raise DataError(f"--cpu: '{cpu}' is not known; choose portable or native")
+    paths = file_names(out, chosen)
+    for path in paths.values():
+        _check_folder(path)
+    model.plant.equilibrium(model.speed, model.pressure)
+    with tempfile.TemporaryDirectory() as folder:
+        libraries = {name: file.read_bytes() for name, file in build(model, targets, cpu, Path(folder)).items()}
+        reference = None
+        if host() in targets:
+            trial = Path(folder) / "trial.fmu"
+            write_archive(trial, core(model, max(chosen), [host()], libraries))
+            reference = make_reference(model, trial)
+    for version, path in paths.items():
+        more = contents(model, version, reference, [t.name for t in targets], cpu)
+        write_archive(path, core(model, version, targets, libraries) | more)
+    return paths
+
+
+def core(model: UnitModel, version: int, targets: Sequence[Target], libraries: dict[str, bytes]) -> dict[str, bytes]:
+    """What an archive needs to run: description and binaries."""
+    found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
+    for target in targets:
+        folder = target.folder2 if version == 2 else target.folder3
+        found[f"binaries/{folder}/{IDENTIFIER}{target.suffix}"] = libraries[target.name]
+    return found
+
+
+def _check_folder(path: Path) -> None:
+    """Refuse before minutes of compiling what could not be written after them."""
+    if path.is_dir():
+        raise DataError(f"{path}: is a folder; give a file name, e.g. {path / 'rotor.fmu'}")
+    if not path.parent.is_dir():
+        raise DataError(f"{path}: the folder is not there; make it, or choose another --out")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise DataError(f"{path}: the folder is not writable; choose another --out") from error

@@ -1,0 +1,172 @@
+"""A unit run through FMPy, by names: what checks, references and examples use."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from rotorsim.errors import DataError
+
+Say = Callable[[str], None]
+
+
+def fmpy() -> Any:
+    """The importer; raises DataError that says what to install."""
+    try:
+        import fmpy as importer
+    except ImportError as error:
+        raise DataError("fmpy: is not installed; install it with pip install 'rotorsim[fmu]'") from error
+    return importer
+
+
+class ImportedUnit:
+    """A .fmu file loaded; a context manager that removes what it unpacked."""
+
+    def __init__(self, path: str | Path) -> None:
+        importer = fmpy()
+        try:
+            self.description = importer.read_model_description(str(path), validate=False)
+            self.folder = importer.extract(str(path))
+        except Exception as error:  # what FMPy makes of a file that is none, from KeyError to BadZipFile
+            raise DataError(f"{path}: is no FMU that FMPy can read ({str(error)[:200]}); export it again") from error
+        self.is_3 = self.description.fmiVersion.startswith("3")
+        self.variables = {v.name: v for v in self.description.modelVariables}
+
+    def __enter__(self) -> ImportedUnit:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def names(self, causality: str) -> list[str]:
+        """Scalar variables of a causality."""
+        return [n for n, v in self.variables.items() if v.causality == causality and not v.dimensions]
+
+    def instance(self, name: str = "unit", say: Say | None = None, **options: bool) -> Instance:
+        """A new instance, not yet initialised."""
+        return Instance(self, name, say, options)
+
+
+class Instance:
+    """One instance of a unit. `messages` collects what it logs."""
+
+    def __init__(self, unit: ImportedUnit, name: str, say: Say | None, options: dict[str, bool]) -> None:
+        self.unit, self.messages = unit, []  # type: ImportedUnit, list[str]
+        self.say = say or self.messages.append
+        d = unit.description
+        common = {
+            "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.coSimulation.modelIdentifier,
+            "instanceName": name,
+        }  # fmt: skip
+        if unit.is_3:
+            from fmpy.fmi3 import FMU3Slave
+
+            self.slave: Any = FMU3Slave(**common)
+            self.slave.instantiate(loggingOn=True, logMessage=self._log3, **options)
+        else:
+            from fmpy.fmi2 import FMU2Slave
+
+            self.slave = FMU2Slave(**common)
+            self.slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
+
+    def _log3(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
+        self.say(message.decode())
+
+    def _callbacks(self) -> Any:
+        from fmpy import fmi2
+
+        def log(environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+            self.say(message.decode())
+
+        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+        callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+        callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
+        return callbacks
+
+    def initialise(self, values: Mapping[str, float] | None = None, start: float = 0.0) -> None:
+        """Set values, then initialise."""
+        if not self.unit.is_3:
+            self.slave.setupExperiment(startTime=start)
+        self.set(values or {})
+        if self.unit.is_3:
+            self.slave.enterInitializationMode(startTime=start)
+        else:
+            self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Set variables of any type by name."""
+        for name, value in values.items():
+            v = self.unit.variables[name]
+            getattr(self.slave, f"set{v.type}")([v.valueReference], [_cast(v.type)(value)])
+
+    def get(self, names: Sequence[str]) -> np.ndarray:
+        """Values of variables of any type by name."""
+        found = np.empty(len(names))
+        for k, name in enumerate(names):
+            v = self.unit.variables[name]
+            found[k] = getattr(self.slave, f"get{v.type}")([v.valueReference])[0]
+        return found
+
+    def step(self, now: float, length: float) -> Any:
+        """One communication step; FMI 3.0 answers (event, terminate, early return, time reached)."""
+        return self.slave.doStep(currentCommunicationPoint=now, communicationStepSize=length)
+
+    def film_pressure(self) -> np.ndarray:
+        """Film pressure (n_theta, n_z); FMI 3.0 only."""
+        v = self.unit.variables["film.pressure"]
+        shape = [int(d.start) for d in v.dimensions]
+        return np.array(self.slave.getFloat64([v.valueReference], nValues=int(np.prod(shape)))).reshape(shape)
+
+    def save(self) -> bytes:
+        """The state as bytes."""
+        s = self.slave
+        state = s.getFMUState() if self.unit.is_3 else s.getFMUstate()
+        data = bytes(s.serializeFMUState(state) if self.unit.is_3 else s.serializeFMUstate(state))
+        (s.freeFMUState if self.unit.is_3 else s.freeFMUstate)(state)
+        return data
+
+    def restore(self, data: bytes) -> None:
+        """Take back a state saved as bytes."""
+        s = self.slave
+        if self.unit.is_3:
+            state = s.deserializeFMUState(data)
+            s.setFMUState(state)
+            s.freeFMUState(state)
+        else:
+            buffer = ctypes.create_string_buffer(data, len(data))
+            state = s.deSerializeFMUstate(buffer.raw)
+            s.setFMUstate(state)
+            s.freeFMUstate(state)
+
+    def run(self, inputs: Mapping[str, np.ndarray], step: float, outputs: Sequence[str], first: int = 0) -> np.ndarray:
+        """Outputs (n + 1, outputs), before the first and after every step, for input rows (n,) by name."""
+        rows = [self.get(outputs)]
+        reals = [n for n in inputs if self.unit.variables[n].type in ("Real", "Float64")]
+        others = [n for n in inputs if n not in reals]
+        references = [self.unit.variables[n].valueReference for n in reals]
+        table = np.stack([inputs[n] for n in reals], axis=1)
+        set_reals = getattr(self.slave, "setFloat64" if self.unit.is_3 else "setReal")
+        for k, row in enumerate(table):
+            set_reals(references, row.tolist())
+            if others and (k == 0 or any(inputs[n][k] != inputs[n][k - 1] for n in others)):
+                self.set({n: inputs[n][k] for n in others})
+            self.step((first + k) * step, step)
+            rows.append(self.get(outputs))
+        return np.array(rows)
+
+    def close(self) -> None:
+        """Terminate and free."""
+        self.slave.terminate()
+        self.slave.freeInstance()
+
+
+def _cast(name: str) -> Callable[[float], Any]:
+    return {"Boolean": bool, "Integer": int, "Int32": int}.get(name, float)

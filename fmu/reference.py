@@ -1,0 +1,67 @@
+"""The run that a unit carries as its proof: inputs and outputs; `check` holds them against the plant in Python."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fmu.importer import ImportedUnit
+from fmu.model import UnitModel
+from fmu.variables import Variable
+
+STEP = 1e-3
+ROWS = 300
+FORCE, VOLTS, PRESSURE_STEP, ACCELERATION = 20.0, 0.5, 0.02e6, 50.0
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Input rows (n, inputs) and outputs (n + 1, outputs) every `step` [s], under the names of the variables."""
+
+    step: float
+    inputs: dict[str, np.ndarray]
+    outputs: dict[str, np.ndarray]
+
+
+def input_variables(model: UnitModel) -> list[Variable]:
+    """Inputs that a run is made of."""
+    return [v for v in model.variables if v.store == "input"]
+
+
+def reference_inputs(model: UnitModel, n: int, step: float = STEP) -> dict[str, np.ndarray]:
+    """A run-up with a pressure step, a step of the reference and a hit on the disc, all within n steps."""
+    rows = {v.name: np.full(n, float(v.start or 0.0)) for v in input_variables(model)}
+    k = np.arange(n)
+    rows["shaft.speed_ref"] += ACCELERATION * step * (k + 1)
+    if "injection.pressure" in rows:
+        rows["injection.pressure"][n // 3 :] += PRESSURE_STEP
+        rows["piezo.ref_x"][n // 2 :] = VOLTS
+        rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
+    rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = FORCE
+    return rows
+
+
+def make_reference(model: UnitModel, path: Path) -> Reference:
+    """Run the unit at `path`, which has a binary for this computer."""
+    inputs = reference_inputs(model, ROWS)
+    with ImportedUnit(path) as unit:
+        names = unit.names("output")
+        instance = unit.instance("reference")
+        instance.initialise()
+        rows = instance.run(inputs, STEP, names)
+        instance.close()
+    return Reference(STEP, inputs, dict(zip(names, rows.T, strict=True)))
+
+
+def table(columns: dict[str, np.ndarray], step: float) -> str:
+    """CSV with time first; numbers read back to the last bit."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["time", *columns])
+    for k, row in enumerate(zip(*columns.values(), strict=True)):
+        writer.writerow([repr(round(k * step, 9)), *(repr(float(x)) for x in row)])
+    return stream.getvalue()

@@ -1,0 +1,107 @@
+"""The generated C files of a unit: sizes and places (tables.h), variables and constant data (tables.c)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from fmu.model import UnitModel
+from fmu.variables import ROW, Variable
+from reynolds.grid import cells
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.columns import COLUMNS
+
+MAGIC = "rotsim1"
+EXTRA_COLUMNS = 3
+STORES = {
+    "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
+    "constant": "CONSTANT", "pressure": "PRESSURE",
+}  # fmt: skip
+
+
+def header(model: UnitModel) -> str:
+    """Text of tables.h."""
+    a = model.assembly
+    inputs = [v for v in model.variables if v.store == "input"]
+    at = {v.name: v.index for v in inputs}
+    defines: dict[str, Any] = {
+        "MAGIC": f'"{MAGIC}"',
+        "MODEL_HASH": f'"{model.hash}"',
+        "TOKEN": f'"{model.token}"',
+        "SAMPLE": SAMPLE.hex(),
+        "STEPS": a.steps_per_sample,
+        "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
+        "N_VARIABLES": len(model.variables),
+        "N_INPUTS": len(inputs),
+        "N_OUT": len(COLUMNS) + a.film.n_inj + EXTRA_COLUMNS,
+        "N_P": a.record.dtype.itemsize // 8,
+        "N_W": a.w.size,
+        "N_IX": a.ix.size,
+        "N_INJ": a.film.n_inj,
+        "N_RUNS": len(runs(a.w)),
+        "N_PRESSURE": len(pressure_nodes(a)),
+        "INPUT_PLACES": "{" + ", ".join(str(at.get(name, -1)) for name in ROW) + "}",
+        "DRIVE_ON": at["drive.on"],
+        "TOUCHDOWN": COLUMNS.index("contact") if a.film_model is not None else -1,
+        "W_SEED": a.rig.seed,
+        "W_COMMAND": a.rig.command,
+        "W_SPEED": a.rotor.speed,
+        "W_LOAD": a.film.static_rhs,
+    }
+    lines = [f"#define {name} {value}" for name, value in defines.items()]
+    return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
+
+
+def source(model: UnitModel) -> str:
+    """Text of tables.c."""
+    a = model.assembly
+    nodes = [*pressure_nodes(a), (0, 0)]
+    return "\n".join(
+        [
+            "/* Written by the exporter. */",
+            '#include "unit.h"',
+            _array("const Variable variables[N_VARIABLES]", (_row(v) for v in model.variables)),
+            _array("const Run initial_runs[N_RUNS]", (f"{{{n}, {x.hex()}}}" for n, x in runs(a.w))),
+            _array("const double initial_parameters[N_P]", (float(x).hex() for x in a.record.view("f8").ravel())),
+            _array("const int64_t indices[N_IX]", map(str, a.ix)),
+            _array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", (f"{{{i}, {j}}}" for i, j in nodes)),
+            "",
+        ]
+    )
+
+
+def _array(declaration: str, items: Iterable[str]) -> str:
+    return f"{declaration} = {{\n    " + ",\n    ".join(items) + "\n};"
+
+
+def _row(v: Variable) -> str:
+    settable = {"input": "ALWAYS", "parameter": "ALWAYS" if v.tunable else "BEFORE_START", "seed": "BEFORE_START"}
+    unit = "" if v.unit == "1" else v.unit
+    parts = [
+        f'"{v.name}"', f'"{unit}"', v.kind.upper(), STORES[v.store], settable.get(v.store, "NEVER"), v.index,
+        str(v.whole).lower(), float(v.low).hex(), float(v.high).hex(), float(v.start or 0.0).hex(),
+    ]  # fmt: skip
+    return "{" + ", ".join(map(str, parts)) + "}"
+
+
+def runs(w: np.ndarray) -> list[tuple[int, float]]:
+    """The workspace as runs of equal values; -0.0 is not 0.0."""
+    return [(len(list(group)), float.fromhex(key)) for key, group in groupby(float(x).hex() for x in w)]
+
+
+def pressure_nodes(a: Assembly) -> list[tuple[int, int]]:
+    """The two workspace cells of each interval in z, theta by theta: film pressure is their mean."""
+    if a.film_model is None:
+        return []
+    L = a.film
+    lines = L.p + L.first + np.arange(L.n_theta) * L.stride
+    inside = L.p + cells(L)
+    upper = (lines + L.n_rows)[:, None]
+    lower = upper if L.half else (lines - 1)[:, None]
+    columns = [lower, inside[:, :0:-1], inside, upper] if L.half else [lower, inside, upper]
+    nodes = np.hstack(columns)
+    return [(int(i), int(j)) for i, j in zip(nodes[:, :-1].ravel(), nodes[:, 1:].ravel(), strict=True)]

@@ -1,0 +1,248 @@
+"""THE table of a plant unit's variables: header, both model descriptions, units, docs and checks are made from it.
+
+A variable's value reference is its place in the table. The first is time; names are dotted, parameters of effects are
+called as in the machine file (``effects.unbalance.me``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from fmu.limits import UNLIMITED, limits
+from fmu.units import display_unit
+from rotorsim.effects import Effect
+from rotorsim.machine.actuators import Actuators, Drive
+from rotorsim.machine.film import Gas, Injector
+from rotorsim.machine.part import spec_of
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.columns import COLUMNS
+
+NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
+ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")
+"""Inputs in the order of a row of `rotorsim.plant.run.run`."""
+MOST_SEED = 2**31 - 1
+BEFORE_START = ("support", "rotating", "plenum")
+"""Ports whose effects are built in when the unit is initialised."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable: `store` says where its value lies ('input', 'output', 'parameter', ...), `index` at which place."""
+
+    name: str
+    store: str
+    doc: str
+    unit: str = "1"
+    index: int = 0
+    kind: str = "real"
+    start: float | None = None
+    low: float = -UNLIMITED
+    high: float = UNLIMITED
+    whole: bool = False
+    tunable: bool = False
+    shape: tuple[int, ...] = ()
+
+    @property
+    def causality(self) -> str:
+        """FMI's causality."""
+        known = {"time": "independent", "input": "input", "constant": "local", "pressure": "output", "output": "output"}
+        return known.get(self.store, "parameter")
+
+    @property
+    def variability(self) -> str:
+        """FMI's variability."""
+        if self.store == "constant":
+            return "constant"
+        if self.causality == "parameter":
+            return "tunable" if self.tunable else "fixed"
+        return "continuous" if self.kind == "real" else "discrete"
+
+    @property
+    def nominal(self) -> float | None:
+        """A typical size in SI units."""
+        return NOMINAL.get(self.unit) if self.kind == "real" and self.causality in ("input", "output") else None
+
+    @property
+    def display(self) -> str | None:
+        """Unit for people."""
+        if self.kind != "real" or self.store == "time":
+            return None
+        return display_unit(self.unit, self.start or self.nominal or 0.0)
+
+
+def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[Variable, ...]:
+    """All variables of a plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
+    found = [Variable("time", "time", "Simulation time.", "s")]
+    found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a), *_effect_parameters(a)]
+    found.append(
+        Variable(
+            "noise.seed", "seed", "Makes the sensors' noise and nothing else.", kind="integer", start=0.0, low=0.0,
+            high=MOST_SEED, whole=True,
+        )
+    )  # fmt: skip
+    return (*found, *_constants(a))
+
+
+def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
+    rows = [("shaft.speed_ref", "rad/s", speed, "Speed reached at the end of the coming step; at rest at the start.")]
+    if a.film.n_inj:
+        rows.append(("injection.pressure", "Pa", pressure, "Gauge pressure of the supply, held over a step."))
+        which = {"reference": "of the pins' PD loops", "voltage": "of the amplifiers"}.get(_mode(a), "of the pins")
+        for axis in "xy":
+            rows.append((f"piezo.ref_{axis}", "V", 0.0, f"Reference {which} along {axis}; positive pushes its pin in."))
+    for axis in "xy":
+        rows.append(
+            (f"disc.force_{axis}", "N", 0.0, f"Force on the shaft where displacement is measured, along {axis}.")
+        )
+    for k, (name, unit, start, doc) in enumerate(rows):
+        low = 1.0 - a.machine.gas.ambient_pressure if name == "injection.pressure" else -UNLIMITED
+        yield Variable(name, "input", doc, unit, k, start=start, low=low)
+    doc = "Whether the drive holds the speed; off, the shaft coasts."
+    yield Variable("drive.on", "input", doc, index=len(rows), kind="boolean", start=1.0, low=0.0, high=1.0)
+
+
+def _mode(a: Assembly) -> str:
+    return a.machine.actuators.mode if a.machine.actuators else "ideal"
+
+
+def _outputs(a: Assembly) -> Iterator[Variable]:
+    n, has_film = a.film.n_inj, a.film_model is not None
+    at = {name: k for k, name in enumerate(COLUMNS)}
+    rows: list[tuple[str, str, int, str]] = []
+    for axis in "xy":
+        rows.append((f"disc.{axis}", "m", at[f"disc_{axis}"], f"Displacement at the disc along {axis}."))
+    for axis in "xy" if has_film else "":
+        rows.append((f"bearing.{axis}", "m", at[f"journal_{axis}"], f"Displacement of the journal along {axis}."))
+    rows.append(("shaft.angle", "rad", at["angle"], "Angle of the shaft, not wrapped."))
+    rows.append(("shaft.speed", "rad/s", at["speed"], "Speed of the shaft."))
+    if has_film:
+        for axis in "xy":
+            rows.append(
+                (f"film.force_{axis}", "N", at[f"film_force_{axis}"], f"Film force on the journal along {axis}.")
+            )
+        rows.append(("film.h_min", "m", at["h_min"], "Smallest film thickness."))
+        rows.append(("film.friction_torque", "N*m", len(COLUMNS) + n, "Torque of the film against the rotation."))
+    if n:
+        rows.append(("injection.line_pressure", "Pa", at["pressure"], "Gauge pressure behind the supply line."))
+        rows.append(("injection.mass_flow", "kg/s", at["mass_flow"], "Mass flow into the film."))
+        for k in range(n):
+            rows.append(
+                (f"piezo.position_{k + 1}", "m", len(COLUMNS) + k, f"Travel of pin {k + 1}; more closes its seat.")
+            )
+        for i, axis in enumerate("xy"):
+            rows.append(
+                (
+                    f"piezo.diff_{axis}",
+                    "m",
+                    len(COLUMNS) + n + 1 + i,
+                    f"Sum of the pins' travel with the signs of ref_{axis}.",
+                )
+            )
+    for axis in "xy":
+        rows.append(
+            (f"meas.disc_{axis}", "m", at[f"disc_measured_{axis}"], f"What the displacement sensor {axis} reads.")
+        )
+    rows.append(("meas.angle", "rad", at["angle_measured"], "Shaft angle as the encoder reads it."))
+    rows.append(("meas.speed", "rad/s", at["speed_measured"], "Speed as estimated from the encoder."))
+    if n:
+        rows.append(("meas.pressure", "Pa", at["pressure_measured"], "Injection pressure as its transducer reads it."))
+    for name, unit, column, doc in rows:
+        yield Variable(name, "output", doc, unit, column)
+    if has_film:
+        doc = "Whether the journal touched its sleeve during the last step."
+        yield Variable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
+        shape = (a.film.n_theta, a.machine.grid.n_z)
+        yield Variable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
+
+
+def place(a: Assembly, *path: str, item: int = 0) -> int:
+    """Place of a number in the parameter record, counted in doubles."""
+    kind, offset = a.record.dtype, 0
+    for name in path:
+        assert kind.fields is not None
+        kind, start = kind.fields[name][:2]
+        offset += start
+    return offset // 8 + item
+
+
+def _from_spec(name: str, info: Any, index: int, value: float, tunable: bool, doc: str = "") -> Variable:
+    spec = spec_of(info)
+    assert spec is not None
+    low = spec.low if spec.low is not None else -UNLIMITED
+    if spec.above is not None:
+        low = float(np.nextafter(spec.above, np.inf)) if spec.above else 1e-300
+    high = UNLIMITED if spec.high is None else spec.high
+    return Variable(
+        name, "parameter", doc or info.description, spec.unit, index, start=value, low=low, high=high, tunable=tunable
+    )
+
+
+def _machine_parameters(a: Assembly) -> Iterator[Variable]:
+    P = a.P
+    if a.film_model is not None:
+        info = Gas.model_fields["viscosity"]
+        yield _from_spec("gas.viscosity", info, place(a, "film", "mu"), float(P.film.mu), a.rig.n_gas > 0)
+    for field, name in (
+        ("inertia", "inertia"),
+        ("dry_drag", "dry_drag"),
+        ("viscous_drag", "viscous_drag"),
+        ("time", "drive_time"),
+    ):
+        yield _from_spec(
+            f"drive.{field}", Drive.model_fields[field], place(a, name), float(getattr(P, name)), field != "inertia"
+        )
+    if _mode(a) == "ideal" or not a.film.n_inj:
+        return
+    for field, name in (("sensitivity", "sensitivity"), ("transducer", "transducer"), ("pole", "pd_pole")):
+        yield _from_spec(
+            f"actuators.{field}", Actuators.model_fields[field], place(a, name), float(getattr(P, name)), False
+        )
+    own = ("amplifier_lag", "stack_lag") + (("pd_gain", "pd_zero") if _mode(a) == "reference" else ())
+    for k in range(a.film.n_inj):
+        for name in own:
+            info, value = Injector.model_fields[name], float(getattr(P, name)[k])
+            doc = (info.description or "").split(";")[0] + "."
+            yield _from_spec(f"injectors[{k + 1}].{name}", info, place(a, name, item=k), value, False, doc)
+
+
+def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:
+    """Name of the table in the machine file (several of a kind count from 1), name in the record and effect."""
+    for name, effects in a.machine.effects.items():
+        for i, effect in enumerate(effects):
+            record = f"{name}_{i}"
+            if any(call.record == record for call in a.calls):
+                yield f"effects.{name}" if len(effects) == 1 else f"effects.{name}[{i + 1}]", record, effect
+
+
+def _effect_parameters(a: Assembly) -> Iterator[Variable]:
+    for path, record, effect in _paths(a):
+        for field in fields(effect):
+            if field.name == "position" or "unit" not in field.metadata:
+                continue
+            limit = limits(a.machine, effect, field.name, a.film.half == 1)
+            yield Variable(
+                f"{path}.{field.name}", "parameter", field.metadata["doc"], field.metadata["unit"],
+                place(a, record, field.name), start=float(getattr(effect, field.name)), low=limit.low, high=limit.high,
+                whole=limit.whole, tunable=effect.port not in BEFORE_START,
+            )  # fmt: skip
+
+
+def _constants(a: Assembly) -> Iterator[Variable]:
+    film, gas = a.machine.film, a.machine.gas
+    rows = [("gas.ambient_pressure", "Pa", gas.ambient_pressure, "Absolute ambient pressure.")]
+    if film is not None:
+        rows += [
+            ("bearing.clearance", "m", film.clearance, "Radial clearance."),
+            ("bearing.diameter", "m", film.diameter, "Diameter of the journal."),
+            ("bearing.length", "m", film.length, "Axial length of the film."),
+        ]
+    rows.append(("probe.position", "m", a.mesh.probe, "Where displacement is measured along the shaft."))
+    for path, _, effect in _paths(a):
+        if hasattr(effect, "position"):
+            rows.append((f"{path}.position", "m", a.mesh.place(effect), "Where the effect acts along the shaft."))
+    for name, unit, value, doc in rows:
+        yield Variable(name, "constant", doc, unit, start=float(value))

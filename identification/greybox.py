@@ -1,0 +1,168 @@
+r"""The thesis' grey-box structures: Model 1 (eq. 2.12), Model 2's rotor-bearing part (2.13), Model 3 (2.18), actuators.
+
+Model 3, a rotor on stiffness K, damping D and input gain B behind first-order lags P = diag(p1, p2):
+
+.. math:: A = \begin{bmatrix} 0 & I & 0\\ K & D & B\\ 0 & 0 & -P \end{bmatrix},\;
+          B_u = \begin{bmatrix} 0\\ 0\\ P \end{bmatrix},\; C = [I\; 0\; 0]
+
+K, D, B are divided by the mass; K and D are negative definite, as in the thesis. In every structure A and B_u are
+affine in each parameter alone, hence the difference of two values is the exact derivative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+PAIRS = ("xx", "xy", "yx", "yy")
+KDB = tuple(f"{letter}_{pair}" for letter in "KDB" for pair in PAIRS)
+UNITS = {
+    "K": "1/s^2",
+    "D": "1/s",
+    "B": "m/(s^2 V)",
+    "p": "rad/s",
+    "r": "1/s",
+    "a0": "1/s^2",
+    "a1": "1/s",
+    "b": "m/(s^2 V)",
+}
+"""Unit by the first part of a parameter's name; B of Model 2 is per metre of pin and not per volt."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Names of the parameters and the matrices A, B, C, D (SI) that they make."""
+
+    name: str
+    parameters: tuple[str, ...]
+    matrices: Callable[[np.ndarray], Matrices]
+    positive: tuple[str, ...] = ()
+
+    def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """dA/dtheta (q, n, n) and dB/dtheta (q, n, m); exact, for A and B are affine in each parameter alone."""
+        dA, dB = [], []
+        for i in range(len(theta)):
+            low, high = theta.copy(), theta.copy()
+            low[i], high[i] = 0.0, 1.0
+            (A0, B0, *_), (A1, B1, *_) = self.matrices(low), self.matrices(high)
+            dA.append(A1 - A0)
+            dB.append(B1 - B0)
+        return np.array(dA), np.array(dB)
+
+    def admissible(self, theta: np.ndarray) -> bool:
+        """Whether the parameters that must be positive are."""
+        return all(theta[self.parameters.index(name)] > 0 for name in self.positive)
+
+
+def split(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """K [1/s^2], D [1/s], B [m/(s^2 V)] of the first twelve parameters."""
+    return theta[:4].reshape(2, 2), theta[4:8].reshape(2, 2), theta[8:12].reshape(2, 2)
+
+
+def _rotor(theta: np.ndarray, n: int, m: int = 2) -> Matrices:
+    K, D, _ = split(theta)
+    A, B, C = np.zeros((n, n)), np.zeros((n, m)), np.zeros((2, n))
+    A[:2, 2:4], A[2:4, :2], A[2:4, 2:4] = np.eye(2), K, D
+    C[:, :2] = np.eye(2)
+    return A, B, C, np.zeros((2, m))
+
+
+def model_1(theta: np.ndarray) -> Matrices:
+    """Static actuators: 4 states."""
+    A, B, C, D = _rotor(theta, 4)
+    B[2:4] = split(theta)[2]
+    return A, B, C, D
+
+
+def model_2(theta: np.ndarray) -> Matrices:
+    """Input delays 2/r_x, 2/r_y as first-order Pade approximations: 6 states; its input is what the pins do."""
+    A, B, C, D = _rotor(theta, 6)
+    T, gain = np.diag(theta[12:14]), split(theta)[2]
+    A[2:4, 4:6], A[4:6, 4:6] = 2 * gain @ T, -T
+    B[2:4], B[4:6] = -gain, np.eye(2)
+    return A, B, C, D
+
+
+def model_3(theta: np.ndarray) -> Matrices:
+    """Lags p_x, p_y that take actuators and film together: 6 states."""
+    A, B, C, D = _rotor(theta, 6)
+    P = np.diag(theta[12:14])
+    A[2:4, 4:6], A[4:6, 4:6], B[4:6] = split(theta)[2], -P, P
+    return A, B, C, D
+
+
+def actuator(theta: np.ndarray) -> Matrices:
+    """One second-order lag b / (s^2 + a1 s + a0) for each axis, a0 = p1 p2, a1 = p1 + p2, b = gain a0 (eq. 2.16)."""
+    A, B, C = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
+    for axis in range(2):
+        a0, a1, b = theta[3 * axis : 3 * axis + 3]
+        at = slice(2 * axis, 2 * axis + 2)
+        A[at, at], B[2 * axis + 1, axis], C[axis, 2 * axis] = [[0, 1], [-a0, -a1]], b, 1
+    return A, B, C, np.zeros((2, 2))
+
+
+def cascade(theta: np.ndarray) -> Matrices:
+    """Model 2 from references to disc: the six actuator parameters after the fourteen of the rotor, 10 states."""
+    A, B, C, _ = model_2(theta[:14])
+    a, b, c, _ = actuator(theta[14:])
+    top, n, m = np.hstack([A, B @ c]), len(A), len(a)
+    return (np.vstack([top, np.hstack([np.zeros((m, n)), a])]), np.vstack([np.zeros((n, 2)), b]),
+            np.hstack([C, np.zeros((2, m))]), np.zeros((2, 2)))  # fmt: skip
+
+
+ACTUATOR = tuple(f"{letter}_{axis}" for axis in "xy" for letter in ("a0", "a1", "b"))
+ROTOR_2 = (*KDB, "r_x", "r_y")
+POSITIVE = tuple(name for name in ACTUATOR if name[0] == "a")
+STRUCTURES = {
+    "1": Structure("Model 1", KDB, model_1),
+    "rotor": Structure("Model 2 behind its actuators", ROTOR_2, model_2, ROTOR_2[12:]),
+    "2": Structure("Model 2", (*ROTOR_2, *ACTUATOR), cascade, (*ROTOR_2[12:], *POSITIVE)),
+    "3": Structure("Model 3", (*KDB, "p_x", "p_y"), model_3, ("p_x", "p_y")),
+    "actuator": Structure("actuator", ACTUATOR, actuator, POSITIVE),
+}
+"""Every structure by what `identify(model=)` calls it."""
+
+
+def modes(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Natural frequencies [rad/s], ascending, and damping ratios (2,) of rotor and film, lags left out.
+
+    Where a pair of poles does not oscillate its frequency is |s| and its damping ratio -Re s/|s|.
+    """
+    K, D, _ = split(theta)
+    poles = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [K, D]]))
+    chosen = poles[np.argsort(-poles.imag)][:2]
+    chosen = chosen[np.argsort(np.abs(chosen))]
+    return np.abs(chosen), -chosen.real / np.abs(chosen)
+
+
+def static_gain(kind: str, theta: np.ndarray) -> np.ndarray:
+    """Gain (2, 2) at rest: disc per reference [m/V]; of actuators pin per reference [m/V]."""
+    if kind == "actuator":
+        return np.diag(theta[2::3] / theta[0::3])
+    K, _, B = split(theta)
+    gain = -np.linalg.solve(K, B)
+    return np.asarray(gain @ static_gain("actuator", theta[14:]) if kind == "2" else gain)
+
+
+def delays(kind: str, theta: np.ndarray) -> np.ndarray:
+    """Delay (2,) [s] of each axis: 1/p of Model 3, 2/r of Model 2, a1/a0 of actuators, none in Model 1."""
+    if kind == "3":
+        return np.asarray(1 / theta[12:14])
+    if kind in ("2", "rotor"):
+        return np.asarray(2 / theta[12:14])
+    if kind == "actuator":
+        return np.asarray(theta[1::3] / theta[0::3])
+    return np.zeros(2)
+
+
+def actuator_poles(theta: np.ndarray) -> np.ndarray:
+    """Poles (2, 2) [rad/s], axis by axis, positive and ascending; the magnitude twice where they oscillate."""
+    rows = []
+    for axis in range(2):
+        a0, a1, _ = theta[3 * axis : 3 * axis + 3]
+        root = np.sqrt(max(a1**2 / 4 - a0, 0.0))
+        rows.append([a1 / 2 - root, a1 / 2 + root] if root else [np.sqrt(a0)] * 2)
+    return np.array(rows)

@@ -1,0 +1,160 @@
+"""Files in, records out: one reader per format, chosen by what the file begins with and then by its suffix.
+
+Nothing in a file is ever evaluated or unpickled. A reader gives a `Table` of columns; mapping and units come after.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping as Tables
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identification.dataset import validate
+from identification.errors import ReadError, SchemaError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from identification.mapping import Mapping
+    from identification.table import Table
+
+TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
+_REFUSED = {
+    b"PK\x03\x04": "is a spreadsheet or another zip archive; export it as CSV",
+    b"CDF": "is classic netCDF; convert it with 'nccopy -k nc4'",
+    b"\x93NUMPY": "is a NumPy array without names and units; use identification.from_arrays and save",
+    b"\x80": "looks like a Python pickle, which is never opened; export it as CSV",
+    b"\x1f\x8b": "is compressed; unpack it first",
+    b"\xff\xfe": "is text in UTF-16; save it in UTF-8",
+    b"\xfe\xff": "is text in UTF-16; save it in UTF-8",
+}
+
+
+def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
+    """Record, or run-up vectors, of the schema from a file.
+
+    Parameters
+    ----------
+    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, or a netCDF record of rotorsim
+    mapping : which column is which channel (see `identification.mapping`): TOML file or its tables; without one,
+        columns that are named like the schema's variables are taken
+
+    Raises
+    ------
+    ReadError
+        If the file or the mapping cannot be read.
+    SchemaError
+        If what was read has gaps, NaN, falling time or another fault; both begin with the file's name.
+    """
+    try:
+        return validate(load(path, mapping))
+    except SchemaError as error:
+        raise SchemaError(_named(path, error)) from error
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that
+def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
+    """As `read`, but time series come as they are, with their gaps and NaN."""
+    from identification.assemble import assemble, provenance
+    from identification.mapping import load_mapping
+    from identification.recognise import recognise
+
+    path = _regular(path)
+    mapped = load_mapping(mapping) if mapping is not None else None
+    try:
+        if format_of(path) == "netcdf":
+            return _record(path, mapped)
+        table = columns(path, mapped)
+        mapped = mapped or recognise(table)
+        record = assemble(table, mapped)
+        return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
+    except (ReadError, SchemaError) as error:
+        raise type(error)(_named(path, error)) from error
+
+
+def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
+    """The columns of a file as they are; raises ReadError if it is none of the formats."""
+    path = _regular(path)
+    kind = format_of(path)
+    try:
+        if kind == "csv":
+            from identification.readers.csv import read_csv
+
+            return read_csv(path, mapping.file if mapping else {})
+        if kind == "mat":
+            from identification.readers.mat import read_mat
+
+            return read_mat(path)
+        if kind == "mat73":
+            from identification.readers.mat73 import read_mat73
+
+            return read_mat73(path)
+        if kind == "uff":
+            from identification.readers.uff import read_uff
+
+            return read_uff(path)
+        if kind == "tdms":
+            from identification.readers.tdms import read_tdms
+
+            return read_tdms(path)
+        raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
+    except ReadError as error:
+        raise ReadError(_named(path, error)) from error
+    except MemoryError as error:
+        raise ReadError(f"{path}: is too large for this machine's memory; cut it") from error
+
+
+def format_of(path: Path) -> str:
+    """csv, mat, mat73, uff, tdms or netcdf; raises ReadError for anything else."""
+    with path.open("rb") as file:
+        start = file.read(1024)
+    if start.startswith(b"\x89HDF") or start[512:].startswith(b"\x89HDF"):
+        return "mat73" if start.startswith(b"MATLAB") or path.suffix.lower() == ".mat" else "netcdf"
+    if start.startswith(b"TDSm"):
+        return "tdms"
+    for magic, reason in _REFUSED.items():
+        if start.startswith(magic):
+            raise ReadError(f"{path}: {reason}")
+    if start.split(b"\n", 1)[0].strip() == b"-1":
+        return "uff"
+    if start[126:128] in (b"IM", b"MI") or path.suffix.lower() == ".mat":
+        return "mat"
+    if path.suffix.lower() in TEXT:
+        return "csv"
+    if path.suffix.lower() in (".nc", ".h5", ".hdf5", ".tdms", ".uff", ".unv"):
+        raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
+    raise ReadError(f"{path}: unknown kind of file; give .csv, .mat, .uff, .tdms or a record .nc")
+
+
+def _record(path: Path, mapping: Mapping | None) -> xr.Dataset:
+    from identification.readers.netcdf import read_netcdf
+
+    if mapping is not None:
+        raise ReadError("a netCDF record says itself what is in it; leave the mapping out")
+    return read_netcdf(path)
+
+
+def _regular(path: str | Path) -> Path:
+    path = Path(path)
+    if path.is_symlink() and not path.exists():
+        raise ReadError(f"{path}: is a link to a file that is not there; give the path of a record")
+    if not path.exists():
+        raise ReadError(f"{path}: is not there; give the path of a record")
+    if not path.is_file():
+        raise ReadError(f"{path}: is not a file; give the path of a record")
+    if path.stat().st_size == 0:
+        raise ReadError(f"{path}: is empty; record or export it again")
+    return path
+
+
+def _named(path: str | Path, error: Exception) -> str:
+    text = str(error)
+    return text if text.startswith(f"{path}: ") else f"{path}: {text}"
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,120 @@
+"""Text tables: comma with decimal point; semicolon, tab or spaces with point or comma; the numbers read by NumPy.
+
+The layout is found by `csv_layout`; every line below the heading must be a full row of numbers. An empty cell is a
+missing value. What is not a number is named with its line and column, and never interpreted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from identification.errors import ReadError, quote
+from identification.readers.csv_layout import Layout, cells, find_layout, is_number
+from identification.table import MAX_VALUES, Column, Table, parse_header
+
+SWAP = str.maketrans(",.", ".,")
+MAX_LINE = 1_000_000
+"""Longest line, in characters."""
+
+
+def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
+    """Table of a text file; `file` may state delimiter and decimal sign (see `identification.mapping`)."""
+    try:
+        layout = find_layout(path, file or {}, MAX_LINE)
+        values = _numbers(path, layout, "decimal" in (file or {}))
+    except UnicodeDecodeError as error:
+        raise ReadError(f"byte {error.start + 1}: is not UTF-8 text; save the file in UTF-8") from error
+    header = parse_header(layout.header) if layout.header else None
+    if header and len(values) != header.samples:
+        raise ReadError(f"{len(values)} rows but its header says {header.samples}; the file was cut off: copy it again")
+    columns = zip(layout.names, values.T, strict=True)
+    return Table("CSV", tuple(Column(name, column, unit) for (name, unit), column in columns if name), header=header)
+
+
+def _numbers(path: Path, layout: Layout, stated: bool) -> np.ndarray:
+    """The numbers (rows, columns), the fast way if all are whole and good."""
+    guesses = [layout]
+    if not stated and not layout.comma and layout.delimiter != ",":
+        # the first row may be whole numbers, which do not show the decimal sign
+        guesses.append(replace(layout, comma=True))
+    for guess in guesses:
+        try:
+            return _fast(path, guess)
+        except UnicodeDecodeError:
+            raise
+        except ValueError:
+            continue
+    found = _first_sign(path, layout) if len(guesses) > 1 else layout.comma
+    return _careful(path, replace(layout, comma=found))
+
+
+def _first_sign(path: Path, layout: Layout) -> bool:
+    """Whether the first decimal sign among the numbers is a comma."""
+    for line in _lines(path, layout):
+        for sign in line:
+            if sign in ",.":
+                return sign == ","
+    return False
+
+
+def _lines(path: Path, layout: Layout) -> Iterator[str]:
+    """The lines of numbers; where the comma is the decimal sign it becomes a point, and a point no number."""
+    with path.open(encoding="utf-8-sig", newline=None) as file:
+        for _ in range(layout.first):
+            file.readline()
+        if not layout.comma:
+            yield from file
+        else:
+            for line in file:
+                yield line.translate(SWAP)
+
+
+def _fast(path: Path, layout: Layout) -> np.ndarray:
+    values = np.loadtxt(
+        path if not layout.comma else _lines(path, layout),
+        delimiter=layout.delimiter,
+        skiprows=layout.first if not layout.comma else 0,
+        comments=None,
+        ndmin=2,
+        encoding="utf-8-sig",
+    )
+    if values.shape[1] != len(layout.names):
+        raise ValueError("ragged")
+    return values
+
+
+def _careful(path: Path, layout: Layout) -> np.ndarray:
+    """The same numbers with NaN for empty cells; raises ReadError with line and column of what is wrong."""
+    rows, width, short = [], len(layout.names), ""
+    for number, line in enumerate(_lines(path, layout), layout.first + 1):
+        if len(line) > MAX_LINE:
+            raise ReadError(f"line {number}: is longer than {MAX_LINE} characters; is it a table?")
+        if not line.strip():
+            continue
+        if short:
+            raise ReadError(short)
+        found = cells(line, layout.delimiter)
+        if len(found) != width:
+            # said only once the next line shows whether it is the last one
+            short = f"line {number}: {len(found)} cells, expected {width}; mend or remove the line"
+            continue
+        rows.append([_number(cell, number, i, layout) for i, cell in enumerate(found)])
+        if len(rows) * width > MAX_VALUES:
+            raise ReadError(f"more than {MAX_VALUES} values; cut the file")
+    if short:
+        raise ReadError(short.replace("mend or remove the line", "the file may be cut off: copy it again"))
+    return np.array(rows, float).reshape(-1, width)
+
+
+def _number(cell: str, line: int, column: int, layout: Layout) -> float:
+    if not cell:
+        return np.nan
+    if is_number(cell):
+        return float(cell)
+    name = layout.names[column][0] or str(column + 1)
+    cell = cell.translate(SWAP) if layout.comma else cell
+    raise ReadError(f"line {line}, column {quote(name)}: {quote(cell)} is not a number; mend or remove the line")

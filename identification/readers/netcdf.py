@@ -1,0 +1,31 @@
+"""netCDF-4 records that rotorsim wrote: they follow the schema already."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from identification.dataset import VARIABLES, named_axes
+from identification.errors import ReadError, listing
+from identification.readers.hdf5 import opened
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def read_netcdf(path: Path) -> xr.Dataset:
+    """Record from a netCDF file, in memory; raises ReadError if the file is damaged or another program's."""
+    import xarray as xr
+
+    with opened(path) as file:
+        names = set(file)
+        scales = {name for name in names if getattr(file[name], "is_scale", False)}
+    if not scales & {"time", "speed"} or not (names - scales) & {*VARIABLES, "amplitude"}:
+        raise ReadError(
+            f"is HDF5 but no record of rotorsim, it holds {listing(sorted(names)) or 'nothing'}; export CSV"
+        )
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as record:
+            return named_axes(record.load())
+    except Exception as error:  # h5py, h5netcdf and xarray answer damage with many kinds of exception
+        raise ReadError("cannot be read as a record; it is damaged or another program wrote it") from error

@@ -1,0 +1,71 @@
+"""A record as plain columns and a header in JSON, for formats that know neither dimensions nor attributes."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identification.dataset import known_variable
+from identification.errors import SchemaError
+from identification.vectors import VECTORS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_IMPLIED = ("units", "long_name")
+
+
+def flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
+    """Unit and values (n,) by the names that `identification.recognise` knows."""
+    return _vector_columns(record) if "speed" in record.dims else _series_columns(record)
+
+
+def header(record: xr.Dataset) -> str:
+    """Attributes and number of samples as one line of ASCII; raises SchemaError for what is no text or number."""
+    extra = {str(name): _extra(variable.attrs) for name, variable in record.variables.items()}
+    samples = record.sizes["speed" if "speed" in record.dims else "time"]
+    content = {"attrs": record.attrs, "variables": {n: a for n, a in extra.items() if a}, "samples": samples}
+    try:
+        return json.dumps(content, default=_plain)
+    except (TypeError, ValueError) as error:
+        raise SchemaError(
+            f"record: an attribute is neither text nor number ({error}); drop it or convert it"
+        ) from error
+
+
+def _series_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
+    columns = {"time": ("s", np.asarray(record["time"].values, float))}
+    for name in map(str, record.data_vars):
+        known = known_variable(name)
+        values = np.asarray(record[name].values, float)
+        if not known.dims:
+            columns[name] = (known.units, values)
+            continue
+        for i, label in enumerate(record[known.dims[0]].values):
+            columns[f"{name}_{label}"] = (known.units, values[:, i])
+    return columns
+
+
+def _vector_columns(vectors: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
+    columns = {"speed": ("rad/s", np.asarray(vectors["speed"].values, float))}
+    for name in map(str, vectors.data_vars):
+        if name not in VECTORS:
+            raise SchemaError(f"vectors.{name}: not a variable of the schema; drop it or save as .nc")
+        for order in vectors["order"].values:
+            for axis in vectors["axis"].values:
+                values = vectors[name].sel(order=order, axis=axis).values
+                columns[f"{name}_{order}X_{axis}"] = (VECTORS[name].units, np.asarray(values, float))
+    return columns
+
+
+def _extra(attrs: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in attrs.items() if name not in _IMPLIED}
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers and arrays as Python's."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise TypeError(type(value).__name__)

@@ -1,0 +1,100 @@
+"""The process in which cases run, one after the other: a case that hangs or crashes takes nothing else with it.
+
+Orders come as lines of JSON on stdin, answers leave as lines of JSON on stdout: first "ready", when the machine code
+is there and the time limit starts to count, then what came out. The process ends with its stdin.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import os
+import sys
+import threading
+import time
+import traceback
+from datetime import UTC, datetime
+from importlib import import_module
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+PHYSICS = {"rotorsim": "rotorsim.campaign.solve", "stub": "rotorsim.campaign.stub"}
+GRACE = 60.0
+"""Time [s] after its limit at which a case ends its process by itself, should nobody else do it."""
+
+
+def main() -> None:
+    """Serve orders until stdin ends."""
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)  # what libraries print must not be taken for an answer
+    orders: SimpleQueue[str] = SimpleQueue()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    from rotorsim.campaign.versions import versions
+
+    say(answers, {"versions": versions()})
+    while True:
+        order = json.loads(orders.get())
+        say(answers, run(order, answers))
+
+
+def say(answers: Any, told: dict[str, Any]) -> None:
+    """One line of JSON."""
+    answers.write(json.dumps(told) + "\n")
+
+
+def _listen(orders: SimpleQueue[str]) -> None:
+    for line in sys.stdin:
+        orders.put(line)
+    os._exit(0)
+
+
+def run(order: dict[str, Any], answers: Any) -> dict[str, Any]:
+    """The row of a case: status 'done', 'failed', or 'storage' if the store took nothing more."""
+    from rotorsim.campaign.case import Case
+    from rotorsim.campaign.solve import StorageError
+    from rotorsim.errors import RotorsimError
+
+    physics = import_module(PHYSICS[order["physics"]])
+    folder, case = Path(order["folder"]), Case.from_text(order["case"])
+    begin = time.perf_counter()
+    try:
+        text = machine_text(folder, case.machine)
+        physics.prepare(case, text)
+        say(answers, {"ready": True})
+        begin = time.perf_counter()
+        faulthandler.dump_traceback_later(order["time_limit"] + GRACE, exit=True)
+        told = {"status": "done"} | physics.solve(folder, case, text, order["summary"])
+    except StorageError as error:
+        told = {"status": "storage", "error": str(error)}
+    except RotorsimError as error:
+        told = {"status": "failed", "error": str(error).splitlines()[0]}
+    except MemoryError:
+        told = {"status": "failed", "error": "case: needs more memory than there is; make it shorter or keep less"}
+    except Exception as error:
+        told = {"status": "failed", "error": _unexpected(error), "trace": traceback.format_exc()}
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+    finished = datetime.now(UTC).isoformat(timespec="seconds")
+    return told | {"duration": time.perf_counter() - begin, "finished": finished}
+
+
+def _unexpected(error: Exception) -> str:
+    said = (str(error).splitlines() or [""])[0][:200]
+    return f"{type(error).__name__}: {said}; this is a fault of the program, campaign.log has the details"
+
+
+_machines: dict[tuple[Path, str], str] = {}
+
+
+def machine_text(folder: Path, known: str) -> str:
+    """Text of a store's machine by its hash."""
+    from rotorsim.campaign.store import machines
+
+    if (folder, known) not in _machines:
+        _machines.update({(folder, name): text for name, text in machines(folder).items()})
+    return _machines[folder, known]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,123 @@
+"""Writes a record as netCDF-4 through h5py alone: a fifth of the time per file that a general writer needs.
+
+netCDF-4 is HDF5 with dimension scales (netCDF file format specification, netCDF-4/HDF5). Dimensions are of fixed size
+and variables contiguous, so a slice of time is one read; the bytes depend on the content alone.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.experiments.tracking import blocks
+
+if TYPE_CHECKING:
+    import h5py
+    import xarray as xr
+
+NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable."
+PROPERTIES = "version=2,rotorsim=1"
+WIDTH = 10
+LARGEST_IMAGE = 400_000_000
+"""Bytes of a record that is made in memory first."""
+SNAPSHOTS = ("film_pressure", "snapshot_time", "snapshot_speed")
+
+
+def write_record(path: Path, data: xr.Dataset, attrs: Mapping[str, Any], keep: tuple[str, ...] | None) -> None:
+    """Write a record with the variables that are kept.
+
+    HDF5 can crash the process when the disk is full. Hence a record is made in memory and written by plain Python; one
+    that is too large for that is only begun when there is room for it.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; replaced if it is there.
+    data : Dataset
+        The record, in memory or in a file.
+    attrs : mapping
+        Attributes of the file.
+    keep : tuple of str, optional
+        Variables to keep; all if not given. Snapshots of the film go by the name of `film_pressure`.
+    """
+    import h5py
+
+    if data.nbytes <= LARGEST_IMAGE:
+        with h5py.File("record", "w", driver="core", backing_store=False, track_order=True, libver="v110") as file:
+            _write(file, data, attrs, keep)
+            file.flush()
+            image = file.id.get_file_image()
+        path.write_bytes(image)
+        return
+    if shutil.disk_usage(path.parent).free < data.nbytes:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    with h5py.File(path, "w", track_order=True, libver="v110") as file:
+        _write(file, data, attrs, keep)
+
+
+def _write(file: h5py.File, data: xr.Dataset, attrs: Mapping[str, Any], keep: tuple[str, ...] | None) -> None:
+    names = sorted(str(name) for name in data.data_vars if _kept(str(name), keep))
+    file.attrs["_NCProperties"] = np.bytes_(PROPERTIES)
+    for name, value in sorted(attrs.items()):
+        file.attrs[name] = value
+    scales = _dimensions(file, data, names)
+    for name in names:
+        _variable(file, data, name, scales)
+    _fill(file, data, [name for name in names if data[name].dims[0] == "time"])
+
+
+def _kept(name: str, keep: tuple[str, ...] | None) -> bool:
+    return keep is None or ("film_pressure" if name in SNAPSHOTS else name) in keep
+
+
+def _dimensions(file: h5py.File, data: xr.Dataset, names: Iterable[str]) -> dict[str, h5py.Dataset]:
+    """Scales of all dimensions, filled but for the time."""
+    used = dict.fromkeys(["time", *(str(dim) for name in names for dim in data[name].dims)])
+    scales = {}
+    for number, name in enumerate(used):
+        size = data.sizes[name]
+        if name in data.coords:
+            values = None if name == "time" else _plain(data[name].values)
+            scale = file.create_dataset(name, (size,), "f8" if values is None else values.dtype, values)
+            scale.make_scale(name)
+            _label(scale, data[name].attrs)
+        else:
+            scale = file.create_dataset(name, (size,), ">f4")
+            scale.make_scale(f"{NO_VARIABLE}{size:{WIDTH}}")
+        scale.attrs["_Netcdf4Dimid"] = np.int32(number)
+        scales[name] = scale
+    return scales
+
+
+def _variable(file: h5py.File, data: xr.Dataset, name: str, scales: Mapping[str, h5py.Dataset]) -> None:
+    timed = data[name].dims[0] == "time"
+    values = None if timed else _plain(data[name].values)
+    variable = file.create_dataset(name, data[name].shape, data[name].dtype if timed else None, values)
+    for place, dim in enumerate(data[name].dims):
+        variable.dims[place].attach_scale(scales[str(dim)])
+    _label(variable, data[name].attrs)
+
+
+def _label(variable: h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
+    for name in ("units", "long_name"):
+        if name in attrs:
+            variable.attrs[name] = attrs[name]
+
+
+def _fill(file: h5py.File, data: xr.Dataset, names: list[str]) -> None:
+    first = 0
+    for block in blocks(data, ["time", *names]):
+        last = first + len(block["time"])
+        for name, values in block.items():
+            file[name][first:last] = values
+        first = last
+
+
+def _plain(values: np.ndarray) -> np.ndarray:
+    return values.astype("S1") if values.dtype.kind == "U" else values

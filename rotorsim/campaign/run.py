@@ -1,0 +1,233 @@
+"""Runs a campaign: what is neither done nor failed goes to the workers, rows come back into the index."""
+
+from __future__ import annotations
+
+import logging
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rotorsim.campaign.cluster import Tls, check_workers, cluster
+from rotorsim.campaign.errors import ClusterError, StoreError
+from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.pump import Pump
+from rotorsim.campaign.show import Rate, bar, update
+from rotorsim.campaign.stopping import Stop
+from rotorsim.campaign.store import Store, clear_parts, make_store, parts_folder
+from rotorsim.campaign.versions import mismatch, versions
+
+COMMIT = 1.0
+"""Time [s] between two writes of the index."""
+TELL = 30.0
+"""Time [s] between two lines of progress in the log."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How many cases have which status, how many were run now, in what time [s]; the signal that stopped it or 0."""
+
+    done: int
+    failed: int
+    pending: int
+    run: int
+    seconds: float
+    stopped: int = 0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a campaign is run; none of it changes a result.
+
+    `mixed` lets versions differ from those the store was begun with; `physics` is 'stub' where only the machinery is
+    measured.
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    tls: Tls | None = None
+    time_limit: float | None = None
+    mixed: bool = False
+    show: bool = False
+    physics: str = "rotorsim"
+
+
+def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> Outcome:
+    """Run what is left of a plan in the store `folder`, which is made if it is not there.
+
+    Raises
+    ------
+    StoreError
+        If the store is in use, of another plan or of other versions, or the disk is full.
+    ClusterError
+        If workers cannot be reached or do not match.
+    """
+    folder = folder.absolute()
+    store, chosen = make_store(plan, folder), settings or Settings()
+    with store.locked(), _logging(folder), _open(store) as index:
+        _check_versions(store, chosen.mixed)
+        _repair(store, index)
+        return Campaign(store, index, chosen).run()
+
+
+def retry(folder: Path, settings: Settings | None = None) -> Outcome:
+    """Run the failed cases of a store again, and what is left."""
+    from rotorsim.campaign.store import open_store
+
+    store = open_store(folder.absolute())
+    with store.locked(), _open(store) as index:
+        index.reset([row.number for row in index.rows(FAILED)])
+    return run_campaign(store.plan, folder, settings)
+
+
+@contextmanager
+def _open(store: Store) -> Iterator[Index]:
+    index = store.index(writable=True)
+    try:
+        yield index
+    finally:
+        index.close()
+
+
+def _check_versions(store: Store, mixed: bool) -> None:
+    wrong = mismatch(versions(), store.versions, physics_only=True)
+    if wrong and not mixed:
+        raise StoreError(
+            f"{store.folder}: was begun with other versions ({wrong}); use those, add --mixed, or choose another --out"
+        )
+
+
+def _repair(store: Store, index: Index) -> None:
+    """Make pending what the index believes done and is not there; remove half-written records."""
+    left, lost = clear_parts(store.folder), store.damaged(index)
+    index.reset(lost)
+    if left or lost:
+        log.info("%d half-written records removed, %d records that were lost are run again", left, len(lost))
+
+
+class Campaign:
+    """One run over what is pending in a store."""
+
+    def __init__(self, store: Store, index: Index, settings: Settings) -> None:
+        self.store, self.index, self.settings = store, index, settings
+        self.counts = index.counts()
+        self.ran = 0
+        self._versions = versions()
+        self._mark = " ".join((self._versions["rotorsim"], self._versions["sources"]))
+        self._limit = settings.time_limit or store.plan.time_limit
+
+    def run(self) -> Outcome:
+        """Run until nothing is pending or something stops it."""
+        begin, numbers = time.monotonic(), self.index.pending()
+        log.info("%s: %d of %d cases to run", self.store.plan.name, len(numbers), len(self.store.plan))
+        with ExitStack() as stack:
+            stop = stack.enter_context(Stop())
+            try:
+                if numbers:
+                    self._run(numbers, stop)
+            except (ClusterError, StoreError) as error:
+                if not stop.asked:
+                    log.error("%s", error)
+                    raise
+            except KeyboardInterrupt:
+                pass
+            finally:
+                self.index.commit()
+                log.info(
+                    "%s after %.1f s", ", ".join(f"{n} {s}" for s, n in self.counts.items()), time.monotonic() - begin
+                )
+        counts = self.counts
+        return Outcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, time.monotonic() - begin, stop.asked)
+
+    def _run(self, numbers: list[int], stop: Stop) -> None:
+        chosen, run_id = self.settings, uuid.uuid4().hex[:8]
+        token = parts_folder(self.store.folder) / f"run-{run_id}"
+        token.write_text(token.name)
+        with cluster(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as client:
+            check_workers(client, self.store.folder, token.name)
+            pump, waiting = Pump(client, f"rotorsim-{run_id}"), iter(numbers)
+            with bar(chosen.show, len(self.store.plan), self.counts[DONE]) as progress:
+                self._warm(pump, waiting, stop)
+                self._loop(pump, waiting, stop, progress)
+        token.unlink(missing_ok=True)
+
+    def _warm(self, pump: Pump, waiting: Iterator[int], stop: Stop) -> None:
+        """Run the first case alone: it leaves compiled machine code for all others."""
+        self._give(pump, next(waiting))
+        while len(pump) and not stop.asked:
+            self._take(pump)
+
+    def _loop(self, pump: Pump, waiting: Iterator[int], stop: Stop, progress: Any) -> None:
+        rate, written, told = Rate(), time.monotonic(), time.monotonic()
+        more = True
+        while (more or len(pump)) and not stop.asked:
+            for _ in range(max(pump.room, 0)):
+                number = next(waiting, None)
+                if number is None:
+                    more = False
+                    break
+                self._give(pump, number)
+            self._take(pump)
+            rate.note(self.ran)
+            left = self.counts[PENDING]
+            update(progress, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
+            now = time.monotonic()
+            if now - written > COMMIT:
+                self.index.commit()
+                written = now
+            if now - told > TELL:
+                log.info("%d cases left, %.3g cases/s", left, rate.value)
+                told = now
+
+    def _give(self, pump: Pump, number: int) -> None:
+        one = self.store.plan.case(number)
+        order = {
+            "number": number, "folder": str(self.store.folder), "case": one.case.text,
+            "summary": self.store.plan.summary, "time_limit": self._limit, "versions": self._versions,
+            "physics": self.settings.physics,
+        }  # fmt: skip
+        pump.give(number, order)
+
+    def _take(self, pump: Pump) -> None:
+        for row in pump.rows():
+            self._note(row)
+
+    def _note(self, row: dict[str, Any]) -> None:
+        if row["status"] == "storage":
+            raise StoreError(row["error"])
+        if row["status"] == "versions":
+            wrong = mismatch(self._versions, row["versions"])
+            raise ClusterError(f"worker {row['host']}: other versions ({wrong}); install the same everywhere")
+        self.index.note(row["number"], row | {"versions": self._mark})
+        self.counts[row["status"]] += 1
+        self.counts[PENDING] -= 1
+        self.ran += 1
+        if row["status"] == FAILED:
+            log.warning(
+                "case %d failed: %s%s", row["number"], row["error"], "\n" + row["trace"] if "trace" in row else ""
+            )
+
+
+log = logging.getLogger("rotorsim.campaign")
+
+
+@contextmanager
+def _logging(folder: Path) -> Iterator[None]:
+    """Write what happens into the store's log."""
+    handler = logging.FileHandler(folder / "campaign.log", encoding="utf-8", delay=True)
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        handler.close()
+
+
+__all__ = ["Campaign", "Outcome", "Settings", "retry", "run_campaign"]

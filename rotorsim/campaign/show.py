@@ -1,0 +1,73 @@
+"""Progress of a campaign on a terminal: cases done, rate, time left; silent in a pipe."""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+RECENT = 60.0
+"""Time [s] over which the rate is averaged."""
+
+
+class Rate:
+    """Cases per second lately."""
+
+    def __init__(self) -> None:
+        self._marks: list[tuple[float, int]] = [(time.monotonic(), 0)]
+
+    def note(self, done: int) -> None:
+        """Count what is done by now."""
+        now = time.monotonic()
+        if now - self._marks[-1][0] >= 0.5 or len(self._marks) == 1:
+            self._marks.append((now, done))
+        while len(self._marks) > 2 and now - self._marks[1][0] > RECENT:
+            self._marks.pop(0)
+
+    @property
+    def value(self) -> float:
+        """Cases per second."""
+        (begin, first), (end, last) = self._marks[0], self._marks[-1]
+        return (last - first) / max(end - begin, 1e-9) if last > first else 0.0
+
+
+def spell(seconds: float) -> str:
+    """A time as people read it."""
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    minutes, hours = seconds / 60, seconds / 3600
+    return f"{minutes:.0f} min" if minutes < 100 else f"{hours:.1f} h"
+
+
+def bar(show: bool, total: int, done: int) -> AbstractContextManager[Any]:
+    """A rich progress bar with fields `rate` and `left`, or nothing."""
+    if not (show and sys.stderr.isatty()):
+        return nullcontext(None)
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (
+        TextColumn("{task.completed} of {task.total} cases"),
+        BarColumn(),
+        TextColumn("{task.percentage:.0f} %"),
+        TextColumn("{task.fields[rate]}"),
+        TextColumn("{task.fields[left]}"),
+        TextColumn("{task.fields[failed]}"),
+    )
+    progress = Progress(*columns, console=Console(stderr=True))
+    progress.add_task("", total=total, completed=done, rate="", left="", failed="")
+    return progress
+
+
+def update(progress: Any, done: int, rate: float, left: int, failed: int) -> None:
+    """Show where the campaign is."""
+    if progress is not None:
+        said = f"{rate:.3g} cases/s" if rate >= 1 else f"{rate * 60:.3g} cases/min"
+        progress.update(
+            progress.task_ids[0],
+            completed=done,
+            rate=said if rate else "",
+            left=f"{spell(left / rate)} left" if rate else "",
+            failed=f"{failed} failed" if failed else "",
+        )

@@ -1,0 +1,196 @@
+"""One case: a pure function of machine, experiment and seed, and its record moved into the store in one step.
+
+The record's bytes depend on the case alone: no time, no host, nothing of the other cases is in it. Its attribute
+`campaign_row` holds the summary, so that a record whose row was lost in a crash need not be simulated again.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import socket
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rotorsim.campaign.case import Case
+from rotorsim.campaign.memory import LONGEST, Memory
+from rotorsim.campaign.netcdf import write_record
+from rotorsim.campaign.store import parts_folder, record_path
+from rotorsim.campaign.summaries import summarise
+from rotorsim.errors import ConvergenceError, RotorsimError
+from rotorsim.experiments import EXPERIMENTS, Experiment
+from rotorsim.experiments.running import begin, record, stream
+from rotorsim.experiments.tracking import open_record
+from rotorsim.machine import Machine
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PLANTS = 4
+"""Machines kept ready in one process."""
+ROOM = 1_000_000
+"""Free space [byte] below which a record that cannot be written is taken for a full disk."""
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_plants: OrderedDict[Any, Plant] = OrderedDict()
+
+
+class StorageError(RotorsimError):
+    """The store cannot be written: not the case's fault, so it stays pending."""
+
+
+def plant_of(case: Case, text: str) -> Plant:
+    """The plant of a case; the last few are kept."""
+    known = (case.machine, case.set)
+    if known not in _plants:
+        machine = Machine.from_text(text)
+        for path, value in case.set:
+            machine = machine.replace(path, value)
+        _plants[known] = Plant(machine)
+        if len(_plants) > PLANTS:
+            _plants.popitem(last=False)
+    _plants.move_to_end(known)
+    return _plants[known]
+
+
+def experiment_of(case: Case) -> Experiment:
+    """The experiment of a case."""
+    return EXPERIMENTS[case.kind](**dict(case.parameters))
+
+
+def prepare(case: Case, text: str) -> None:
+    """Make plant and machine code ready; what is compiled already in the machine's cache is only loaded.
+
+    A second process that needs the same code waits for the first to have compiled it.
+    """
+    from reynolds.jit import cache_root
+    from rotorsim.campaign.lock import Lock
+    from rotorsim.plant.compose import is_compiled
+
+    plant = plant_of(case, text)
+    module = plant.assembly.module
+    if is_compiled(module):
+        return
+    with Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True), suppress(RotorsimError):
+        experiment = experiment_of(case)
+        begin(plant, experiment, case.seed).advance(experiment.rows(0, 1))
+
+
+def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:
+    """Run a case and keep its record; returns its summary and the record's size in bytes.
+
+    Parameters
+    ----------
+    folder : Path
+        The store.
+    case : Case
+        What to run.
+    text : str
+        The base machine's text.
+    summary : sequence of str
+        Post-processings of `rotorsim.campaign.summaries`.
+
+    Raises
+    ------
+    StorageError
+        If the record cannot be written.
+    RotorsimError
+        If there is no result: no lift-off, no convergence, parameters that do not fit.
+    """
+    path = record_path(folder, case.key)
+    if case.keep != () and path.exists():
+        found = adopt(path, case.key)
+        if found is not None:
+            return found
+    plant, experiment = plant_of(case, text), experiment_of(case)
+    with simulated(folder, plant, experiment, case) as data:
+        row = summarise(summary, plant, experiment, data)
+        if case.keep == ():
+            return {"summary": row, "bytes": 0}
+        attrs = plant.provenance(case.seed) | experiment.attrs() | dict(data.attrs)
+        attrs |= {"campaign_key": case.key, "campaign_row": json.dumps(row)}
+        return {"summary": row, "bytes": publish(folder, case, data, attrs)}
+
+
+def adopt(path: Path, key: str) -> dict[str, Any] | None:
+    """Summary and size of a record that is there already; None if it is not whole."""
+    import h5py
+
+    with suppress(OSError, KeyError, ValueError), h5py.File(path, "r") as file:
+        if file.attrs["campaign_key"] == key:
+            return {"summary": json.loads(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
+    return None
+
+
+@contextmanager
+def simulated(folder: Path, plant: Plant, experiment: Experiment, case: Case) -> Iterator[xr.Dataset]:
+    """The complete record of a run, in memory or, if it is long, in a file that goes away."""
+    if experiment.samples * SAMPLE <= LONGEST:
+        sink = Memory()
+        _complete(stream(plant, experiment, sink, case.seed).ended)
+        yield sink.dataset()
+        return
+    scratch = part_path(folder, f"{case.key}.whole")
+    try:
+        with storing(folder):
+            ended = record(plant, experiment, scratch, case.seed).ended
+        _complete(ended)
+        with open_record(scratch) as data:
+            yield data
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def _complete(ended: str) -> None:
+    if ended != "complete":
+        raise ConvergenceError(ended)
+
+
+def publish(folder: Path, case: Case, data: xr.Dataset, attrs: Mapping[str, Any]) -> int:
+    """Write the kept variables of a record and move the file to its place; returns its size in bytes."""
+    part, path = part_path(folder, case.key), record_path(folder, case.key)
+    try:
+        with storing(folder):
+            write_record(part, data, attrs, case.keep)
+            size = part.stat().st_size
+            path.parent.mkdir(exist_ok=True)
+            os.replace(part, path)
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    return size
+
+
+def part_path(folder: Path, name: str) -> Path:
+    """Where this process lets a file grow."""
+    return parts_folder(folder) / f"{name}.{socket.gethostname()}.{os.getpid()}.nc"
+
+
+@contextmanager
+def storing(folder: Path) -> Iterator[None]:
+    """Tell a disk that takes no more from a fault of the case: HDF5 reports both in many ways."""
+    try:
+        yield
+    except RotorsimError as error:
+        if isinstance(error.__cause__, OSError):
+            raise StorageError(_sentence(folder, error.__cause__)) from error
+        raise
+    except (OSError, RuntimeError, ValueError) as error:
+        raise StorageError(_sentence(folder, error)) from error
+
+
+def _sentence(folder: Path, error: Exception) -> str:
+    free = ROOM
+    with suppress(OSError):
+        free = shutil.disk_usage(folder).free
+    number = getattr(error, "errno", None)
+    if number in FULL or free < ROOM:
+        return f"{folder}: no space left for records; free some space and run the same command again"
+    reason = os.strerror(number) if number else str(error).splitlines()[0][:150]
+    return f"{folder}: a record cannot be written ({reason.lower()}); mend that and run the same command again"

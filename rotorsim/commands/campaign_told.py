@@ -1,0 +1,148 @@
+"""What the commands of `rotorsim campaign` read from the command line and print."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from rotorsim.commands.options import quantity
+
+if TYPE_CHECKING:
+    from rotorsim.campaign.plan import Plan
+    from rotorsim.campaign.run import Outcome, Settings
+
+SOME_FAILED = 3
+BYTES_PER_SAMPLE = 21 * 8
+"""Of a whole record of a machine with a gas film."""
+
+
+def settings(
+    workers: int | None,
+    scheduler: str | None,
+    time_limit: str | None,
+    mixed: bool,
+    tls: tuple[Path | None, Path | None, Path | None],
+    show: bool,
+) -> Settings:
+    """Settings of the command line; raises DataError for what does not go together."""
+    from rotorsim.campaign.cluster import Tls
+    from rotorsim.campaign.run import Settings
+    from rotorsim.errors import DataError
+
+    if workers is not None and scheduler is not None:
+        raise DataError("--workers: a scheduler has its own workers; leave out --workers or --scheduler")
+    if workers is not None and workers < 1:
+        raise DataError(f"--workers: {workers} is below 1; give the number of processes, e.g. 2")
+    if any(tls) and scheduler is None:
+        raise DataError("--tls-ca, --tls-cert, --tls-key: are for a scheduler; add --scheduler tls://host:port")
+    limit = None if time_limit is None else quantity("time-limit", time_limit, "s")
+    if limit is not None and limit <= 0:
+        raise DataError(f"--time-limit: '{time_limit}' is not above 0; give e.g. '10 min'")
+    return Settings(workers, scheduler, Tls(*tls) if any(tls) else None, limit, mixed, show)
+
+
+def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
+    """Print what came of a run and leave with its exit code."""
+    told = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
+    if as_json:
+        typer.echo(json.dumps(told | {"seconds": outcome.seconds, "folder": str(folder)}, indent=2))
+    else:
+        typer.echo(
+            f"{folder}: {outcome.done} done, {outcome.failed} failed, {outcome.pending} left; "
+            f"{outcome.run} run now in {outcome.seconds:.1f} s"
+        )
+    if outcome.stopped:
+        print(f"stopped: {outcome.pending} cases are left; the same command goes on", file=sys.stderr)
+        raise typer.Exit(128 + outcome.stopped)
+    if outcome.failed:
+        print(
+            f"{outcome.failed} cases failed: 'rotorsim campaign status {folder}' says why, "
+            f"'rotorsim campaign retry {folder}' runs them again",
+            file=sys.stderr,
+        )
+        raise typer.Exit(SOME_FAILED)
+
+
+def tell_status(folder: Path, most: int, as_json: bool) -> None:
+    """Print the state of a campaign."""
+    from rotorsim.campaign.index import DONE, FAILED, PENDING
+    from rotorsim.campaign.show import spell
+    from rotorsim.campaign.store import open_store
+
+    store = open_store(folder)
+    index = store.index()
+    try:
+        counts, (seconds, size) = index.counts(), index.totals()
+        failed = [(row.number, row.experiment, row.parameters, row.error) for row in index.rows(FAILED, limit=most)]
+    finally:
+        index.close()
+    if as_json:
+        named = [dict(zip(("number", "experiment", "parameters", "error"), row, strict=True)) for row in failed]
+        told = {"name": store.plan.name, **counts, "computing_s": seconds, "bytes": size, "failures": named}
+        typer.echo(json.dumps(told, indent=2))
+        return
+    typer.echo(f"{store.plan.name}: {counts[DONE]} done, {counts[FAILED]} failed, {counts[PENDING]} left")
+    typer.echo(f"computing time {spell(seconds)}, records {size / 1e6:.4g} MB")
+    for number, experiment, values, error in failed:
+        typer.echo(f"case {number}, {experiment}, {_values(store.plan, values)}: {error}")
+
+
+def _values(plan: Plan, values: dict[str, Any]) -> str:
+    from rotorsim.machine.units import show
+
+    units = {axis.name: axis.target.unit for axis in plan.axes}
+    said = {n: v if isinstance(v, str) or units[n] is None else show(v, units[n] or "1") for n, v in values.items()}
+    return ", ".join(f"{name} = {value}" for name, value in said.items()) or "no axes"
+
+
+def collect_into(
+    folder: Path, out: Path | None, experiment: str | None, variables: list[str] | None, force: bool
+) -> None:
+    """Write the table or the records of a campaign into a file."""
+    from rotorsim.campaign.collecting import collect, write_table
+    from rotorsim.errors import DataError
+
+    if out is not None and out.suffix not in (".csv", ".nc"):
+        raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")
+    if out is not None and out.exists() and not force:
+        raise DataError(f"{out}: is there already; choose another name or add --force")
+    if out is not None and out.suffix == ".csv":
+        typer.echo(f"{out}: {write_table(folder, out)} cases")
+        return
+    data = collect(folder, experiment, variables)
+    if out is None:
+        typer.echo(repr(data))
+        return
+    part = out.with_name(f".{out.name}.part")
+    try:
+        data.to_netcdf(part, engine="h5netcdf")
+        part.replace(out)
+    finally:
+        part.unlink(missing_ok=True)
+    size = " x ".join(f"{n} {dim}" for dim, n in data.sizes.items())
+    typer.echo(f"{out}: {size}, {out.stat().st_size / 1e6:.4g} MB")
+
+
+def tell_plan(name: str) -> None:
+    """Print what a plan would run."""
+    from rotorsim.campaign import load_plan
+    from rotorsim.campaign.show import spell
+    from rotorsim.machine.units import show
+    from rotorsim.sampling import SAMPLE
+
+    plan = load_plan(name)
+    typer.echo(f"{plan.name}: {len(plan)} cases, {spell(plan.seconds())} simulated")
+    for axis in plan.axes:
+        ends = [
+            v if isinstance(v, str) else show(v, axis.target.unit or "1") for v in (axis.values[0], axis.values[-1])
+        ]
+        drawn = "Latin hypercube" if axis.latin else f"{ends[0]} to {ends[1]}"
+        typer.echo(f"  {axis.name}: {len(axis.values)} values, {drawn}")
+    for entry in plan.entries:
+        typer.echo(f"  {entry.name}: {entry.kind}, " + ", ".join(f"{k} = {v}" for k, v in entry.parameters.items()))
+    if plan.keep is None:
+        typer.echo(f"  records: about {plan.seconds() / SAMPLE * BYTES_PER_SAMPLE / 1e6:.3g} MB")

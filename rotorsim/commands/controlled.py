@@ -1,0 +1,50 @@
+"""Options of `rotorsim experiment controlled`: the built-in law, and what is added to its reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw
+from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT
+from rotorsim.experiments.parameters import check_parameters, param
+
+if TYPE_CHECKING:
+    from rotorsim.plant import Plant
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Closed loop with a built-in controller, dither and hits."""
+
+    speed: float = param("rad/s", "Shaft speed.", 0.0, low=0)
+    pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
+    duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
+    controller: str = param("1", "Controller: p is proportional feedback of the displacement.", "p", choices=("p",))
+    gain_x: float = param("V/m", "Volts of reference x per displacement x; positive pushes outwards.", 0.25e6)
+    gain_y: float = param("V/m", "Volts of reference y per displacement y.", 0.22e6)
+    low_pass: float = param("Hz", "Bandwidth of the law's low-pass.", 1000.0, above=0, high=NYQUIST)
+    bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
+    bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
+    dither: float = param("V", "Level of binary references on both axes; 0 for none.", 0.0, low=0, high=REFERENCE_LIMIT)
+    hit: float = param("N", "Peak of a hammer's hit on the disc every second; 0 for none.", 0.0, low=0)
+    hit_angle: float = param("rad", "Direction of the hits.", 0.0)
+
+    def __post_init__(self) -> None:
+        check_parameters(self)
+
+    def experiment(self, plant: Plant) -> Controlled:
+        """The experiment; the law acts on the displacement from the plant's equilibrium."""
+        centre = plant.equilibrium(self.speed, self.pressure).disc
+        law = ProportionalLaw(self.gain_x, self.gain_y, self.low_pass, (float(centre[0]), float(centre[1])))
+        point = (self.speed, self.pressure, self.duration)
+        return Controlled(*point, self.bias_x, self.bias_y, law, self.excitations())
+
+    def excitations(self) -> tuple[Experiment, ...]:
+        """Dither and hits."""
+        added: list[Experiment] = []
+        if self.dither:
+            added.append(Prbs(amplitude=self.dither, duration=self.duration, bias=0.0))
+        if self.hit:
+            added.append(Impact(peak=self.hit, angle=self.hit_angle, hits=max(round(self.duration), 1)))
+        return tuple(added)

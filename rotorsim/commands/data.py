@@ -1,0 +1,153 @@
+"""`rotorsim data check | convert | mapping`: what is in a file of measured data, and into the schema with it.
+
+Exit code 0: fit for at least one use. 2: cannot be read; one sentence says why. 3: `check` could read the file, but it
+is fit for nothing as it is.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from math import isfinite, pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from identification import Examination
+
+app = typer.Typer(
+    help="Check measured data, map its channels, convert between formats.",
+    epilog="Example: rotorsim data check run.csv",
+    no_args_is_help=True,
+)
+UNFIT = 3
+_FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
+_MAPPING = typer.Option("--mapping", help="TOML file that says which column is which channel.")
+_PEOPLE = {"m": (1e6, "um"), "rad/s": (30 / pi, "rpm"), "Pa": (1e-6, "MPa"), "kg/s": (1e3, "g/s")}
+
+
+@app.command(
+    epilog="Example: rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
+    "2 if it cannot be read, 3 if it can be read but is fit for nothing."
+)
+def check(
+    file: Annotated[Path, _FILE],
+    mapping: Annotated[Path | None, _MAPPING] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="The findings as JSON, in SI units.")] = False,
+) -> None:
+    """Say what is in a file, what is wrong with it and what it is fit for."""
+    from identification import examine, load
+
+    with sentences():
+        record = load(file, mapping)
+        found = examine(record)
+    if as_json:
+        typer.echo(json.dumps(_numbers(found, record), indent=2))
+    else:
+        _print(file, found, record)
+    if not found.usable:
+        raise typer.Exit(UNFIT)
+
+
+@app.command(epilog="Example: rotorsim data convert run.mat run.nc --mapping rig.toml")
+def convert(
+    file: Annotated[Path, _FILE],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    mapping: Annotated[Path | None, _MAPPING] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+) -> None:
+    """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
+    from identification import read, save
+    from rotorsim.errors import DataError
+
+    if out.exists() and file.exists() and out.samefile(file):
+        raise DataError(f"{out}: is the file to convert; choose another name")
+    if out.exists() and not force:
+        raise DataError(f"{out}: is there already; choose another name or add --force")
+    with sentences():
+        record = read(file, mapping)
+        save(record, out)
+    size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
+    typer.echo(f"{out}: written, {size}: {', '.join(map(str, record.data_vars))}")
+
+
+@app.command(epilog="Example: rotorsim data mapping run.csv > rig.toml")
+def mapping(file: Annotated[Path, _FILE]) -> None:
+    """Print a draft of the mapping for the columns of a file, to be completed."""
+    from identification import columns, mapping_template
+
+    with sentences():
+        text = mapping_template(columns(file), file.name)
+    typer.echo(text, nl=False)
+
+
+@contextmanager
+def sentences() -> Iterator[None]:
+    """Turn what `identification` says about bad data into a DataError, which ends as a sentence and exit code 2."""
+    from identification import ReadError, SchemaError
+    from rotorsim.errors import DataError
+
+    try:
+        yield
+    except (ReadError, SchemaError) as error:
+        raise DataError(str(error)) from error
+
+
+def _numbers(found: Examination, record: xr.Dataset) -> dict[str, Any]:
+    """The findings for a program; what is not finite is null."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: plain(entry) for key, entry in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [plain(entry) for entry in value]
+        return None if isinstance(value, float) and not isfinite(value) else value
+
+    unused = _unused(record)
+    return {**plain(asdict(found)), "usable": found.usable, "unused_columns": unused}
+
+
+def _unused(record: xr.Dataset) -> list[str]:
+    unused = record.attrs.get("unused_columns", [])
+    return [unused] if isinstance(unused, str) else list(map(str, unused))
+
+
+def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
+    table = Table("channel", "from", "to", "unit", "remarks", box=None, pad_edge=False)
+    for channel in found.channels:
+        scale, unit = _PEOPLE.get(channel.units, (1.0, channel.units))
+        limits = (f"{scale * value:.6g}" for value in (channel.minimum, channel.maximum))
+        table.add_row(*map(escape, (channel.name, *limits, unit, "; ".join(channel.remarks))))
+    console.print(table)
+    lines = [f"problem: {text}" for text in found.problems]
+    lines += [f"warning: {text}" for text in found.warnings]
+    lines += [f"{use}: {_verdict(found, missing)}" for use, missing in found.uses.items()]
+    if unused := _unused(record):
+        lines.append(f"columns not used: {', '.join(map(repr, unused))}")
+    for line in lines:
+        console.print(escape(line), soft_wrap=True)
+
+
+def _summary(found: Examination) -> str:
+    if found.kind == "run-up vectors":
+        return f"run-up vectors at {found.samples} speeds"
+    rate = f"{found.sample_rate:.6g} Hz" if isfinite(found.sample_rate) else "no clear sample rate"
+    return f"time series, {found.samples} samples, {rate}, {found.duration:.6g} s"
+
+
+def _verdict(found: Examination, missing: str) -> str:
+    if missing:
+        return f"lacks {missing}"
+    return "once the problems are mended" if found.problems else "fit"

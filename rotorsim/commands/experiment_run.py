@@ -1,0 +1,77 @@
+"""What every command of `rotorsim experiment` does: run, keep the record, write the page, print what came out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from rotorsim.commands.options import (
+    free_record,
+    fresh_folder,
+    leave_if_cut,
+    leave_if_empty,
+    make_plant,
+    print_table,
+    say_if_compiling,
+)
+
+if TYPE_CHECKING:
+    from rotorsim.experiments import Experiment, Outcome
+
+
+def run_experiment(
+    name: str, kind: Any, given: dict[str, Any], machine: str, grid: str | None, time_step: str | None,
+    changes: list[str] | None, seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Run an experiment, keep its record, print what came out."""
+    from rotorsim.experiments import record
+
+    number = read_seed(seed)
+    setup = kind(**given)
+    plant = make_plant(machine, grid, time_step, changes or [])
+    path = free_record((out or fresh_folder(Path(name))) / f"{name}.nc", force)
+    say_if_compiling(plant)
+    experiment = setup.experiment(plant) if hasattr(setup, "experiment") else setup
+    outcome = record(plant, experiment, path, number, progress=not as_json)
+    leave_if_empty(outcome.ended, outcome.samples)
+    _tell(path, experiment, outcome, report, as_json)
+    leave_if_cut(outcome.ended, outcome.samples, outcome.asked, path)
+
+
+def read_seed(text: str) -> int:
+    """The seed; raises DataError."""
+    from rotorsim.errors import DataError
+
+    if not text.isdecimal() or len(text) > 16:
+        raise DataError(f"--seed: '{text[:30]}' is not a whole number from 0 to 2^53 - 1; give e.g. --seed 1")
+    return int(text)
+
+
+def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
+    from rotorsim.commands.experiment_table import result_rows
+    from rotorsim.experiments.summary import summarise_experiment
+    from rotorsim.experiments.tracking import open_record
+
+    with open_record(path) as data:
+        summary = summarise_experiment(data)
+    files = {"record": str(path)} | write_page(path, report)
+    if as_json:
+        told = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}
+        typer.echo(json.dumps(summary | told, indent=2))
+    else:
+        print_table(result_rows(summary), files)
+
+
+def write_page(record: Path, wanted: bool) -> dict[str, str]:
+    """Write the report beside the record, where there is one for experiments."""
+    from importlib import import_module
+    from importlib.util import find_spec
+
+    if not wanted or find_spec("rotorsim.report.experiment") is None:
+        return {}
+    page = record.with_suffix(".html")
+    import_module("rotorsim.report.experiment").write_report(record, page)
+    return {"report": str(page)}

@@ -1,0 +1,87 @@
+"""`rotorsim fmu`: the plant as a unit for other simulators."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep
+
+app = typer.Typer(help="Export, check and show the plant as a functional mock-up unit.", no_args_is_help=True)
+
+UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
+
+
+@app.command(epilog="Example: rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu")
+def export(
+    machine: MachineName = "dtu_gas_bearing",
+    model: Annotated[str, typer.Option(help="What to export: 'plant'.")] = "plant",
+    fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
+    targets: Annotated[
+        str, typer.Option(help="Platforms, with commas: host, x86_64-linux, x86_64-windows, aarch64-linux, ...")
+    ] = "host",
+    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
+    cpu: Annotated[str, typer.Option(help="'portable', or 'native' for this computer's processor alone.")] = "portable",
+    speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
+    pressure: Annotated[str, typer.Option(help="Injection pressure at which it starts, gauge.")] = "0.3 MPa",
+    grid: GridSize = None,
+    time_step: TimeStep = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the plant as .fmu files that run without Python."""
+    from fmu.export import export as write
+    from fmu.export import versions
+    from fmu.model import make_model
+    from fmu.targets import choose
+    from rotorsim.commands.options import make_plant, quantity
+
+    chosen, platforms = versions(fmi), choose(targets)
+    plant = make_plant(machine, grid, time_step, changes or [])
+    start = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    paths = write(make_model(model, plant, *start), out, chosen, platforms, cpu)
+    if as_json:
+        typer.echo(json.dumps({f"fmi{v}": str(p) for v, p in paths.items()}, indent=2))
+        return
+    for path in paths.values():
+        typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
+
+
+@app.command(epilog="Example: rotorsim fmu check rotor.fmu --duration '10 s'")
+def check(
+    file: UnitFile,
+    duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
+    as_json: AsJson = False,
+) -> None:
+    """Hold a unit against the standard and against the plant in Python; exit code 1 if a check fails."""
+    from fmu.check import check as checks
+    from fmu.info import info as facts
+    from rotorsim.commands.options import quantity
+
+    facts(file)
+    found = []
+    for one in checks(file, quantity("duration", duration, "s")):
+        found.append(one)
+        if not as_json:
+            typer.echo(f"{'pass' if one.passed else 'FAIL'}  {one.name:<46} {one.value}")
+    if as_json:
+        typer.echo(json.dumps([asdict(one) for one in found], indent=2))
+    if not all(one.passed for one in found):
+        raise typer.Exit(1)
+
+
+@app.command(epilog="Example: rotorsim fmu info rotor.fmu")
+def info(file: UnitFile, as_json: AsJson = False) -> None:
+    """Show what a unit is."""
+    from fmu.info import info as facts
+
+    found = facts(file)
+    if as_json:
+        typer.echo(json.dumps(found, indent=2))
+        return
+    for name, value in found.items():
+        typer.echo(f"{name:<14} {value}")

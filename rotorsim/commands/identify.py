@@ -1,0 +1,140 @@
+"""`rotorsim identify PATHS`: models from a campaign's folder or from measured files, without any machine file.
+
+Records at one operating point give a linear model, records at several a parameter-varying one.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from identification import LinearModel, LpvModel
+    from identification.campaign import Local
+
+EXAMPLE = "Example: rotorsim identify records --model 3 --out model.json"
+HELD = ("validation", "hold_out", "centre")
+"""Roles of records that are not fitted: they measure the model."""
+
+
+def identify(
+    paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
+    model: Annotated[str, typer.Option("--model", help="1, 2, 3, actuator or blackbox.")] = "3",
+    order: Annotated[int, typer.Option("--order", help="Order of a black-box model.")] = 6,
+    method: Annotated[str, typer.Option("--method", help="oe (output error) or pem (prediction error).")] = "oe",
+    surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
+    refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
+    runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
+    lowpass: Annotated[float | None, typer.Option("--lowpass", help="Corner of a Butterworth filter in Hz.")] = None,
+    mapping: Annotated[Path | None, typer.Option("--mapping", help="TOML file: which column is which.")] = None,
+    out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
+    force: Annotated[bool, typer.Option("--force", help="Replace the model file if it is there.")] = False,
+    jobs: Annotated[int, typer.Option("--jobs", help="Records identified at a time.")] = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Identify grey-box or black-box models from records; several operating points give an LPV model."""
+    from identification import ModelError, Prefilter, UnfitError, files_of, survey
+    from identification.campaign import identify_all
+    from rotorsim.commands.data import sentences
+    from rotorsim.errors import DataError
+
+    if out.exists() and not force:
+        raise DataError(f"{out}: is there already; choose another --out or add --force")
+    settings = Prefilter(runout=runout, lowpass=lowpass)
+    with sentences():
+        sources = survey(files_of(paths), mapping)
+        if not sources:
+            raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
+        found = identify_all(sources, model, order, method, settings, mapping, jobs, _tell(len(sources)))
+        good = [one for one in found if one.result is not None]
+        if not good:
+            raise UnfitError(found[0].error)
+        try:
+            made = _model(good, surfaces, refine, settings, mapping)
+        except ModelError as error:
+            raise DataError(str(error)) from error
+    made.save(out)
+    _print(found, made, out, as_json)
+
+
+def _tell(total: int) -> Any:
+    """A counter on a terminal, silence in a pipe."""
+    if not sys.stderr.isatty():
+        return None
+    done: list[int] = []
+
+    def told(one: Local) -> None:
+        done.append(1)
+        print(f"\r{len(done)} of {total} records", end="\n" if len(done) == total else "", file=sys.stderr, flush=True)
+
+    return told
+
+
+def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping: Any) -> LinearModel | LpvModel:
+    """A linear model of one record; surfaces through several operating points."""
+    from identification import fit_lpv
+    from identification.campaign import loaders
+    from identification.surfaces import SAME
+
+    fitted = [one for one in good if one.source.role not in HELD] or good
+    results = [one.result for one in fitted if one.result is not None]
+    points = {(round(r.speed / SAME[0]), round(r.pressure / SAME[1])) for r in results}
+    if len(points) == 1 or results[0].kind == "actuator":
+        return results[0].model
+    held = [one.result for one in good if one.source.role in HELD and one.result is not None]
+    degree: int | str = int(surfaces) if surfaces.isdecimal() else surfaces
+    again = loaders(fitted, settings, mapping) if refine == "global" else ()
+    return fit_lpv(results, degree, held, refine, again)
+
+
+def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
+    rows = [_row(one) for one in found]
+    if as_json:
+        typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    heads = ("record", "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
+    table = Table(*heads, box=None, pad_edge=False)
+    for row in rows:
+        if "error" not in row:
+            table.add_row(*map(escape, _cells(row)))
+    console.print(table)
+    for row in rows:
+        for text in [row["error"]] if "error" in row else row["warnings"]:
+            console.print(escape(f"{row['record']}: {text}" if "error" not in row else text), soft_wrap=True)
+    if len(found) == 1 and found[0].result is not None:
+        console.print(escape(found[0].result.report()), soft_wrap=True)
+    console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
+
+
+def _row(one: Local) -> dict[str, Any]:
+    from identification.models import plain
+
+    if one.result is None:
+        return {"record": one.source.path.name, "error": one.error}
+    r = one.result
+    numbers = {"speed": r.speed, "pressure": r.pressure, "fit": r.fit, "ceiling": r.ceiling, "wn": r.wn,
+               "zeta": r.zeta, "delay": r.delay, "static_gain": r.static_gain, "parameters": r.parameters,
+               "noise_free_fit": r.noise_free_fit, "seconds": r.seconds}  # fmt: skip
+    return {"record": one.source.path.name, "warnings": list(r.warnings), "notes": list(r.notes)} | {
+        key: plain(value) for key, value in numbers.items()
+    }
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    def several(values: Any, form: str, scale: float) -> str:
+        return ", ".join("-" if value is None else format(value * scale, form) for value in values)
+
+    return [
+        row["record"], several([row["speed"]], ".0f", 9.549297), several([row["pressure"]], ".3f", 1e-6),
+        several(row["fit"], ".1f", 100), several(row["ceiling"], ".1f", 100), several(row["wn"], ".2f", 0.1591549),
+        several(row["zeta"], ".4f", 1), several(row["delay"], ".3f", 1e3),
+    ]  # fmt: skip

@@ -1,0 +1,108 @@
+r"""A swept sine of the reference.
+
+.. math:: r(t) = a \sin 2\pi \int_0^t f\,d\tau, \qquad f = f_0 + (f_1 - f_0)\,t/T
+          \quad\text{or}\quad f = f_0 (f_1/f_0)^{t/T}
+
+On both axes the sweeps come one after the other, because at once and with the same signal the columns of the frequency
+response could not be told apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import DRIVEN, NYQUIST, REFERENCE_LIMIT, AtPoint, samples_in
+from rotorsim.experiments.parameters import param
+from rotorsim.experiments.running import run
+from rotorsim.machine.numerics import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+
+@dataclass(frozen=True)
+class Chirp(AtPoint):
+    """A swept sine of the reference; on both axes one after the other."""
+
+    name: ClassVar[str] = "chirp"
+    drives_reference: ClassVar[bool] = True
+    amplitude: float = param("V", "Amplitude of the reference, 0-pk.", 1.0, above=0, high=REFERENCE_LIMIT)
+    low: float = param("Hz", "Frequency at the beginning.", 1.0, above=0, high=NYQUIST)
+    high: float = param("Hz", "Frequency at the end.", 400.0, above=0, high=NYQUIST)
+    duration: float = param("s", "Length of a sweep.", 10.0, above=0, samples=True)
+    axis: str = param("1", "Driven axis; both sweeps y after x.", "x", choices=tuple(DRIVEN))
+    law: str = param("1", "How the frequency grows.", "linear", choices=("linear", "logarithmic"))
+    bias: float = param("s", "Time without excitation at the beginning.", 0.4, low=0, samples=True)
+
+    def check(self) -> None:
+        """Refuse a sweep that stands still."""
+        if self.low == self.high:
+            raise DataError(f"low and high are both {self.low:g} Hz; give a range to sweep")
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return samples_in(self.bias) + len(DRIVEN[self.axis]) * samples_in(self.duration)
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        rows = self.held(count)
+        since = first + np.arange(count) - samples_in(self.bias)
+        length = samples_in(self.duration)
+        for turn, axis in enumerate(DRIVEN[self.axis]):
+            now = (since >= turn * length) & (since < (turn + 1) * length)
+            rows[now, 2 + axis] = self.amplitude * np.sin(self.phase((since[now] - turn * length) * SAMPLE))
+        return rows
+
+    def phase(self, time: np.ndarray) -> np.ndarray:
+        """Phase [rad] of the sine at a time [s] after the sweep's beginning."""
+        if self.law == "linear":
+            return 2 * np.pi * time * (self.low + 0.5 * (self.high - self.low) * time / self.duration)
+        growth = np.log(self.high / self.low) / self.duration
+        return 2 * np.pi * self.low * np.expm1(growth * time) / growth
+
+
+def chirp(
+    plant: Plant,
+    speed: float = 0.0,
+    pressure: float = 0.3e6,
+    amplitude: float = 1.0,
+    low: float = 1.0,
+    high: float = 400.0,
+    duration: float = 10.0,
+    axis: str = "x",
+    law: str = "linear",
+    bias: float = 0.4,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Sweep a sine over the reference and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    speed, pressure : float
+        Shaft speed [rad/s] and gauge pressure [Pa].
+    amplitude : float
+        Amplitude [V], at most 5 V.
+    low, high : float
+        Frequencies [Hz] at the beginning and at the end, at most 2500 Hz.
+    duration, bias : float
+        Length of a sweep and of the record's beginning without excitation [s].
+    axis : {"x", "y", "both"}
+        Driven axis; "both" sweeps x and then y.
+    law : {"linear", "logarithmic"}
+        How the frequency grows.
+    seed : int
+        Of the plant's noise.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    return run(plant, Chirp(speed, pressure, amplitude, low, high, duration, axis, law, bias), seed, progress)

@@ -1,0 +1,103 @@
+"""Coast-down: the drive is off, film friction and bearing drag decelerate the shaft; or a declared ramp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import Experiment, samples_in
+from rotorsim.experiments.parameters import param
+from rotorsim.experiments.running import run
+from rotorsim.experiments.runup import Runup, ramp_time
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+OFF = np.nan
+"""End speed of a row that leaves the shaft to itself."""
+
+
+@dataclass(frozen=True)
+class Coastdown(Experiment):
+    """The drive is switched off and friction slows the shaft down; or a declared ramp."""
+
+    name: ClassVar[str] = "coastdown"
+    start: float = param("rad/s", "Speed when the drive is switched off.", 200 * np.pi, above=0, attr="start_speed")
+    stop: float = param("rad/s", "Speed at which the record ends.", 0.0, low=0, attr="stop_speed")
+    rate: float | None = param("rad/s^2", "Declared deceleration; friction decides when not given.", None)
+    pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
+    longest: float = param("s", "The record ends here at the latest.", 300.0, above=0, samples=True)
+
+    def check(self) -> None:
+        """Refuse a coast-down that goes up."""
+        if self.stop >= self.start:
+            raise DataError(
+                f"stop = {self.stop * 30 / np.pi:g} rpm: is not below the start of {self.start * 30 / np.pi:g} rpm; "
+                "give less or take runup"
+            )
+        if self.rate is not None:
+            ramp_time(self.start, self.stop, self.rate)
+
+    @property
+    def ramp(self) -> Runup | None:
+        """The declared ramp, if there is one."""
+        return None if self.rate is None else Runup(self.start, self.stop, self.rate, self.pressure)
+
+    @property
+    def samples(self) -> int:
+        """Length in samples; the longest one with the drive off."""
+        return samples_in(self.longest) if self.ramp is None else self.ramp.samples
+
+    def initial(self) -> tuple[float, float]:
+        """Speed [rad/s] and gauge pressure [Pa] of the equilibrium it starts from."""
+        return self.start, self.pressure
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        if self.ramp is not None:
+            return self.ramp.rows(first, count)
+        rows = np.zeros((count, 6))
+        rows[:, 0], rows[:, 1] = OFF, self.pressure
+        return rows
+
+    def end(self, speed: np.ndarray) -> int | None:
+        """The record ends with the first sample at or below `stop`."""
+        below = np.flatnonzero(speed <= self.stop)
+        return int(below[0]) + 1 if self.rate is None and below.size else None
+
+
+def coastdown(
+    plant: Plant,
+    start: float = 2 * np.pi * 100,
+    stop: float = 0.0,
+    rate: float | None = None,
+    pressure: float = 0.3e6,
+    longest: float = 300.0,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Coast down and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    start, stop : float
+        Speeds [rad/s] at the beginning and at which the record ends.
+    rate : float, optional
+        Declared deceleration [rad/s^2]; without it the drive is off and friction decides.
+    pressure : float
+        Gauge pressure [Pa].
+    longest : float
+        Longest duration [s] with the drive off.
+    seed : int
+        Of the plant's noise.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    return run(plant, Coastdown(start, stop, rate, pressure, longest), seed, progress)

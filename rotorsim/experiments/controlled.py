@@ -1,0 +1,123 @@
+"""Closed loop: a discrete controller at 5 kHz, with bias, dither and hits from other experiments.
+
+The controller sees a sample's measured displacement, speed and pressure and acts in the next sample. The total
+reference is limited to the actuators' range and recorded as `reference`; `reference_external` is what was added to the
+controller's output.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment, samples_in
+from rotorsim.experiments.given import Given
+from rotorsim.experiments.parameters import param
+from rotorsim.experiments.running import run
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
+
+    from rotorsim.plant.plant import Controller, Plant
+
+
+@dataclass(frozen=True)
+class Controlled(AtPoint):
+    """Closed loop with a discrete controller; references and forces of `excitations` are added while they last."""
+
+    name: ClassVar[str] = "controlled"
+    drives_reference: ClassVar[bool] = True
+    duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
+    bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
+    bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
+    controller: Controller | None = None
+    excitations: tuple[Experiment, ...] = ()
+
+    def check(self) -> None:
+        """Refuse what is no controller or no excitation."""
+        if not callable(getattr(self.controller, "step", None)):
+            raise DataError(
+                f"controller = {self.controller!r}: has no method step(measured, speed, pressure); "
+                "give e.g. rotorsim.experiments.ProportionalLaw()"
+            )
+        for other in self.excitations:
+            if not isinstance(other, Experiment) or isinstance(other, Controlled):
+                raise DataError(f"excitations: {other!r} is no open-loop experiment; give e.g. Prbs(amplitude=0.2)")
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return samples_in(self.duration)
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch; the reference is the external one."""
+        rows = self.held(count)
+        rows[:, 2:4] = self.bias_x, self.bias_y
+        for other in self.excitations:
+            n = max(min(count, other.samples - first), 0)
+            if n:
+                rows[:n, 2:6] += other.rows(first, n)[:, 2:6]
+        return rows
+
+    def attrs(self) -> dict[str, Any]:
+        """Name and parameters of the experiment, its controller and its excitations, SI."""
+        told = super().attrs() | {"controller": type(self.controller).__name__}
+        about = getattr(self.controller, "attrs", None)
+        told |= about() if callable(about) else {}
+        for number, other in enumerate(self.excitations, start=1):
+            own = {key: value for key, value in other.attrs().items() if key not in ("speed", "pressure")}
+            told |= {f"excitation_{number}_{key}": value for key, value in own.items()}
+        return told
+
+
+def controlled(
+    plant: Plant,
+    controller: Controller,
+    speed: float = 0.0,
+    pressure: float = 0.3e6,
+    duration: float = 10.0,
+    bias: tuple[float, float] = (0.0, 0.0),
+    reference: ArrayLike | None = None,
+    disc_force: ArrayLike | None = None,
+    excitations: Sequence[Experiment] = (),
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Run in closed loop and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    controller : object
+        With a method ``step(measured, speed, pressure) -> reference``: from the measured disc (2,) [m], speed [rad/s]
+        and gauge pressure [Pa] of a sample it makes the reference (2,) [V] of the next. Its `reset()`, if it has one,
+        is called first.
+    speed, pressure : float
+        Shaft speed [rad/s] and gauge pressure [Pa].
+    duration : float
+        Length of the record [s].
+    bias : (float, float)
+        Constant reference [V], added to the controller's.
+    reference, disc_force : array, optional
+        Reference [V] that is added to the controller's and force on the disc [N], (n, 2) over the samples; nothing
+        after the last of them.
+    excitations : sequence of Experiment
+        Their references and disc forces are added, e.g. ``[Prbs(amplitude=0.2), Impact(peak=20.0)]``.
+    seed : int
+        Of the excitations and of the plant's noise.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    if np.shape(bias) != (2,):
+        raise DataError(f"bias = {bias}: is not a pair of voltages; give e.g. (0.5, 0.0)")
+    added = list(excitations)
+    if reference is not None or disc_force is not None:
+        added.append(Given(reference=reference, disc_force=disc_force))
+    loop = Controlled(speed, pressure, duration, bias[0], bias[1], controller, tuple(added))
+    return run(plant, loop, seed, progress)

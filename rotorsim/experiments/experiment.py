@@ -1,0 +1,103 @@
+"""What an experiment is: where it starts, how long it lasts, and the input rows of any stretch of it.
+
+An experiment is a frozen dataclass. It knows no plant, draws from its `sequence` alone and computes any stretch of its
+rows without the ones before, so that hours take no more memory than seconds and the size of the blocks changes nothing.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.parameters import attributes, check_parameters, param
+from rotorsim.machine.numerics import SAMPLE
+
+LONGEST = 1e6
+"""Longest run [s]."""
+REFERENCE_LIMIT = 5.0
+"""Range of the reference [V]: at either end one pin of a pair is fully in and the other fully out."""
+NYQUIST = 0.5 / SAMPLE
+"""Highest frequency [Hz] that samples can show."""
+
+DRIVEN = {"x": (0,), "y": (1,), "both": (0, 1)}
+"""Axes that are driven one after the other."""
+
+
+@dataclass(frozen=True)
+class Experiment(ABC):
+    """Base of every experiment; raises DataError with one sentence for bad parameters."""
+
+    name: ClassVar[str]
+    drives_reference: ClassVar[bool] = False
+    """Whether it needs actuators."""
+
+    def __post_init__(self) -> None:
+        check_parameters(self)
+        self.check()
+        if self.samples * SAMPLE > LONGEST:
+            days = self.samples * SAMPLE / 86400
+            raise DataError(f"{self.name}: would last {days:.3g} days; make it shorter than {LONGEST:g} s")
+
+    def check(self) -> None:
+        """Refuse parameters that do not go together."""
+        return
+
+    @property
+    @abstractmethod
+    def samples(self) -> int:
+        """Length in samples; the longest one if it can end earlier."""
+
+    @abstractmethod
+    def initial(self) -> tuple[float, float]:
+        """Speed [rad/s] and gauge pressure [Pa] of the equilibrium it starts from."""
+
+    @abstractmethod
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) from sample `first` on, as `Simulation.advance` takes them."""
+
+    def end(self, speed: np.ndarray) -> int | None:
+        """Samples to keep of a stretch with these true speeds (n,) [rad/s] if the experiment ends in it."""
+        return None
+
+    def attrs(self) -> dict[str, Any]:
+        """Name and parameters for a record's attributes, SI."""
+        return {"experiment": self.name, **attributes(self)}
+
+
+@dataclass(frozen=True)
+class AtPoint(Experiment):
+    """An experiment at constant speed and supply pressure."""
+
+    speed: float = param("rad/s", "Shaft speed.", 0.0, low=0)
+    pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
+
+    def initial(self) -> tuple[float, float]:
+        """Speed [rad/s] and gauge pressure [Pa] of the equilibrium it starts from."""
+        return self.speed, self.pressure
+
+    def held(self, count: int) -> np.ndarray:
+        """Rows (count, 6) of constant speed and pressure without reference and force."""
+        rows = np.zeros((count, 6))
+        rows[:, 0], rows[:, 1] = self.speed, self.pressure
+        return rows
+
+
+def samples_in(seconds: float) -> int:
+    """Samples in a time [s] that was checked to be a whole number of them."""
+    return round(seconds / SAMPLE)
+
+
+def generator(sequence: int, *key: int) -> np.random.Generator:
+    """Random numbers of one place of one experiment, the same whatever was drawn elsewhere."""
+    return np.random.default_rng([sequence, *key])
+
+
+def check_seed(seed: Any) -> int:
+    """The seed as an int; raises DataError."""
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**53:
+        raise DataError(f"seed = {seed}: must be a whole number from 0 to 2^53 - 1; give e.g. 0")
+    return int(seed)

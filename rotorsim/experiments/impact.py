@@ -1,0 +1,125 @@
+r"""Impact hammer on the disc: half-sine pulses of force.
+
+.. math:: F(t) = A \sin(\pi t/T), \quad 0 \le t \le T, \qquad \int F\,dt = 2 A T/\pi
+
+Force is held during a sample, so a sample gets the pulse's mean over it: the impulse is exact whatever T and whenever
+the pulse begins. The record's `disc_force` is what a force transducer in the hammer's tip would show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, floor
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import AtPoint, generator, samples_in
+from rotorsim.experiments.parameters import param, sequence
+from rotorsim.experiments.running import run
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.machine.units import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+KEY = 3
+"""First key of this experiment's random numbers."""
+
+
+@dataclass(frozen=True)
+class Impact(AtPoint):
+    """Half-sine hits of an impact hammer on the disc."""
+
+    name: ClassVar[str] = "impact"
+    peak: float = param("N", "Peak of the force.", 20.0, above=0)
+    width: float = param("s", "Duration of a hit.", 1e-3, low=SAMPLE)
+    angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)
+    hits: int = param("1", "Number of hits.", 1, low=1, whole=True)
+    spacing: float = param("s", "Time from hit to hit, also after the last.", 1.0, above=0, samples=True)
+    lead: float = param("s", "Time before the first hit.", 0.1, low=0, samples=True)
+    jitter: float = param("s", "A hit is late by a random time up to this.", 0.0, low=0)
+    scatter: float = param("1", "A hit is stronger or weaker by a random share up to this.", 0.0, low=0, high=1)
+    sequence: int = sequence()
+
+    def check(self) -> None:
+        """Refuse hits that run into each other."""
+        if self.width + self.jitter > self.spacing:
+            raise DataError(
+                f"spacing = {show(self.spacing, 's')}: is shorter than a hit with its jitter; "
+                f"give at least {show(self.width + self.jitter, 's')}"
+            )
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return samples_in(self.lead) + self.hits * samples_in(self.spacing)
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        rows = self.held(count)
+        edges = (first + np.arange(count + 1)) * SAMPLE
+        lowest = max(floor((edges[0] - self.lead) / self.spacing) - 1, 0)
+        highest = min(ceil((edges[-1] - self.lead) / self.spacing), self.hits - 1)
+        force = np.zeros(count)
+        for hit in range(lowest, highest + 1):
+            force += self.pulse(edges, hit)
+        direction = np.round([np.cos(self.angle), np.sin(self.angle)], 15)  # nothing along x at 90 deg
+        rows[:, 4:6] = force[:, None] * direction
+        return rows
+
+    def pulse(self, edges: np.ndarray, hit: int) -> np.ndarray:
+        """Mean force (n,) [N] of one hit between the edges (n + 1,) [s] of the samples."""
+        late, off = generator(self.sequence, KEY, hit).uniform(size=2) if self.jitter or self.scatter else (0.0, 0.5)
+        begin = self.lead + hit * self.spacing + self.jitter * late
+        peak = self.peak * (1 + self.scatter * (2 * off - 1))
+        turned = np.clip((edges - begin) / self.width, 0.0, 1.0)
+        return np.diff(-np.cos(np.pi * turned)) * (peak * self.width / (np.pi * SAMPLE))
+
+
+def impact(
+    plant: Plant,
+    speed: float = 0.0,
+    pressure: float = 0.3e6,
+    peak: float = 20.0,
+    width: float = 1e-3,
+    angle: float = 0.0,
+    hits: int = 1,
+    spacing: float = 1.0,
+    lead: float = 0.1,
+    jitter: float = 0.0,
+    scatter: float = 0.0,
+    sequence: int = 0,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Hit the disc with a hammer and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    speed, pressure : float
+        Shaft speed [rad/s] and gauge pressure [Pa].
+    peak, width : float
+        Peak [N] and duration [s] of a half-sine.
+    angle : float
+        Direction of the force [rad]: 0 is x, pi/2 is y.
+    hits : int
+        Number of hits.
+    spacing, lead : float
+        Time from hit to hit and before the first [s].
+    jitter, scatter : float
+        Largest random delay of a hit [s] and random share of its peak.
+    sequence : int
+        Number of the random delays and peaks.
+    seed : int
+        Of the plant's noise, and of nothing else.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    hammer = Impact(speed, pressure, peak, width, angle, hits, spacing, lead, jitter, scatter, sequence)
+    return run(plant, hammer, seed, progress)

@@ -1,0 +1,55 @@
+"""A discrete controller round the plant: one sample of delay, the total reference limited to the actuators' range."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.errors import ConvergenceError, DataError
+from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.machine.numerics import SAMPLE
+
+if TYPE_CHECKING:
+    from rotorsim.plant.plant import Controller
+    from rotorsim.plant.simulation import Simulation
+
+
+class Loop:
+    """The running loop: what the controller saw in a sample acts in the next one, added to the external reference."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.output = np.zeros(2)
+        reset = getattr(controller, "reset", None)
+        if callable(reset):
+            reset()
+
+    def advance(self, simulation: Simulation, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sample table and the input rows really applied, for rows whose reference is the external one.
+
+        A ConvergenceError carries both, up to the failure, in `where["table"]` and `where["rows"]`.
+        """
+        used = rows.copy()
+        tables: list[np.ndarray] = []
+        for k in range(len(rows)):
+            used[k, 2:4] = np.clip(rows[k, 2:4] + self.output, -REFERENCE_LIMIT, REFERENCE_LIMIT)
+            try:
+                tables.append(simulation.advance(used[k : k + 1]))
+            except ConvergenceError as error:
+                done = np.concatenate([*tables, error.where["table"]])
+                raise ConvergenceError(str(error), table=done, rows=used[:k]) from error
+            self.output = self._ask(simulation, tables[-1], used[k])
+        return np.concatenate(tables), used
+
+    def _ask(self, simulation: Simulation, table: np.ndarray, row: np.ndarray) -> np.ndarray:
+        from rotorsim.plant.simulation import split_columns
+
+        seen: dict[str, Any] = split_columns(table, row[None], simulation.assembly.film_model is not None)
+        speed = seen.get("speed_measured", seen["speed"])[0]
+        pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
+        output = np.asarray(self.controller.step(seen["disc_measured"][0], float(speed), float(pressure)), float)
+        if output.shape != (2,) or not np.all(np.isfinite(output)):
+            time = simulation.samples * SAMPLE
+            raise DataError(f"controller: gave {output} at t = {time:.4f} s; it must give two finite voltages [V]")
+        return output

@@ -1,0 +1,148 @@
+r"""Multisines with interleaved lines: x and y are excited at once, each at frequencies of its own.
+
+.. math:: r(t) = s \sum_k \cos(2\pi k t/T + \varphi_k), \qquad k \in L_x \text{ or } L_y,\ L_x \cap L_y = \emptyset
+
+Lines are multiples of 1/T, so whole periods have no leakage and every line of the response belongs to one input. All
+lines of an axis are equally strong, phases are random; of some draws the one with the lowest crest factor is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import ceil, floor
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT, AtPoint, generator, samples_in
+from rotorsim.experiments.parameters import param, sequence
+from rotorsim.experiments.running import run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+KEY = 2
+"""First key of this experiment's random numbers."""
+
+
+@dataclass(frozen=True)
+class Multisine(AtPoint):
+    """Whole periods of multisine references on both axes at once, each with frequency lines of its own."""
+
+    name: ClassVar[str] = "multisine"
+    drives_reference: ClassVar[bool] = True
+    amplitude: float = param("V", "Largest value of the reference.", 1.0, above=0, high=REFERENCE_LIMIT)
+    low: float = param("Hz", "Lowest frequency.", 1.0, above=0, high=NYQUIST)
+    high: float = param("Hz", "Highest frequency.", 400.0, above=0)
+    period: float = param("s", "Period; lines are multiples of its inverse.", 1.0, above=0, high=100.0, samples=True)
+    periods: int = param("1", "Whole periods of the record.", 10, low=1, whole=True)
+    spacing: int = param("1", "Distance of neighbouring lines in multiples of 1/period.", 1, low=1, whole=True)
+    tries: int = param(
+        "1", "Draws of phases of which the lowest crest factor is taken.", 20, low=1, high=1000, whole=True
+    )
+    bias: float = param("s", "Time without excitation at the beginning.", 0.0, low=0, samples=True)
+    sequence: int = sequence()
+
+    def check(self) -> None:
+        """Refuse lines beyond Nyquist's frequency, and an axis without lines."""
+        if self.high >= NYQUIST:
+            raise DataError(
+                f"high = {self.high:g} Hz: is not below half the sampling rate; give less than {NYQUIST:g} Hz"
+            )
+        if min(len(axis) for axis in self.lines()) == 0:
+            raise DataError(
+                f"multisine: fewer than two lines from {self.low:g} to {self.high:g} Hz in steps of "
+                f"{self.spacing / self.period:g} Hz; widen the range or take a longer period"
+            )
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return samples_in(self.bias) + self.periods * samples_in(self.period)
+
+    def lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Excited lines of x and of y as multiples of 1/period; disjoint."""
+        least, most = ceil(self.low * self.period * (1 - 1e-12)), floor(self.high * self.period * (1 + 1e-12))
+        lines = np.arange(least, most + 1, self.spacing)
+        return lines[0::2], lines[1::2]
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        rows = self.held(count)
+        since = first + np.arange(count) - samples_in(self.bias)
+        one = one_period(self)
+        rows[:, 2:4] = np.where((since >= 0)[:, None], one[since % len(one)], 0.0)
+        return rows
+
+
+@lru_cache(maxsize=4)
+def one_period(sines: Multisine) -> np.ndarray:
+    """Reference (n, 2) [V] of one period."""
+    n = samples_in(sines.period)
+    return np.column_stack([_flattest(sines, generator(sines.sequence, KEY, axis), n, axis) for axis in range(2)])
+
+
+def _flattest(sines: Multisine, rng: np.random.Generator, n: int, axis: int) -> np.ndarray:
+    """The draw with the lowest crest factor, scaled to the amplitude."""
+    lines = sines.lines()[axis]
+    best = np.full(n, np.inf)
+    for _ in range(sines.tries):
+        spectrum = np.zeros(n // 2 + 1, complex)
+        spectrum[lines] = np.exp(1j * rng.uniform(0, 2 * np.pi, len(lines)))
+        drawn = np.fft.irfft(spectrum, n)
+        if np.abs(drawn).max() < np.abs(best).max():
+            best = drawn
+    return np.asarray(best * (sines.amplitude / np.abs(best).max()))
+
+
+def multisine(
+    plant: Plant,
+    speed: float = 0.0,
+    pressure: float = 0.3e6,
+    amplitude: float = 1.0,
+    low: float = 1.0,
+    high: float = 400.0,
+    period: float = 1.0,
+    periods: int = 10,
+    spacing: int = 1,
+    tries: int = 20,
+    bias: float = 0.0,
+    sequence: int = 0,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Excite both axes at interleaved frequencies and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    speed, pressure : float
+        Shaft speed [rad/s] and gauge pressure [Pa].
+    amplitude : float
+        Largest value of either reference [V], at most 5 V.
+    low, high : float
+        Range of the lines [Hz], below 2500 Hz.
+    period : float
+        Period [s]; lines are multiples of its inverse.
+    periods : int
+        Whole periods of the record; the first holds the transient.
+    spacing : int
+        Distance of neighbouring lines in multiples of 1/period; even ones of the list are x's, odd ones y's.
+    tries : int
+        Draws of phases of which the one with the lowest crest factor is taken.
+    bias : float
+        Beginning of the record without excitation [s].
+    sequence : int
+        Number of the set of phases.
+    seed : int
+        Of the plant's noise, and of nothing else.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    sines = Multisine(speed, pressure, amplitude, low, high, period, periods, spacing, tries, bias, sequence)
+    return run(plant, sines, seed, progress)

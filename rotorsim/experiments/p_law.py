@@ -1,0 +1,47 @@
+r"""Proportional feedback with a first-order low-pass on each axis (thesis eq. C.21, section C.5).
+
+.. math:: r = H\,g\,(p - p_c), \qquad H(s) = \frac{2\pi f}{s + 2\pi f}
+
+The thesis gives kappa = 1.125 and 0.99 m/m at 1 kHz, with positive feedback: what damps the rotor is the lag of film
+and actuators. One volt being 4.5 um of piezo reference, kappa is a gain kappa / (4.5 um/V): 0.25 and 0.22 V/um.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rotorsim.experiments.experiment import NYQUIST
+from rotorsim.experiments.parameters import attributes, check_parameters, param
+from rotorsim.machine.numerics import SAMPLE
+
+
+@dataclass
+class ProportionalLaw:
+    """The law with the state of its filter; `centre` (2,) [m] is the position that asks for no reference."""
+
+    gain_x: float = param("V/m", "Volts of reference x per metre of measured x; positive pushes outwards.", 0.25e6)
+    gain_y: float = param("V/m", "The same of y.", 0.22e6)
+    low_pass: float = param("Hz", "Bandwidth of the low-pass.", 1000.0, above=0, high=NYQUIST)
+    centre: tuple[float, float] = (0.0, 0.0)
+    state: np.ndarray = field(default_factory=lambda: np.zeros(2), repr=False)
+
+    def __post_init__(self) -> None:
+        check_parameters(self)
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self.state = np.zeros(2)
+
+    def step(self, measured: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+        """Reference (2,) [V] for the next sample from the measured disc (2,) [m]."""
+        keep = np.exp(-2 * np.pi * self.low_pass * SAMPLE)
+        asked = np.array([self.gain_x, self.gain_y]) * (np.asarray(measured) - self.centre)
+        self.state = keep * self.state + (1 - keep) * asked
+        return self.state.copy()
+
+    def attrs(self) -> dict[str, Any]:
+        """Parameters for a record's attributes."""
+        return attributes(self) | {"centre_x": float(self.centre[0]), "centre_y": float(self.centre[1])}

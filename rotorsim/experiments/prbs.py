@@ -1,0 +1,112 @@
+r"""Pseudo-random binary references on both axes at once, as in the thesis (sections B.4.4, C.3.4).
+
+Each axis jumps between -amplitude and +amplitude, independently of the other, and only at the ticks of a clock of
+period `hold`. The thesis tells the levels of 1 V, the "fixed sampling instants" and the 2000 samples without excitation
+at the beginning, whose mean is the bias of inputs and outputs, but not the clock. Here a tick comes every 5 ms unless
+told otherwise: a held random binary signal has the power density :math:`a^2 T\,\mathrm{sinc}^2(f T)`, which at T = 5 ms
+reaches past the rig's natural frequencies at 105 to 132 Hz (a quarter of that at 0 Hz) with its first zero at 200 Hz.
+
+The bits are drawn in groups of 256 with as many of either sign, so a record is balanced; any group can be drawn alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator, samples_in
+from rotorsim.experiments.parameters import param, sequence
+from rotorsim.experiments.running import run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+GROUP = 256
+"""Bits drawn together."""
+KEY = 1
+"""First key of this experiment's random numbers."""
+
+
+@dataclass(frozen=True)
+class Prbs(AtPoint):
+    """Pseudo-random binary references, independent on x and y, after a time without excitation."""
+
+    name: ClassVar[str] = "prbs"
+    drives_reference: ClassVar[bool] = True
+    amplitude: float = param("V", "Level of the reference, plus and minus.", 1.0, above=0, high=REFERENCE_LIMIT)
+    duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
+    bias: float = param("s", "Time without excitation at the beginning.", 0.4, low=0, samples=True)
+    hold: float = param("s", "Period of the clock: the shortest time between jumps.", 5e-3, above=0, samples=True)
+    sequence: int = sequence()
+
+    def check(self) -> None:
+        """Refuse a record without excitation."""
+        if self.bias >= self.duration:
+            raise DataError(
+                f"bias = {self.bias:g} s: leaves nothing of the duration of {self.duration:g} s; make the record longer"
+            )
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return samples_in(self.duration)
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        rows = self.held(count)
+        since = first + np.arange(count) - samples_in(self.bias)
+        excited = since >= 0
+        if excited.any():
+            ticks = since[excited] // samples_in(self.hold)
+            for axis in range(2):
+                rows[excited, 2 + axis] = self.amplitude * bits(self.sequence, axis, ticks)
+        return rows
+
+
+def bits(sequence: int, axis: int, ticks: np.ndarray) -> np.ndarray:
+    """Signs (n,) at ascending ticks of the clock."""
+    lowest, highest = int(ticks[0]) // GROUP, int(ticks[-1]) // GROUP
+    balanced = np.repeat([-1.0, 1.0], GROUP // 2)
+    drawn = [generator(sequence, KEY, axis, group).permutation(balanced) for group in range(lowest, highest + 1)]
+    return np.concatenate(drawn)[ticks - lowest * GROUP]
+
+
+def prbs(
+    plant: Plant,
+    speed: float = 0.0,
+    pressure: float = 0.3e6,
+    amplitude: float = 1.0,
+    duration: float = 10.0,
+    bias: float = 0.4,
+    hold: float = 5e-3,
+    sequence: int = 0,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Excite both axes with independent binary references and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    speed, pressure : float
+        Shaft speed [rad/s] and gauge pressure [Pa].
+    amplitude : float
+        Level [V], at most 5 V.
+    duration, bias : float
+        Length of the record and of its beginning without excitation [s].
+    hold : float
+        Period of the clock [s]: jumps happen at its ticks only.
+    sequence : int
+        Number of the pair of sequences.
+    seed : int
+        Of the plant's noise, and of nothing else.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    return run(plant, Prbs(speed, pressure, amplitude, duration, bias, hold, sequence), seed, progress)

@@ -1,0 +1,198 @@
+"""Runs an experiment on a plant: in memory or streamed to a file, with the same bits.
+
+Both take blocks of samples from the same iterator, so a record of hours needs the memory of one block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from rotorsim.errors import ConvergenceError, DataError
+from rotorsim.experiments.experiment import Experiment, check_seed
+from rotorsim.experiments.interrupt import Interrupt
+from rotorsim.experiments.loop import Loop
+from rotorsim.experiments.recording import FEWEST, Recording
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.plant import BLOCK
+from rotorsim.plant.plant import LONGEST as LONGEST_IN_MEMORY
+from rotorsim.plant.simulation import Simulation, split_columns
+from rotorsim.progress import track
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+SNAPSHOTS = 6
+"""Film pressures kept of a streamed run, evenly spaced over it."""
+Values = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a streamed run came to: samples simulated of those asked for, why it ended, numbers of the solver."""
+
+    samples: int
+    asked: int
+    ended: str
+    counters: dict[str, float]
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything asked for was simulated."""
+        return self.ended == "complete"
+
+
+def run(plant: Plant, experiment: Experiment, seed: int = 0, progress: bool = False, block: int = BLOCK) -> xr.Dataset:
+    """Run an experiment and return its record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    experiment : Experiment
+        What to do with it.
+    seed : int
+        Of the plant's noise; what an experiment draws has its own `sequence`.
+    progress : bool
+        Show a bar on a terminal.
+    block : int
+        Samples computed at a time; the record does not depend on it.
+
+    Returns
+    -------
+    Dataset
+        Record of the schema (identification.dataset) with the experiment's parameters as attributes.
+
+    Raises
+    ------
+    DataError, NoLiftOffError, ConvergenceError
+    """
+    from identification import make_record
+
+    if experiment.samples * SAMPLE > LONGEST_IN_MEMORY:
+        raise DataError(
+            f"{experiment.name}: {experiment.samples * SAMPLE:g} s are more than the {LONGEST_IN_MEMORY:g} s that are "
+            "returned in memory; make it shorter or record it to a file"
+        )
+    simulation = begin(plant, experiment, seed)
+    blocks = list(track(march(simulation, experiment, block), experiment.samples, SAMPLE, progress))
+    values = {name: np.concatenate([part[name] for _, part in blocks]) for name in blocks[0][1]}
+    attrs = plant.provenance(seed) | experiment.attrs() | {"ended": "complete"} | simulation.counters
+    return make_record(np.concatenate([time for time, _ in blocks]), values, attrs)
+
+
+def record(
+    plant: Plant, experiment: Experiment, path: Path, seed: int = 0, progress: bool = False, block: int = BLOCK
+) -> Outcome:
+    """Run as `run` and stream to the NetCDF file `path`, with film pressures at `SNAPSHOTS` instants.
+
+    An interruption (Ctrl-C) or a step without solution ends the run and keeps what was simulated.
+    """
+    attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
+    with Interrupt() as interrupt, Recording(path, attrs) as file:
+        return stream(plant, experiment, file, seed, progress, block, interrupt)
+
+
+class Sink(Protocol):
+    """What takes the samples of a run: a growing file or memory."""
+
+    samples: int
+
+    def write(self, time: np.ndarray, values: Values) -> None:
+        """Append samples."""
+
+    def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
+        """Keep the film pressure of one instant."""
+
+    def note(self, **attrs: Any) -> None:
+        """Add attributes."""
+
+
+def stream(
+    plant: Plant, experiment: Experiment, file: Sink, seed: int = 0, progress: bool = False, block: int = BLOCK,
+    interrupt: Interrupt | None = None,
+) -> Outcome:  # fmt: skip
+    """Run as `record`, into anything that takes samples."""
+    asked, ended = experiment.samples, "complete"
+    marks = set(np.linspace(0, asked, SNAPSHOTS)[:-1].astype(int) // block)
+    simulation = begin(plant, experiment, seed)
+    _snapshot(file, simulation)
+    blocks = enumerate(track(march(simulation, experiment, block), asked, SAMPLE, progress), start=1)
+    try:
+        for number, (time, values) in blocks:
+            file.write(time, values)
+            if interrupt is not None and interrupt.asked and file.samples < asked:
+                raise KeyboardInterrupt
+            if number in marks:
+                _snapshot(file, simulation)
+    except KeyboardInterrupt:
+        ended = "interrupted"
+    except ConvergenceError as error:
+        ended = str(error)
+    if file.samples:
+        _snapshot(file, simulation)
+    file.note(ended=ended, **simulation.counters)
+    return Outcome(file.samples, asked, ended, simulation.counters)
+
+
+def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
+    """The plant in the equilibrium where the experiment starts."""
+    if experiment.drives_reference and plant.assembly.film_model is None:
+        raise DataError(
+            f"{experiment.name}: {plant.machine.name} has no gas film whose actuators a reference could move; "
+            "take impact, steady or runup"
+        )
+    if experiment.samples < FEWEST:
+        raise DataError(
+            f"{experiment.name}: lasts a single sample of {SAMPLE * 1e3:g} ms; make it at least twice as long"
+        )
+    speed, pressure = experiment.initial()
+    return plant.start(speed, pressure, seed=check_seed(seed))
+
+
+def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
+    """Blocks of time (n,) [s] and variables of the schema; a ConvergenceError comes after the samples before it."""
+    controller = getattr(experiment, "controller", None)
+    loop = None if controller is None else Loop(controller)
+    for first in range(0, experiment.samples, block):
+        rows = experiment.rows(first, min(block, experiment.samples - first))
+        before = simulation.save()
+        try:
+            table, used = (simulation.advance(rows), rows) if loop is None else loop.advance(simulation, rows)
+        except ConvergenceError as error:
+            table = error.where["table"]
+            yield _values(simulation, first, table, error.where.get("rows", rows), None if loop is None else rows)
+            raise
+        time, values = _values(simulation, first, table, used, None if loop is None else rows)
+        last = experiment.end(values["speed"])
+        if last is None:
+            yield time, values
+            continue
+        simulation.restore(before)
+        simulation.advance(rows[:last])
+        yield time[:last], {name: value[:last] for name, value in values.items()}
+        return
+
+
+def _values(
+    simulation: Simulation, first: int, table: np.ndarray, used: np.ndarray, external: np.ndarray | None
+) -> tuple[np.ndarray, Values]:
+    n = len(table)
+    values: dict[str, Any] = split_columns(table, used[:n], simulation.assembly.film_model is not None)
+    if external is not None:
+        values["reference_external"] = external[:n, 2:4]
+    return (first + np.arange(n)) * SAMPLE, values
+
+
+def _snapshot(file: Sink, simulation: Simulation) -> None:
+    if simulation.assembly.film_model is None:
+        return
+    grid = simulation.assembly.film_model.grid
+    speed = float(simulation.w[simulation.assembly.rotor.speed])
+    file.snapshot(simulation.samples * SAMPLE, speed, grid.theta, grid.z, simulation.film_pressure())

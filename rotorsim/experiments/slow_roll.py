@@ -1,0 +1,64 @@
+"""Slow roll: whole revolutions so slowly that what the sensors see is runout and not vibration.
+
+The thesis (section 2.6.2) takes less than 200 rpm, where the vibration is negligible, and averages over revolutions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import AtPoint
+from rotorsim.experiments.parameters import param
+from rotorsim.experiments.running import run
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.machine.units import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+SLOW = 2 * np.pi * 100 / 60
+"""100 rpm [rad/s]."""
+SLOWEST = 1e-5
+"""Speed [rad/s] at which a revolution takes a week."""
+
+
+@dataclass(frozen=True)
+class SlowRoll(AtPoint):
+    """Whole revolutions so slowly that the sensors see runout; ends with the sample that completes them."""
+
+    name: ClassVar[str] = "slow_roll"
+    speed: float = param("rad/s", "Shaft speed.", SLOW, above=0)
+    revolutions: int = param("1", "Whole revolutions.", 5, low=1, whole=True)
+
+    def check(self) -> None:
+        """Refuse revolutions that never end."""
+        if self.speed < SLOWEST:
+            raise DataError(f"speed = {show(self.speed, 'rad/s')}: a revolution would last over a week; turn faster")
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return ceil(self.revolutions * 2 * np.pi / (self.speed * SAMPLE) * (1 - 1e-12))
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        return self.held(count)
+
+
+def slow_roll(
+    plant: Plant,
+    speed: float = SLOW,
+    pressure: float = 0.3e6,
+    revolutions: int = 5,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Turn at `speed` [rad/s] and gauge `pressure` [Pa] for whole `revolutions` and return the record."""
+    return run(plant, SlowRoll(speed, pressure, revolutions), seed, progress)

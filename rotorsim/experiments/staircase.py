@@ -1,0 +1,98 @@
+"""Staircase of the reference, stepwise up and then down (thesis sections C.3.1 and C.8, figures C.5 and C.28).
+
+From 0 up to +amplitude, down to -amplitude and up to 0 again, so that all levels but the ends are met in either
+direction; on both axes one after the other. `static_gain_map` makes the static characteristic of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, samples_in
+from rotorsim.experiments.parameters import param
+from rotorsim.experiments.running import run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.plant import Plant
+
+
+@dataclass(frozen=True)
+class Staircase(AtPoint):
+    """Reference stepwise up to the amplitude, down to its negative and back to 0, for static gains and hysteresis."""
+
+    name: ClassVar[str] = "staircase"
+    drives_reference: ClassVar[bool] = True
+    axis: str = param("1", "Driven axis; both drives y after x.", "x", choices=tuple(DRIVEN))
+    amplitude: float = param("V", "Highest level.", 2.0, above=0, high=REFERENCE_LIMIT)
+    step: float = param("V", "Height of a step.", 0.5, above=0)
+    hold: float = param("s", "Time at a level.", 0.5, above=0, samples=True)
+
+    def check(self) -> None:
+        """Refuse steps that do not add up to the amplitude."""
+        steps = self.amplitude / self.step
+        if steps > 1e5 or abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
+            raise DataError(
+                f"step = {self.step:g} V: the amplitude of {self.amplitude:g} V is not up to 100000 whole steps; "
+                f"give e.g. {self.amplitude / round(min(max(steps, 1.0), 100.0)):.6g} V"
+            )
+
+    def levels(self) -> np.ndarray:
+        """Reference (n, 2) [V] of every step."""
+        n = round(self.amplitude / self.step)
+        path = np.concatenate([np.arange(n + 1), np.arange(n - 1, -n - 1, -1), np.arange(1 - n, 1)])
+        axes = DRIVEN[self.axis]
+        levels = np.zeros((len(axes) * len(path), 2))
+        for turn, axis in enumerate(axes):
+            levels[turn * len(path) : (turn + 1) * len(path), axis] = path * self.step
+        return levels
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        n = round(self.amplitude / self.step)
+        return len(DRIVEN[self.axis]) * (4 * n + 1) * samples_in(self.hold)
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        rows = self.held(count)
+        rows[:, 2:4] = self.levels()[(first + np.arange(count)) // samples_in(self.hold)]
+        return rows
+
+
+def staircase(
+    plant: Plant,
+    speed: float = 0.0,
+    pressure: float = 0.3e6,
+    axis: str = "x",
+    amplitude: float = 2.0,
+    step: float = 0.5,
+    hold: float = 0.5,
+    seed: int = 0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Step the reference up and down and return the record.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    speed, pressure : float
+        Shaft speed [rad/s] and gauge pressure [Pa].
+    axis : {"x", "y", "both"}
+        Driven axis; "both" drives x and then y.
+    amplitude, step : float
+        Highest level, at most 5 V, and height of a step [V].
+    hold : float
+        Time at a level [s].
+    seed : int
+        Of the plant's noise.
+    progress : bool
+        Show a bar on a terminal.
+    """
+    return run(plant, Staircase(speed, pressure, axis, amplitude, step, hold), seed, progress)

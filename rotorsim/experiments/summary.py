@@ -1,0 +1,122 @@
+"""Numbers of an experiment's record, in units for people; read in blocks, so a record may have any length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.experiments.static_gain import static_gain_map
+from rotorsim.experiments.tracking import RPM, UM, blocks, displacement_name
+from rotorsim.machine.numerics import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
+    """Summary ready for JSON, of any record that an experiment made.
+
+    Returns
+    -------
+    dict
+        experiment, duration_s, samples, speed_rpm {first, last}; disc {mean_um, rms_um, peak_um} (x, y), rms and peak
+        about the mean; largest_orbit_um from the mean; smallest_film_um and contact_samples (None without a film);
+        reference_peak_v and force_peak_n (x, y); and what the experiment is made for: static_gain of a staircase,
+        deceleration of a coast-down, runout of a slow roll, impulse of impacts, saturation of a closed loop.
+    """
+    name = str(record.attrs.get("experiment", ""))
+    seen = scan(record)
+    return {"experiment": name, **seen, **SPECIAL.get(name, _nothing)(record, seen)}
+
+
+def scan(record: xr.Dataset) -> dict[str, Any]:
+    """Numbers that every experiment has, in two passes: the mean, then what is measured from it."""
+    disc, n = displacement_name(record), record.sizes["time"]
+    mean = sum(block[disc].sum(axis=0) for block in blocks(record, [disc])) / n
+    names = [name for name in ("h_min", "contact", "reference", "disc_force") if name in record]
+    square, peak, orbit = np.zeros(2), np.zeros(2), 0.0
+    film, touched, largest = np.inf, 0, {"reference": np.zeros(2), "disc_force": np.zeros(2)}
+    for block in blocks(record, [disc, *names]):
+        off = block[disc] - mean
+        square += (off**2).sum(axis=0)
+        peak = np.maximum(peak, np.abs(off).max(axis=0))
+        orbit = max(orbit, float(np.hypot(*off.T).max()))
+        film = min(film, float(block["h_min"].min())) if "h_min" in block else film
+        touched += int((block["contact"] > 0).sum()) if "contact" in block else 0
+        for name in largest.keys() & block.keys():
+            largest[name] = np.maximum(largest[name], np.abs(block[name]).max(axis=0))
+    speed = record["speed"]
+    return {
+        "duration_s": n / round(1 / SAMPLE),
+        "samples": int(n),
+        "speed_rpm": {"first": float(speed[0]) * RPM, "last": float(speed[-1]) * RPM},
+        "disc": {"mean_um": (mean * UM).tolist(), "rms_um": (np.sqrt(square / n) * UM).tolist(),
+                 "peak_um": (peak * UM).tolist()},
+        "largest_orbit_um": orbit * UM,
+        "smallest_film_um": film * UM if "h_min" in record else None,
+        "contact_samples": touched if "contact" in record else None,
+        "reference_peak_v": largest["reference"].tolist() if "reference" in record else None,
+        "force_peak_n": largest["disc_force"].tolist() if "disc_force" in record else None,
+    }  # fmt: skip
+
+
+def _nothing(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
+    return {}
+
+
+def _gains(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
+    if record.attrs.get("ended", "complete") != "complete":
+        return {}
+    try:
+        found = static_gain_map(record)
+    except DataError:  # steps too short or too few for a map
+        return {}
+    told: dict[str, Any] = {}
+    for axis in found["input"].values:
+        column = found.sel(input=axis)
+        told[str(axis)] = {"gain_um_per_v": (column["gain"].values * UM).tolist()}
+        told[str(axis)] |= {
+            f"{name}_um": (column[name].values * UM).tolist()
+            for name in ("deviation_max", "deviation_rms", "hysteresis")
+        }
+    return {"static_gain": told}
+
+
+def _deceleration(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
+    speeds = np.asarray(record["speed"].isel(time=[0, -1]).values, float)
+    time = (record.sizes["time"] - 1) * SAMPLE
+    reached = bool(speeds[1] <= record.attrs["stop_speed"] + 1e-9)
+    mean = float((speeds[0] - speeds[1]) / time * RPM) if time else 0.0
+    return {"deceleration": {"time_s": time, "mean_rpm_per_s": mean, "reached_stop": reached}}
+
+
+def _runout(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
+    """Largest distance of what the sensors see from the true displacement."""
+    if "disc" not in record or "disc_measured" not in record:
+        return {}
+    pairs = blocks(record, ["disc", "disc_measured"])
+    apart = np.max([np.abs(block["disc_measured"] - block["disc"]).max(axis=0) for block in pairs], axis=0)
+    return {"sensor_error_peak_um": (apart * UM).tolist()}
+
+
+def _impulse(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
+    total = sum(block["disc_force"].sum(axis=0) for block in blocks(record, ["disc_force"])) * SAMPLE
+    return {"impulse_n_s": np.asarray(total).tolist()}
+
+
+def _saturation(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
+    limited = [np.any(np.abs(b["reference"]) >= REFERENCE_LIMIT, axis=1).sum() for b in blocks(record, ["reference"])]
+    return {"saturated_samples": int(np.sum(limited))}
+
+
+SPECIAL: dict[str, Callable[[xr.Dataset, dict[str, Any]], dict[str, Any]]] = {
+    "staircase": _gains,
+    "coastdown": _deceleration,
+    "slow_roll": _runout,
+    "impact": _impulse,
+    "controlled": _saturation,
+}

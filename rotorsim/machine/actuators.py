@@ -1,0 +1,49 @@
+"""Piezo actuators of the injectors' pins, and the drive of the shaft."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from rotorsim.machine.part import Part, PartError, quantity
+from rotorsim.machine.units import show
+
+
+class Actuators(Part):
+    """What the piezo actuators of all pins have in common."""
+
+    mode: Literal["ideal", "voltage", "reference"] = Field(
+        description="'ideal' (pins follow at once, effects of the actuators idle), 'voltage' (the reference is the "
+        "amplifier's) or 'reference' (PD loop)."
+    )
+    sensitivity: float = quantity("m/V", "Stroke of a stack per volt, without hysteresis.", 4.5e-6, above=0, high=1e-3)
+    transducer: float = quantity("m/V", "Travel per volt of the pins' position sensors.", 4.5e-6, above=0, high=1e-3)
+    lowest: float = quantity("V", "Lowest voltage of the amplifiers.", 0.0, low=-1e4, high=1e4)
+    highest: float = quantity("V", "Highest voltage of the amplifiers.", 10.0, low=-1e4, high=1e4)
+    limit: float = quantity(
+        "V", "Largest reference that a controller or an experiment may give.", 5.0, above=0, high=1e4
+    )
+    pole: float = quantity("1/s", "Pole of the PD law.", 101.0, above=0, high=1e6)
+    amplifier_lag: float = quantity("s", "Time constant of the amplifiers.", 4.2e-4, low=0, high=10)
+    stack_lag: float = quantity("s", "Time constant of the stacks.", 1e-4, low=0, high=10)
+
+    @model_validator(mode="after")
+    def _has_range(self) -> Actuators:
+        if self.lowest >= self.highest:
+            low, high = show(self.lowest, "V"), show(self.highest, "V")
+            raise PartError(("lowest", f"'{low}' is not below highest '{high}'; make it smaller"))
+        return self
+
+
+class Drive(Part):
+    """What turns the shaft, and what brakes it beside the film once the drive is off."""
+
+    inertia: float | None = quantity(
+        "kg*m^2", "Moment of inertia about the axis; that of shaft and discs when not given.", None, above=0, high=1e6
+    )
+    dry_drag: float = quantity("N*m", "Constant torque against the rotation.", 0.0, low=0, high=1e6)
+    viscous_drag: float = quantity("N*m*s", "Torque per speed against the rotation.", 0.0, low=0, high=1e6)
+    time: float = quantity(
+        "s", "Time in which the drive takes deviations of the speed back.", 0.5, above=1e-3, high=1e3
+    )

@@ -1,0 +1,145 @@
+"""The catalogue of effects as data and as Markdown, made of what every effect file says about itself.
+
+`python -m rotorsim.machine.catalogue docs/effects.md` writes the page of the documentation.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+import textwrap
+from dataclasses import Field, fields
+from pathlib import Path
+from typing import Any
+
+from rotorsim.effects import PORTS, REGISTRY, Effect
+from rotorsim.machine.effect_tables import spec_of_parameter
+from rotorsim.machine.units import show
+
+HEAD = """# Effects
+
+Every physical effect is a table `[effects.NAME]` of the machine file and one file of the package, from which this page
+is made. At the neutral values, the defaults here, an effect leaves every bit of a trajectory as it is without it. How
+to write your own: [machine files](machine_files.md#your-own-effect).
+"""
+PLACES = {
+    "disc": "at the first disc",
+    "film": "in the gas bearing",
+    "bearing": "at the first linear bearing",
+    "start": "at the left end of the shaft",
+}
+INFLUENCES = {"mass": "on every mass of the rotor", "bow": "between the outermost bearings"}
+ELSEWHERE = {
+    "contact": "in the gas bearing",
+    "film": "on the gap of the gas bearing",
+    "gas": "on the gas in the film",
+    "injector": "on the injectors' pins",
+    "plenum": "on the injectors' plena",
+    "supply": "on the line before the injectors",
+    "actuator": "in every piezo actuator, in the file's order",
+    "sensor": "on the readings, in the file's order",
+    "torque": "on the speed of the shaft",
+    "support": "under the sleeve of the gas bearing",
+    "rotating": "on the whole shaft",
+}
+"""Where effects act whose port leaves no choice."""
+
+
+def describe(effect: type[Effect]) -> dict[str, Any]:
+    """What an effect is, in text: name, port, summary, title, about, equation, source, acts, several, parameters."""
+    title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
+    return {
+        "name": effect.name,
+        "port": effect.port,
+        "summary": " ".join((effect.__doc__ or "").split()),
+        "title": title,
+        "about": about,
+        "equation": equation,
+        "source": source,
+        "acts": _place(effect),
+        "several": not effect.single,
+        "parameters": [_parameter(f) for f in fields(effect)],
+    }
+
+
+def catalogue() -> list[dict[str, Any]]:
+    """Every registered effect, by port and name."""
+    order = sorted(REGISTRY.values(), key=lambda e: (PORTS.index(e.port), e.name))
+    return [describe(effect) for effect in order]
+
+
+def _read(docstring: str) -> tuple[str, str, str, str]:
+    """Title, prose, TeX of the equations and source out of a module's docstring."""
+    title, _, rest = inspect.cleandoc(docstring).partition("\n\n")
+    prose, equations = [], []
+    for block in rest.split("\n\n"):
+        if block.startswith(".. math::"):
+            equations.append(" ".join(block.removeprefix(".. math::").split()))
+        else:
+            prose.append(" ".join(block.split()))
+    about, _, source = " ".join(prose).partition("Source: ")
+    return " ".join(title.split()), about.strip(), r" \\ ".join(equations), source.strip()
+
+
+def _place(effect: type[Effect]) -> str:
+    if effect.port in ELSEWHERE:
+        return ELSEWHERE[effect.port]
+    if effect.influence in INFLUENCES:
+        return INFLUENCES[effect.influence]
+    choice = "at `position` or " if any(f.name == "position" for f in fields(effect)) else ""
+    return choice + PLACES[effect.place]
+
+
+def _parameter(field: Field[Any]) -> dict[str, str]:
+    """Name, unit, neutral value, limits and sentence of a parameter as people write them."""
+    spec, unit = spec_of_parameter(field), field.metadata.get("unit", "")
+
+    def written(value: float | None) -> str:
+        return "" if value is None else show(value, unit)
+
+    low, high = (None, None) if spec is None or field.name == "position" else (spec.low, spec.high)
+    return {
+        "name": field.name,
+        "unit": unit,
+        "neutral": "" if not isinstance(field.default, (int, float)) else written(field.default),
+        "low": written(low),
+        "high": written(high),
+        "doc": field.metadata.get("doc", ""),
+    }
+
+
+def markdown(entry: dict[str, Any]) -> str:
+    """One effect as a section of Markdown."""
+    again = " Several tables add up." if entry["several"] else ""
+    lines = [f"## {entry['name']}", entry["title"]]
+    lines += [f"$$\n{textwrap.fill(entry['equation'], 119, break_long_words=False)}\n$$"] if entry["equation"] else []
+    lines += [_wrapped(_escaped(entry["about"]))] if entry["about"] else []
+    lines += [_wrapped(f"Source: {_escaped(entry['source'])}")] if entry["source"] else []
+    lines += [_wrapped(f"Port `{entry['port']}`; acts {entry['acts']}.{again}")]
+    rows = ["| parameter | neutral | limits | what |", "|---|---|---|---|"]
+    for p in entry["parameters"]:
+        limits = f"{p['low']} to {p['high']}" if p["low"] or p["high"] else ""
+        rows.append(f"| `{p['name']}` [{p['unit']}] | {p['neutral']} | {limits} | {p['doc']} |")
+    return "\n\n".join([*lines, "\n".join(rows)])
+
+
+def page() -> str:
+    """The whole page of the documentation."""
+    entries = catalogue()
+    rows = ["| name | port | what |", "|---|---|---|"]
+    rows += [f"| [`{e['name']}`](#{e['name']}) | {e['port']} | {e['summary']} |" for e in entries]
+    return "\n\n".join([HEAD.strip(), "\n".join(rows), *map(markdown, entries)]) + "\n"
+
+
+def _escaped(text: str) -> str:
+    """Text in which no sign is taken for Markdown."""
+    return re.sub(r"([*_<])", r"\\\1", text.replace("``", "`"))
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 119, break_long_words=False, break_on_hyphens=False)
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8")

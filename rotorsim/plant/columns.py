@@ -1,0 +1,10 @@
+"""Columns of the sample table."""
+
+COLUMNS = (
+    "disc_x", "disc_y", "journal_x", "journal_y", "angle", "speed", "pressure", "film_force_x", "film_force_y",
+    "h_min", "mass_flow", "contact", "disc_measured_x", "disc_measured_y", "angle_measured", "speed_measured",
+    "pressure_measured",
+)  # fmt: skip
+"""Before the pins: [m], angle [rad], speed [rad/s], gauge pressure [Pa], force [N], h_min [m], flow [kg/s], 0/1."""
+READ = COLUMNS.index("disc_measured_x")
+"""The first of the columns that sensors read."""

@@ -1,0 +1,31 @@
+"""Speed of a coast-down and its slope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.report.compute.missing import need
+from rotorsim.report.envelope import envelopes
+
+BINS = 200
+
+
+@dataclass(frozen=True)
+class Deceleration:
+    """Mean `speed` [rad/s] in stretches about `time` [s] and its negative slope `rate` [rad/s^2], each (stretch,)."""
+
+    time: np.ndarray
+    speed: np.ndarray
+    rate: np.ndarray
+
+
+def deceleration_of(record: xr.Dataset) -> Deceleration:
+    """Deceleration in at most 200 stretches, of the size of the speed whichever way the shaft turns."""
+    data = envelopes(record, ["speed"], BINS)["speed"]
+    need(data.time.size >= 5, "The record is too short for a deceleration.")
+    speed = np.abs(data.mean)
+    need(bool(speed.max() > 0), "The shaft stands still.")
+    return Deceleration(data.time, speed, -np.gradient(speed, data.time))

@@ -1,0 +1,13 @@
+"""Why a figure cannot be made of a record."""
+
+from __future__ import annotations
+
+
+class MissingError(Exception):
+    """A record holds nothing for a figure; the message is a sentence for the reader of the report."""
+
+
+def need(held: bool, sentence: str) -> None:
+    """Raise MissingError with the sentence unless `held`."""
+    if not held:
+        raise MissingError(sentence)

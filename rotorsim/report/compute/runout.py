@@ -1,0 +1,63 @@
+r"""Runout: what displacement sensors show of a shaft that turns too slowly to vibrate.
+
+.. math:: d(\alpha) = d_0 + \sum_n \Re\{R_n e^{i n \alpha}\}
+
+Mean and scatter in bins of the shaft angle, and the harmonics of the mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.experiments.tracking import blocks
+from rotorsim.report.compute.missing import need
+
+BINS, HARMONICS = 180, 8
+
+
+@dataclass(frozen=True)
+class Runout:
+    """Over `angle` (bin,) [rad]: `mean` (bin, axis) [m] about its own mean and standard deviation `scatter` (bin,
+    axis) [m]; `harmonic` (order, axis) complex 0-pk [m] of 1X, 2X ...; number of `revolutions`."""
+
+    angle: np.ndarray
+    mean: np.ndarray
+    scatter: np.ndarray
+    harmonic: np.ndarray
+    revolutions: float
+
+
+def runout_of(record: xr.Dataset, name: str, revolutions: float, bins: int = BINS) -> Runout:
+    """Runout profile of a variable (time, axis) [m] over `angle`, in one pass; empty bins are NaN.
+
+    Test: ``test_report_compute.py::test_a_runout_of_known_harmonics_is_found``.
+    """
+    need(revolutions >= 1, f"The shaft turns {revolutions:.2g} revolutions; a runout takes a whole one.")
+    bins = int(np.clip(record.sizes["time"] / (4 * revolutions), 2 * HARMONICS + 2, bins))
+    count, sums, squares = np.zeros(bins), np.zeros((bins, 2)), np.zeros((bins, 2))
+    origin = np.asarray(record[name].isel(time=0).values, float)
+    for block in blocks(record, ("angle", name)):
+        index = np.minimum((block["angle"] % (2 * np.pi) * bins / (2 * np.pi)).astype(int), bins - 1)
+        d = block[name] - origin
+        count += np.bincount(index, minlength=bins)
+        for k in range(2):
+            sums[:, k] += np.bincount(index, d[:, k], bins)
+            squares[:, k] += np.bincount(index, d[:, k] ** 2, bins)
+    held = np.where(count > 0, count, np.nan)[:, None]
+    mean = sums / held
+    scatter = np.sqrt(np.maximum(squares / held - mean**2, 0))
+    angle = (np.arange(bins) + 0.5) * 2 * np.pi / bins
+    return Runout(angle, mean - np.nanmean(mean, axis=0), scatter, _harmonics(angle, mean), revolutions)
+
+
+def _harmonics(angle: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Complex amplitudes (order, axis) of the profile by least squares over the bins that hold samples."""
+    orders = np.arange(1, HARMONICS + 1)
+    seen = np.isfinite(mean[:, 0])
+    waves = np.outer(angle[seen], orders)
+    basis = np.column_stack((np.ones(seen.sum()), np.cos(waves), np.sin(waves)))
+    c, *_ = np.linalg.lstsq(basis, mean[seen], rcond=None)
+    return np.asarray(c[1 : HARMONICS + 1] - 1j * c[HARMONICS + 1 :])

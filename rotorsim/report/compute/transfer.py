@@ -1,0 +1,139 @@
+r"""Frequency response of the disc to what drives it: the H1 estimate from averaged spectra.
+
+.. math:: H_1 = S_{yu} S_{uu}^{-1}, \qquad
+          \gamma_i^2 = \frac{(S_{yu} S_{uu}^{-1} S_{uy})_{ii}}{S_{y_i y_i}}
+
+with the (multiple) coherence :math:`\gamma_i^2`: the share of the motion along axis i that follows linearly from the
+inputs. Source: Bendat and Piersol, Random Data (2010), chapters 6 and 7. Assumes: noise at the output only, inputs
+that do not follow the output (no feedback).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.report.compute.missing import need
+from rotorsim.report.compute.prepare import sampling_time
+from rotorsim.report.compute.segments import segments, taper, transformed
+
+LONGEST, LEAST, FEWEST = 2.0, 0.2, 4
+"""A segment lasts at most [s] and at least [s]; a Welch estimate averages at least so many."""
+UNDRIVEN = 1e-4
+"""Frequencies whose input has less than this share of the largest power are left out."""
+BESIDE = 0.01
+"""Inputs with less than this share of the power of the strongest at a frequency count as at rest there."""
+LINES, WEAKEST_LINE = 0.5, 1e-3
+"""Inputs that act at less than the first share of the frequencies are made of lines, of the second share or more of the
+strongest line's power."""
+SINGULAR = 1e-3
+"""Inputs whose spectra leave less than this share independent cannot be told apart."""
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Frequency response `H` (frequency, output, input) [m per unit of the input], NaN where undriven, at
+    `frequency` [Hz]; `coherence` (frequency, output), None for a single average; `inputs` are the axes driven,
+    `count` the averages."""
+
+    frequency: np.ndarray
+    H: np.ndarray
+    coherence: np.ndarray | None
+    inputs: tuple[int, ...]
+    input_name: str
+    output_name: str
+    count: int
+    together: bool = False
+
+
+def welch_transfer(record: xr.Dataset, inputs: tuple[int, ...], drive: str, output: str, most: float) -> Transfer:
+    """H1 with Hann segments that overlap by half.
+
+    Parameters
+    ----------
+    record : Dataset
+        With `drive` and `output` (time, axis), evenly sampled; read in blocks.
+    inputs : tuple of int
+        Axes of `drive` that move.
+    drive, output : str
+        Names of variables.
+    most : float
+        Highest frequency kept [Hz].
+
+    Returns
+    -------
+    Transfer
+        Test: ``test_report_compute.py::test_a_known_two_by_two_system_is_found_with_its_noise_in_the_coherence``.
+    """
+    dt, n = sampling_time(record), record.sizes["time"]
+    length = round(min(LONGEST, max(LEAST, n * dt / 8)) / dt)
+    told = f"The record of {n * dt:.2g} s is too short: a frequency response takes {FEWEST} averages of {LEAST:g} s."
+    need(n >= FEWEST / 2 * length + length // 2, told)
+    window, sums, count = taper(length), Sums(), 0
+    for part in segments(record, (drive, output), length, length // 2):
+        sums.add(transformed(part[drive][:, inputs], window), transformed(part[output], window))
+        count += 1
+    return solve(sums, np.fft.rfftfreq(length, dt), inputs, drive, output, count, most)
+
+
+class Sums:
+    """Running cross spectra (frequency, row, column) of inputs and outputs, and powers of the outputs."""
+
+    def __init__(self) -> None:
+        self.uu = self.yu = self.yy = np.zeros(())
+
+    def add(self, u: np.ndarray, y: np.ndarray) -> None:
+        """Take in transforms (frequency, channel)."""
+        self.uu = self.uu + u[:, :, None] * u[:, None, :].conj()
+        self.yu = self.yu + y[:, :, None] * u[:, None, :].conj()
+        self.yy = self.yy + np.abs(y) ** 2
+
+
+def solve(
+    sums: Sums, frequency: np.ndarray, inputs: tuple[int, ...], drive: str, output: str, count: int, most: float
+) -> Transfer:
+    """H1 and coherence from summed spectra; inputs that move together are reduced to the first."""
+    kept = (frequency > 0) & (frequency <= most)
+    uu, yu, yy, frequency = sums.uu[kept], sums.yu[kept], sums.yy[kept], frequency[kept]
+    together = len(inputs) > 1 and _together(uu)
+    if together:
+        uu, yu, inputs = uu[:, :1, :1], yu[:, :, :1], inputs[:1]
+    H = np.full((len(frequency), yu.shape[1], len(inputs)), np.nan, complex)
+    active = driven(np.real(np.einsum("fii->fi", uu)))
+    for columns in {tuple(row) for row in active.tolist() if any(row)}:
+        rows, c = np.flatnonzero(np.all(active == columns, axis=1)), np.flatnonzero(columns)
+        of_uu, of_yu = (a[rows][..., c].transpose(0, 2, 1) for a in (uu[:, c], yu))
+        H[rows[:, None], :, c] = np.linalg.solve(of_uu, of_yu)
+    explained = np.real(np.einsum("fik,fik->fi", np.nan_to_num(H), yu.conj()))
+    coherence = np.clip(explained / np.maximum(yy, 1e-300), 0, 1) if count > len(inputs) else None
+    return Transfer(frequency, H, coherence, inputs, drive, output, count, together)
+
+
+def driven(power: np.ndarray) -> np.ndarray:
+    """Which inputs act at which frequency, from their powers (frequency, input); of lines, only their tops."""
+    active = (power > UNDRIVEN * power.max(axis=0)) & (power > BESIDE * power.max(axis=1, keepdims=True))
+    if active.mean() < LINES:
+        padded = np.pad(power, ((1, 1), (0, 0)))
+        active &= (power >= padded[:-2]) & (power >= padded[2:]) & (power > WEAKEST_LINE * power.max(axis=0))
+    return active
+
+
+def _together(uu: np.ndarray) -> bool:
+    """Whether two inputs cannot be told apart at most frequencies at which both act."""
+    power = np.real(np.einsum("fii->fi", uu))
+    both = driven(power).all(axis=1)
+    share = np.abs(np.linalg.det(uu[both])) / power[both].prod(axis=1)
+    return bool(both.any() and np.median(share) < SINGULAR)
+
+
+def peak_of(transfer: Transfer, output: int, column: int) -> tuple[float, float]:
+    """Frequency [Hz] and size of the largest value of one element, among frequencies of coherence above one half."""
+    size = np.abs(transfer.H[:, output, column])
+    if transfer.coherence is not None:
+        size = np.where(transfer.coherence[:, output] > 0.5, size, np.nan)
+    if not np.isfinite(size).any():
+        return float("nan"), float("nan")
+    i = int(np.nanargmax(size))
+    return float(transfer.frequency[i]), float(size[i])

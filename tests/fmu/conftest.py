@@ -1,0 +1,63 @@
+"""A small rig exported once for all tests of units."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from rotorsim.plant import Plant
+
+fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed: pip install 'rotorsim[fmu]'")
+if not shutil.which("gcc"):
+    pytest.skip("gcc is not installed", allow_module_level=True)
+
+PRESSURE = 0.3e6
+
+
+@pytest.fixture(scope="session")
+def model():
+    """Return the model of the rig on a coarse grid, at rest at 0.3 MPa."""
+    from fmu.model import make_model
+
+    return make_model("plant", Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4), 0.0, PRESSURE)
+
+
+@pytest.fixture(scope="session")
+def files(model, tmp_path_factory) -> dict[int, Path]:
+    """Return the unit's files by FMI version."""
+    from fmu.export import export
+    from fmu.targets import choose
+
+    return export(model, tmp_path_factory.mktemp("units") / "rig.fmu", (2, 3), choose("host"))
+
+
+@pytest.fixture(scope="session")
+def units(files):
+    """Return the loaded units by FMI version."""
+    from fmu.importer import ImportedUnit
+
+    loaded = {version: ImportedUnit(path) for version, path in files.items()}
+    yield loaded
+    for unit in loaded.values():
+        unit.__exit__(None, None, None)
+
+
+@pytest.fixture(params=[2, 3])
+def unit(units, request):
+    """Return a loaded unit, of FMI 2.0 and of 3.0."""
+    return units[request.param]
+
+
+@pytest.fixture
+def fresh(unit):
+    """Return a new instance, not initialised; it is freed at the end."""
+    instance = unit.instance()
+    yield instance
+    instance.slave.freeInstance()
+
+
+@pytest.fixture
+def running(fresh):
+    """Return an initialised instance."""
+    fresh.initialise()
+    return fresh

@@ -1,0 +1,89 @@
+/* Runs a unit under the sanitisers: every kind of call, good and bad. Built by test_unit_sanitised.py. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
+#include "unit.h"
+
+static int errors = 0;
+
+static void say3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category, fmi3String text) {
+    (void)e, (void)category;
+    errors += s == fmi3Error;
+    printf("%s\n", text);
+}
+
+static void say2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text, ...) {
+    (void)e, (void)name, (void)category;
+    errors += s == fmi2Error;
+    printf("%s\n", text);
+}
+
+static void need(int condition, const char *what) {
+    if (condition) return;
+    printf("FAILED: %s\n", what);
+    exit(1);
+}
+
+static void run3(void) {
+    double values[N_PRESSURE + N_VARIABLES], reached;
+    fmi3Boolean event, end, early;
+    fmi3FMUState state = NULL, other = NULL;
+    size_t size;
+    fmi3Instance c = fmi3InstantiateCoSimulation("a % b", TOKEN, NULL, false, true, false, false, NULL, 0, NULL, say3, NULL);
+    need(c != NULL, "instance");
+    need(fmi3InstantiateCoSimulation("b", "foreign %s", NULL, 0, 0, 0, 0, NULL, 0, NULL, say3, NULL) == NULL, "foreign token");
+    need(fmi3EnterInitializationMode(c, false, 0, 0, false, 0) == fmi3OK, "enter");
+    need(fmi3ExitInitializationMode(c) == fmi3OK, "exit");
+    for (fmi3ValueReference r = 0; r < N_VARIABLES + 2; r++) {
+        size_t n = r < N_VARIABLES && variables[r].store == PRESSURE ? N_PRESSURE : 1;
+        fmi3GetFloat64(c, &r, 1, values, n);
+        fmi3SetFloat64(c, &r, 1, (double[]){NAN}, 1);
+        fmi3Reset(c);
+        fmi3EnterInitializationMode(c, false, 0, 0, false, 0);
+        fmi3ExitInitializationMode(c);
+    }
+    need(fmi3Reset(c) == fmi3OK && fmi3EnterInitializationMode(c, 0, 0, 0, 0, 0) == fmi3OK, "reset");
+    need(fmi3ExitInitializationMode(c) == fmi3OK, "exit again");
+    for (int k = 0; k < 200; k++) need(fmi3DoStep(c, k * SAMPLE, SAMPLE, true, &event, &end, &early, &reached) == fmi3OK, "step");
+    need(fmi3DoStep(c, reached, -1.0, true, &event, &end, &early, &reached) == fmi3Error, "negative step");
+    need(fmi3GetFMUState(c, &state) == fmi3OK && fmi3SerializedFMUStateSize(c, state, &size) == fmi3OK, "state");
+    fmi3Byte *bytes = malloc(size);
+    need(fmi3SerializeFMUState(c, state, bytes, size) == fmi3OK, "serialise");
+    need(fmi3DeserializeFMUState(c, bytes, size - 1, &other) == fmi3Error, "truncated");
+    bytes[size / 2] ^= 1;
+    need(fmi3DeserializeFMUState(c, bytes, size, &other) == fmi3Error, "damaged");
+    bytes[size / 2] ^= 1;
+    need(fmi3DeserializeFMUState(c, bytes, size, &other) == fmi3OK && fmi3SetFMUState(c, other) == fmi3OK, "restore");
+    need(fmi3DoStep(c, reached, 10 * SAMPLE, true, &event, &end, &early, &reached) == fmi3OK, "long step");
+    free(bytes);
+    fmi3FreeFMUState(c, &state);
+    fmi3FreeFMUState(c, &other);
+    need(fmi3Terminate(c) == fmi3OK, "terminate");
+    fmi3FreeInstance(c);
+    fmi3FreeInstance(NULL);
+}
+
+static void run2(void) {
+    fmi2CallbackFunctions f = {say2, NULL, NULL, NULL, NULL};
+    double value;
+    fmi2Component c = fmi2Instantiate("two", fmi2CoSimulation, TOKEN, "", &f, 0, 1);
+    need(c != NULL && fmi2SetupExperiment(c, 0, 0, 0, 0, 0) == fmi2OK, "instance 2");
+    need(fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK, "initialise 2");
+    for (fmi2ValueReference r = 0; r < N_VARIABLES; r++) fmi2GetReal(c, &r, 1, &value);
+    for (int k = 0; k < 50; k++) need(fmi2DoStep(c, k * SAMPLE, SAMPLE, fmi2True) == fmi2OK, "step 2");
+    need(fmi2DoStep(c, 0.5, SAMPLE, fmi2True) == fmi2Error, "elsewhere");
+    need(fmi2Terminate(c) == fmi2OK, "terminate 2");
+    fmi2FreeInstance(c);
+}
+
+int main(void) {
+    run3();
+    run2();
+    need(errors > 0, "sentences");
+    printf("clean\n");
+    return 0;
+}

@@ -1,0 +1,73 @@
+"""The example of docs/fmu.md: plant unit and proportional law in FMPy's loop against the closed loop in Python."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rotorsim.plant import Plant
+
+PAGE = Path(__file__).parents[2] / "docs" / "fmu.md"
+
+
+class Proportional:
+    """The law of the page."""
+
+    def step(self, measured, speed, pressure):
+        return 2e4 * measured
+
+
+def example(path):
+    """Return the page's FMPy example for a file."""
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    return next(b for b in blocks if "FMU3Slave" in b).replace('"rig.fmu"', repr(str(path)))
+
+
+def test_the_loop_of_the_docs_has_the_bits_of_the_closed_loop_in_python(files, model):
+    found = {}
+    exec(compile(example(files[3]), str(PAGE), "exec"), found)
+    force = np.zeros((500, 2))
+    force[0, 0] = 20.0
+    plant = Plant(model.plant.machine)
+    record = plant.simulate(0.1, 300.0, 0.3e6, disc_force=force, controller=Proportional())
+    assert np.abs(found["command"]).max() > 1e-3
+    assert record["disc_measured"].values.tobytes() == found["measured"].tobytes()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_closed_loop_by_names_does_the_same(units, model, version):
+    instance = units[version].instance()
+    instance.initialise({"shaft.speed_ref": 300.0})
+    command, measured = np.zeros(2), np.zeros((200, 2))
+    for k in range(200):
+        measured[k] = instance.get(["meas.disc_x", "meas.disc_y"])
+        instance.set({"piezo.ref_x": command[0], "piezo.ref_y": command[1]})
+        instance.step(k * 2e-4, 2e-4)
+        command = 2e4 * measured[k]
+    instance.close()
+    record = Plant(model.plant.machine).simulate(0.04, 300.0, 0.3e6, controller=Proportional())
+    assert record["disc_measured"].values.tobytes() == measured.tobytes()
+
+
+def test_another_importer_gives_the_same_bits(files, model):
+    """ecospy runs the same file, if it is installed (pip install ecospy tbb; its library needs LD_LIBRARY_PATH)."""
+    try:
+        from ecospy.EcosSimulation import EcosSimulation
+        from ecospy.EcosSimulationStructure import EcosSimulationStructure
+    except (ImportError, OSError) as error:
+        pytest.skip(f"ecospy: {error}")
+    structure = EcosSimulationStructure()
+    structure.add_model("plant", str(files[2]))
+    simulation = EcosSimulation(step_size=2e-4, structure=structure)
+    simulation.init()
+    rows = []
+    for k in range(200):
+        simulation.set_real("plant::disc.force_x", 20.0 if k < 5 else 0.0)
+        simulation.step()
+        rows.append([simulation.get_real(f"plant::disc.{axis}") for axis in "xy"])
+    simulation.terminate()
+    force = np.zeros((201, 2))
+    force[:5, 0] = 20.0
+    record = Plant(model.plant.machine).simulate(201 * 2e-4, 0.0, 0.3e6, disc_force=force)
+    assert record["disc"].values[1:].tobytes() == np.array(rows).tobytes()

@@ -1,0 +1,116 @@
+"""The unit is the plant: the same bits through FMPy, in FMI 2.0 and 3.0, whatever the communication step."""
+
+import numpy as np
+import pytest
+
+from fmu.reference import reference_inputs
+from fmu.truth import plant_outputs
+
+SAMPLE = 2e-4
+
+
+def busy(model, n, step):
+    """Run-up, steps of pressure and reference, a hit, and the drive off at the end."""
+    inputs = reference_inputs(model, n, step)
+    inputs["drive.on"][-n // 5 :] = 0.0
+    return inputs
+
+
+@pytest.mark.parametrize(("step", "n"), [(SAMPLE, 600), (5 * SAMPLE, 150)])
+def test_a_run_of_the_unit_has_the_bits_of_the_python_plant(unit, running, model, step, n):
+    inputs = busy(model, n, step)
+    truth = plant_outputs(model, inputs, step)
+    rows = running.run(inputs, step, list(truth))
+    assert {"disc.x", "meas.disc_x", "meas.speed", "film.h_min", "piezo.position_4", "film.touchdown"} <= set(truth)
+    for k, (name, (values, good)) in enumerate(truth.items()):
+        assert good.sum() > 0.9 * n, name
+        assert values[good].tobytes() == rows[good, k].tobytes(), name
+
+
+def test_the_first_outputs_are_those_of_the_equilibrium_at_the_values_set(unit, fresh, model):
+    speed, pressure, me = 300.0, 0.4e6, 1e-5
+    fresh.initialise({"shaft.speed_ref": speed, "injection.pressure": pressure, "effects.unbalance.me": me})
+    rest = model.plant.equilibrium(speed, pressure)
+    found = fresh.get(["disc.x", "disc.y", "bearing.x", "bearing.y", "film.h_min", "shaft.speed"])
+    assert found == pytest.approx([*rest.disc, *rest.journal, rest.h_min, speed], rel=1e-12, abs=1e-18)
+    assert fresh.get(["effects.unbalance.me"])[0] == me
+
+
+def test_outputs_read_before_initialisation_ends_are_those_after_it(unit, model):
+    instance = unit.instance()
+    s = instance.slave
+    if not unit.is_3:
+        s.setupExperiment(startTime=0.0)
+    s.enterInitializationMode()
+    instance.set({"shaft.speed_ref": 100.0})
+    early = instance.get(["disc.x", "disc.y", "meas.disc_x"])
+    instance.set({"injection.pressure": 0.5e6})
+    later = instance.get(["disc.x", "disc.y", "meas.disc_x"])
+    s.exitInitializationMode()
+    assert later.tobytes() == instance.get(["disc.x", "disc.y", "meas.disc_x"]).tobytes() != early.tobytes()
+    s.freeInstance()
+
+
+def test_a_parameter_set_in_the_unit_acts_as_in_the_machine_file(unit, fresh, model):
+    from fmu.model import make_model
+    from rotorsim.plant import Plant
+
+    machine = model.plant.machine.replace("effects.unbalance.me", "12 g*mm").replace("effects.creep.gain", 0.05)
+    other = make_model("plant", Plant(machine), 0.0, 0.3e6)
+    inputs = busy(model, 200, SAMPLE)
+    truth = plant_outputs(other, inputs, SAMPLE)
+    fresh.initialise({"effects.unbalance.me": 12e-6, "effects.creep.gain": 0.05})
+    rows = fresh.run(inputs, SAMPLE, ["disc.x", "disc.y"])
+    assert rows[:, 0].tobytes() == truth["disc.x"][0].tobytes()
+
+
+def test_the_film_pressure_is_an_array_in_fmi_3(units, model):
+    inputs = busy(model, 50, SAMPLE)
+    instance = units[3].instance()
+    instance.initialise()
+    instance.run(inputs, SAMPLE, ["disc.x"])
+    simulation = model.plant.start(0.0, 0.3e6)
+    from fmu.truth import plant_rows
+
+    simulation.advance(plant_rows(model, inputs, SAMPLE))
+    assert instance.film_pressure().tobytes() == simulation.film_pressure().tobytes()
+    assert instance.film_pressure().shape == (16, 8)
+    instance.close()
+
+
+def test_friction_torque_and_pin_differences_follow_from_the_state(units, model):
+    from reynolds.kernels import friction_torque
+
+    inputs = busy(model, 50, SAMPLE)
+    inputs["drive.on"][:] = 1.0
+    instance = units[3].instance()
+    instance.initialise()
+    rows = instance.run(
+        inputs, SAMPLE, ["film.friction_torque", "piezo.diff_x", "piezo.position_2", "piezo.position_4"]
+    )
+    simulation = model.plant.start(0.0, 0.3e6)
+    from fmu.truth import plant_rows
+
+    simulation.advance(plant_rows(model, inputs, SAMPLE))
+    a = model.assembly
+    torque = friction_torque(simulation.w, a.P.film, a.film, simulation.w[a.rotor.speed])
+    assert rows[-1, 0] == pytest.approx(torque, rel=1e-12)
+    assert rows[-1, 1] == pytest.approx(rows[-1, 2] - rows[-1, 3], abs=1e-18)
+    instance.close()
+
+
+def test_a_master_that_counts_integer_nanoseconds_changes_no_bit(unit, model):
+    inputs = busy(model, 100, SAMPLE)
+    tables = []
+    for nanoseconds in (False, True):
+        instance = unit.instance()
+        instance.initialise()
+        rows = []
+        for k in range(100):
+            instance.set({name: float(values[k]) for name, values in inputs.items()})
+            now = (k * 200_000) * 1e-9 if nanoseconds else k * SAMPLE
+            instance.step(now, 200_000 * 1e-9 * (1 + 1e-9 * nanoseconds))
+            rows.append(instance.get(["disc.x", "meas.disc_y"]))
+        tables.append(np.array(rows))
+        instance.close()
+    assert tables[0].tobytes() == tables[1].tobytes()

@@ -1,0 +1,182 @@
+"""The files of a unit: valid, small, self-contained, the same bytes each time; refused where impossible."""
+
+import os
+import shutil
+import subprocess
+import zipfile
+
+import numpy as np
+import pytest
+
+from fmu.check import check
+from fmu.info import info
+from rotorsim.cli import main
+from rotorsim.errors import DataError
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmpy_finds_no_problem(files, version, capsys):
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(files[version])) == []
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_every_check_of_the_command_passes(files, version):
+    found = list(check(files[version], 0.05))
+    assert len(found) >= 11
+    assert [c for c in found if not c.passed and "doStep" not in c.name and "load" not in c.name] == []
+    assert next(c for c in found if "Python plant" in c.name).value == "equal to the last bit"
+
+
+def test_a_unit_for_this_computer_is_small(files):
+    assert all(path.stat().st_size < 400_000 for path in files.values())
+
+
+def test_the_library_needs_nothing_but_the_c_library(files, tmp_path):
+    from fmu.kernel_object import foreign_symbols
+
+    if not shutil.which("nm"):
+        pytest.skip("nm is not installed")
+    with zipfile.ZipFile(files[3]) as archive:
+        name = next(n for n in archive.namelist() if n.endswith(".so"))
+        archive.extract(name, tmp_path)
+    lines = subprocess.run(
+        ["nm", "-D", tmp_path / name], capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    undefined = {line.split()[-1].split("@")[0] for line in lines if " U " in line}
+    allowed = {"calloc", "free", "malloc", "strlen", "strcmp", "strncmp", "memcmp", "vsnprintf", "snprintf",
+               "__vsnprintf_chk", "__snprintf_chk", "__stack_chk_fail", "__memcpy_chk", "__isoc99_sscanf"}  # fmt: skip
+    assert foreign_symbols(undefined) <= allowed
+    defined = {line.split()[-1] for line in lines if " T " in line}
+    assert defined and all(name.startswith(("fmi2", "fmi3")) for name in defined)
+
+
+def test_every_function_of_both_standards_is_there(files):
+    from pathlib import Path
+
+    import fmpy
+
+    headers = Path(fmpy.__file__).parent / "c-code"
+    with zipfile.ZipFile(files[2]) as archive:
+        library = archive.read(next(n for n in archive.namelist() if n.endswith(".so")))
+    for version in (2, 3):
+        text = (headers / f"fmi{version}Functions.h").read_text()
+        names = [
+            line.split()[1]
+            for line in text.splitlines()
+            if line.startswith(f"#define fmi{version}") and "FullName(" in line
+        ]
+        names = [n for n in names if "(" not in n]
+        assert len(names) > 40
+        assert [n for n in names if n.encode() not in library] == []
+
+
+def test_the_same_model_gives_the_same_bytes(files, model, tmp_path):
+    from fmu.export import export
+    from fmu.targets import choose
+
+    again = export(model, tmp_path / "rig.fmu", (2, 3), choose("host"))
+    assert all(again[v].read_bytes() == files[v].read_bytes() for v in (2, 3))
+
+
+@pytest.mark.slow
+def test_objects_compiled_again_have_the_same_bytes(model, tmp_path, monkeypatch):
+    from fmu.binaries import build
+    from fmu.targets import choose
+
+    libraries = []
+    for k in range(2):
+        monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path / f"cache{k}"))
+        folder = tmp_path / f"build{k}"
+        folder.mkdir()
+        libraries += [path.read_bytes() for path in build(model, choose("host"), "portable", folder).values()]
+    assert libraries[0] == libraries[1]
+
+
+def test_info_names_model_targets_and_counts(files, model):
+    found = info(files[3])
+    assert found["model hash"] == model.hash and found["machine hash"] == model.plant.machine.hash
+    assert found["FMI version"] == "3.0" and found["inputs"] == 7 and found["reference"] == "yes"
+
+
+def test_the_documentation_holds_equations_validity_sources_and_every_variable(files, model):
+    with zipfile.ZipFile(files[3]) as archive:
+        page = archive.read("documentation/index.html").decode()
+    for words in ("Equations", "Range of validity", "Sources", "Crossley (1975)", *(v.name for v in model.variables)):
+        assert words in page
+
+
+def refused(capsys, *arguments):
+    """Return the sentence on stderr of a command that ends with 2."""
+    with pytest.raises(SystemExit) as ended:
+        main(["fmu", *map(str, arguments)])
+    said = capsys.readouterr().err.strip()
+    assert ended.value.code == 2 and "Traceback" not in said and len(said.splitlines()) == 1
+    return said
+
+
+def test_an_unknown_target_is_named(capsys):
+    assert refused(capsys, "export", "--targets", "sparc-solaris") == (
+        "--targets: 'sparc-solaris' is not known; choose from host, x86_64-linux, x86_64-windows, aarch64-linux, "
+        "x86_64-darwin, aarch64-darwin"
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--fmi", "4", "--fmi: '4' is not known; choose 2, 3 or 2,3"),
+        ("--model", "law.json", "--model: 'law.json' cannot be exported; choose plant"),
+        ("--cpu", "fast", "--cpu: 'fast' is not known; choose portable or native"),
+        ("--speed", "fast", "--speed: "),
+        ("--out", "/nowhere/at/all/rotor.fmu", "/nowhere/at/all/rotor.fmu: the folder is not there"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(capsys, option, value, words):
+    assert refused(capsys, "export", option, value).startswith(words)
+
+
+@pytest.mark.skipif(hasattr(os, "getuid") and os.getuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written_is_refused_before_compiling(capsys, tmp_path):
+    tmp_path.chmod(0o500)
+    assert "the folder is not writable" in refused(capsys, "export", "--out", tmp_path / "rotor.fmu")
+
+
+def test_a_write_that_fails_is_refused_before_compiling(capsys, tmp_path, monkeypatch):
+    import tempfile
+
+    def deny(**options):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", deny)
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+    assert "the folder is not writable; choose another --out" in refused(capsys, "export", "--out", tmp_path / "r.fmu")
+
+
+def test_without_a_compiler_the_user_is_told_which_to_install(model, tmp_path, monkeypatch):
+    from fmu import binaries
+    from fmu.targets import choose
+
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(binaries.shutil, "which", lambda name: None)
+    monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(DataError, match=r"no compiler for .* is here; install gcc, or pip install 'rotorsim\[fmu\]'"):
+        binaries.build(model, choose("host"), "portable", tmp_path)
+    with pytest.raises(DataError, match=r"no compiler for x86_64-windows is here; install it with pip install"):
+        binaries.build(model, choose("x86_64-windows"), "portable", tmp_path)
+
+
+@pytest.mark.parametrize("command", ["info", "check"])
+def test_a_file_that_is_no_unit_is_refused(capsys, tmp_path, command):
+    file = tmp_path / "not.fmu"
+    assert "is not there; give a .fmu file" in refused(capsys, command, file)
+    file.write_bytes(b"nonsense")
+    assert "is no FMU of rotorsim" in refused(capsys, command, file)
+
+
+def test_the_workspace_survives_its_encoding(model):
+    from fmu.tables import runs
+
+    w = model.assembly.w
+    assert np.concatenate([np.full(n, x) for n, x in runs(w)]).tobytes() == w.tobytes()

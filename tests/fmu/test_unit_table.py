@@ -1,0 +1,68 @@
+"""The table of variables: units, limits that the effects themselves draw, what is fixed and what can be tuned."""
+
+import pytest
+
+from fmu.limits import limits
+from fmu.units import display_unit, exponents, fmi_name
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import load_machine
+from rotorsim.machine.unit_table import TABLE
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [
+        ("N*m", {"kg": 1, "m": 2, "s": -2}),
+        ("m/s^2", {"m": 1, "s": -2}),
+        ("Pa*s/kg", {"m": -1, "s": -1}),
+        ("J/(kg*K)", {"m": 2, "s": -2, "K": -1}),
+        ("kg/(s*Pa^2)", {"kg": -1, "m": 2, "s": 3}),
+        ("1/K", {"K": -1}),
+        ("rad/s", {"s": -1, "rad": 1}),
+    ],
+)
+def test_units_are_taken_apart_into_base_units(unit, expected):
+    assert exponents(unit) == expected
+
+
+def test_every_unit_of_machine_files_has_a_name_and_exponents():
+    for unit in set(TABLE) - {"1"}:
+        assert fmi_name(unit) and (exponents(unit) or unit == "rad")
+
+
+def test_people_read_micrometres_and_revolutions():
+    assert display_unit("m", 1e-5) == "um" and display_unit("rad/s", 600.0) == "rpm" and display_unit("V", 1.0) is None
+
+
+def test_effects_draw_their_own_limits():
+    machine = load_machine("dtu_gas_bearing").replace("effects.weak_injector.injector", 2)
+    machine = machine.replace("effects.journal_tilt.x", "0 mrad").replace("effects.clearance_growth.temperature", "0 K")
+
+    def found(name, field, half=True):
+        return limits(machine, machine.effects[name][0], field, half)
+
+    injector = found("weak_injector", "injector")
+    assert (injector.low, injector.high, injector.whole) == (1.0, 4.0, True)
+    assert found("encoder", "counts").whole and not found("unbalance", "me").whole
+    tilt = found("journal_tilt", "x")
+    assert tilt.low == tilt.high == 0.0
+    assert found("journal_tilt", "x", half=False).high == 2e-3
+    low = found("clearance_growth", "temperature").low
+    assert -200.0 <= low < 0.0
+    assert not type(machine.effects["clearance_growth"][0])(temperature=low).problems(machine)
+
+
+def test_every_parameter_of_every_effect_of_the_machine_is_a_variable(model):
+    from dataclasses import fields
+
+    names = {v.name for v in model.variables}
+    for effect, entries in model.plant.machine.effects.items():
+        for field in fields(REGISTRY[effect]):
+            assert len(entries) == 1 and f"effects.{effect}.{field.name}" in names
+
+
+def test_start_values_lie_within_the_limits_and_in_the_record(model):
+    record = model.assembly.record.view("f8").ravel()
+    for v in model.variables:
+        if v.store == "parameter":
+            assert v.low <= v.start <= v.high and record[v.index] == v.start, v.name

@@ -1,0 +1,32 @@
+"""Data from a model inside the class: Model 3 near the rig's values, PRBS on both axes, white noise."""
+
+import numpy as np
+
+import identification as idn
+from identification.greybox import STRUCTURES
+from identification.models import LinearModel
+
+TRUTH = np.array(
+    [-5.0e5, -1.8e4, 2.4e4, -5.5e5, -110.0, -7.0, 7.0, -75.0, 1.6, -0.3, 0.26, 1.7, 900.0, 800.0]
+)  # fmt: skip
+TS = 2e-4
+
+
+def model(theta=TRUTH, kind="3"):
+    return LinearModel(*STRUCTURES[kind].matrices(np.asarray(theta, float)))
+
+
+def prbs(rng, n, hold=25, rest=2000):
+    u = np.repeat(2.0 * rng.integers(0, 2, (-(-n // hold), 2)) - 1, hold, axis=0)[:n]
+    u[:rest] = 0
+    return u
+
+
+def record(seed=0, seconds=10.0, noise=0.5e-6, theta=TRUTH, speed=0.0, pressure=3e5, kind="3", u=None, **more):
+    rng = np.random.default_rng(seed)
+    n = round(seconds / TS)
+    u = prbs(rng, n) if u is None else u
+    y = model(theta, kind).simulate(u, TS) + 2e-6
+    return idn.from_arrays(
+        np.arange(n) * TS, u, y + noise * rng.normal(size=y.shape), speed=speed, pressure=pressure, **more
+    )

@@ -1,0 +1,113 @@
+"""What the examination of a record says: faults, suspicions, uses."""
+
+import numpy as np
+import pytest
+
+import identification as idn
+
+N = 1000
+T = np.arange(N) / 5000
+
+
+def made(**change):
+    rng = np.random.default_rng(0)
+    values = {
+        "time": T,
+        "reference": rng.normal(size=(N, 2)),
+        "disc_measured": rng.normal(size=(N, 2)) * 1e-6,
+        "angle": 100 * T,
+        "speed": np.full(N, 100.0),
+        "pressure": np.full(N, 3e5),
+    } | change
+    return idn.make_record(values.pop("time"), {name: value for name, value in values.items() if value is not None})
+
+
+def test_a_good_record_is_fit_for_everything():
+    found = idn.examine(made())
+    assert found.usable and not found.problems and not found.warnings
+    assert found.sample_rate == pytest.approx(5000) and found.duration == pytest.approx(0.2)
+    assert found.uses == dict.fromkeys(found.uses, "")
+    assert [c.name for c in found.channels[:2]] == ["reference x", "reference y"]
+
+
+@pytest.mark.parametrize(
+    ("missing", "use", "lacks"),
+    [
+        ("reference", "identification", "reference"),
+        ("angle", "runout filter", "angle_measured or angle"),
+        ("disc_measured", "run-up analysis", "disc_measured or disc"),
+        ("pressure", "scheduled models", "pressure_measured or pressure"),
+    ],
+)
+def test_each_use_says_what_it_lacks(missing, use, lacks):
+    found = idn.examine(made(**{missing: None}))
+    assert found.uses[use] == lacks and not found.problems
+    assert found.usable is (missing != "disc_measured")
+
+
+def test_a_record_of_commands_alone_is_fit_for_nothing():
+    assert not idn.examine(made(disc_measured=None, angle=None)).usable
+
+
+def with_values(at, value, name="angle"):
+    record = made()
+    record[name].values[at] = value
+    return record
+
+
+@pytest.mark.parametrize(
+    ("record", "problem"),
+    [
+        (made(time=np.where(T > 0.1, T + 0.5, T)), "time: 1 gaps in samples 0.0002 s apart"),
+        (made(time=np.where(np.arange(N) == 7, T[6], T)), "time: time stands still at 1 places"),
+        (made(time=T[::-1]), "time: time falls at 999 places"),
+        (with_values(5, np.nan), "angle: 1 NaN or infinite, the first at sample 6; cut the record there"),
+        (with_values(5, np.inf, "speed"), "speed: 1 NaN or infinite"),
+        (with_values(slice(None), np.nan), "angle: all NaN or infinite"),
+        (made().rename(time="t"), "record: no coordinate 'time'"),
+    ],
+)
+def test_a_fault_is_a_problem_and_unfits_the_record(record, problem):
+    found = idn.examine(record)
+    assert not found.usable and any(problem in text for text in found.problems)
+
+
+def clipped(values):
+    return np.clip(values, -1e-6, 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("record", "warning"),
+    [
+        (made(disc_measured=np.zeros((N, 2))), "disc_measured x: flat; is the sensor connected?"),
+        (
+            made(disc_measured=clipped(2e-6 * np.sin(300 * np.stack([T, T], 1)))),
+            "disc_measured x: saturated at -1e-06 m?",
+        ),
+        (made(disc_measured=made()["disc_measured"].values * 1e6), "perhaps um or mm taken for m"),
+        (made(disc_measured=made()["disc_measured"].values * 1e-6), "is small for a displacement of a rotor"),
+        (made(pressure=np.full(N, 3.0)), "perhaps bar or MPa taken for Pa"),
+        (made(reference=made()["reference"].values * 1e4), "perhaps mV taken for V"),
+        (made(speed=np.full(N, 100 * 30 / np.pi)), "the speed seems to be in rpm"),
+        (made(speed=np.full(N, 100 / 2 / np.pi)), "the speed seems to be in Hz"),
+        (made(angle=np.degrees(100 * T)), "the angle seems to be in deg"),
+        (made(angle=150 * T), "turns 1.5 times as fast as the speed says; check both units"),
+        (made(angle=(100 * T) % (2 * np.pi)), "if it wraps, unwrap it"),
+        (made(time=T * 1000, angle=None), "5 samples a second; perhaps ms or us taken for s"),
+    ],
+)
+def test_odd_values_are_suspected_but_never_changed(record, warning):
+    found = idn.examine(record)
+    assert found.usable and any(warning in text for text in found.warnings), found.warnings
+
+
+def test_a_command_that_rests_at_its_limits_is_no_saturation():
+    square = np.sign(np.sin(300 * np.stack([T, T], 1)) + 1e-9)
+    assert not idn.examine(made(reference=square)).warnings
+
+
+def test_vectors_are_examined_too(vectors):
+    found = idn.examine(vectors)
+    assert found.kind == "run-up vectors" and found.usable and found.uses["run-up analysis"] == ""
+    assert [c.name for c in found.channels] == [f"{n} {k}X" for n in ("amplitude", "phase") for k in (1, 2, 3)]
+    assert not idn.examine(vectors.isel(speed=[0, 0])).usable

@@ -1,0 +1,173 @@
+"""Grey-box and black-box fits on data from models inside their class: closed forms, Jacobians, Monte Carlo."""
+
+import numpy as np
+import pytest
+from model3 import TRUTH, TS, model, prbs, record
+from scipy.linalg import expm
+
+import identification as idn
+from identification.blackbox import FullStateSpace
+from identification.discretise import exponential, sampled
+from identification.fit import GreyBox, Predictor, Problem
+from identification.greybox import STRUCTURES, actuator_poles, modes
+
+ACTUATOR = np.array([1.5e7, 1.0e4, 2.0e7, 1.2e7, 8.0e3, 1.0e7])
+THETAS = {
+    "1": TRUTH[:12],
+    "rotor": np.r_[TRUTH[:12], 5e3, 6e3],
+    "2": np.r_[TRUTH[:12], 5e3, 6e3, ACTUATOR],
+    "3": TRUTH,
+    "actuator": ACTUATOR,
+}
+RAW = idn.Prefilter(median=1)
+
+
+def worst_slope(problem, theta, x0):
+    """Largest difference of Jacobian and central differences, relative to the column's largest entry."""
+    _, J = problem.residual(theta, x0)
+    full, q, worst = np.r_[theta, x0], len(theta), 0.0
+    for i, value in enumerate(full):
+        step, slope = 2e-4 * max(abs(value), 1e-6), 0.0
+        for move, weight in ((-2, 1), (-1, -8), (1, 8), (2, -1)):  # central, fourth order
+            moved = full.copy()
+            moved[i] += move * step
+            slope = slope - weight * problem.residual(moved[:q], moved[q:])[0] / (12 * step)
+        worst = max(worst, np.abs(slope - J[..., i]).max() / max(np.abs(J[..., i]).max(), 1e-300))
+    return worst
+
+
+@pytest.mark.parametrize("hold", ["zero", "first"])
+@pytest.mark.parametrize("kind", list(THETAS))
+def test_sensitivities_agree_with_central_differences_to_1e_6(kind, hold):
+    rng = np.random.default_rng(1)
+    w = rng.normal(size=(300, 4 if hold == "first" else 2))
+    Q = np.linalg.qr(np.column_stack([np.ones(300), rng.normal(size=(300, 2))]))[0]
+    problem = Problem(GreyBox(STRUCTURES[kind], TS, hold), w, 1e-6 * rng.normal(size=(300, 2)), Q)
+    states = problem.states(THETAS[kind])
+    assert worst_slope(problem, THETAS[kind], 1e-6 * rng.normal(size=states)) < 1e-6
+
+
+def test_sensitivities_of_the_predictor_agree_with_central_differences():
+    rng = np.random.default_rng(2)
+    problem = Problem(
+        Predictor(GreyBox(STRUCTURES["1"], TS), 4, 2),
+        np.hstack([rng.normal(size=(300, 2)), 1e-6 * rng.normal(size=(300, 2))]),
+        1e-6 * rng.normal(size=(300, 2)),
+        np.full((300, 1), 300**-0.5),
+    )
+    theta = np.r_[TRUTH[:12], 0.01, 0.002, -0.003, 0.02, 1.0, 0.5, -0.3, 2.0]
+    assert worst_slope(problem, theta, np.array([1e-6, -1e-6, 1e-3, 1e-3])) < 1e-6
+
+
+def test_sensitivities_of_a_full_state_space_agree_with_central_differences():
+    rng = np.random.default_rng(3)
+    full = FullStateSpace(3, 2, 2)
+    A = np.diag([0.9, 0.8, 0.7]) + 0.05 * rng.normal(size=(3, 3))
+    theta = full.pack(A, rng.normal(size=(3, 2)), rng.normal(size=(2, 3)))
+    problem = Problem(full, rng.normal(size=(200, 2)), rng.normal(size=(200, 2)), np.full((200, 1), 200**-0.5))
+    assert worst_slope(problem, theta, rng.normal(size=3)) < 1e-6
+
+
+def test_the_normal_equations_of_the_kernel_are_those_of_the_jacobian():
+    rng = np.random.default_rng(4)
+    Q = np.linalg.qr(rng.normal(size=(400, 5)))[0]
+    problem = Problem(GreyBox(STRUCTURES["3"], TS), rng.normal(size=(400, 2)), 1e-6 * rng.normal(size=(400, 2)), Q)
+    x0 = 1e-6 * rng.normal(size=6)
+    r, J = problem.residual(TRUTH, x0)
+    N, g, cost = problem.normal_equations(TRUTH, x0)
+    flat = J.reshape(-1, J.shape[2])
+    np.testing.assert_allclose(N, flat.T @ flat, rtol=1e-9, atol=1e-12 * np.abs(N).max())
+    np.testing.assert_allclose(g, flat.T @ r.ravel(), rtol=1e-8)
+    assert cost == pytest.approx(np.sum(r**2), rel=1e-10)
+
+
+def test_the_exponential_is_scipys_and_a_straight_input_is_exact_for_a_ramp():
+    A, _, _, _ = STRUCTURES["3"].matrices(TRUTH)
+    np.testing.assert_allclose(exponential(A * TS, np.zeros((0, 6, 6)))[0], expm(A * TS), rtol=1e-9, atol=1e-12)
+    # of x' = -a x + u with u = t the response is t/a - (1 - exp(-a t))/a^2
+    a, n = 3.0, 5
+    FG = sampled(np.array([[-a]]), np.array([[1.0]]), 0.1, "first")
+    x = 0.0
+    for k in range(n):
+        x = FG[0, 0] * x + FG[0, 1] * 0.1 * k + FG[0, 2] * 0.1 * (k + 1)
+    t = 0.1 * n
+    assert x == pytest.approx(t / a - (1 - np.exp(-a * t)) / a**2, rel=1e-12)
+
+
+def errors_of(found):
+    wn, zeta = modes(TRUTH)
+    z = np.array([(v - t) / sd for (v, sd), t in zip(found.parameters.values(), TRUTH, strict=True)])
+    return np.abs(found.wn / wn - 1).max(), np.abs(found.zeta / zeta - 1).max(), z
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_model_3_finds_the_model_that_made_the_data(seed):
+    found = idn.identify(record(seed), settings=RAW)
+    frequency, damping, z = errors_of(found)
+    assert found.converged
+    assert frequency < 1e-3
+    assert damping < 0.03
+    assert np.mean(np.abs(z) < 3) > 0.9
+    assert np.all(np.abs(found.fit - found.ceiling) < 0.005)
+    assert found.residuals.white
+    assert found.residuals.independent
+
+
+@pytest.mark.slow
+def test_in_200_records_the_truth_lies_within_three_standard_deviations():
+    frequencies, dampings, inside = [], [], []
+    for seed in range(200):
+        frequency, damping, z = errors_of(idn.identify(record(seed), settings=RAW))
+        frequencies.append(frequency)
+        dampings.append(damping)
+        inside.append(np.abs(z) < 3)
+    assert max(frequencies) < 1e-3
+    assert max(dampings) < 0.03
+    assert np.mean(inside) >= 0.95
+
+
+@pytest.mark.parametrize(("frequency", "damping", "gain"), [(1.3, 3.0, 2.0), (0.7, 1 / 3, 0.5)])
+def test_a_start_far_off_leads_to_the_same_model(frequency, damping, gain):
+    data = record(5)
+    start = TRUTH.copy()
+    start[:4] *= frequency**2
+    start[4:8] *= frequency * damping
+    start[8:12] *= frequency**2 * gain
+    near, far = idn.identify(data), idn.identify(data, start=start)
+    np.testing.assert_allclose(far.wn, near.wn, rtol=1e-6)
+    np.testing.assert_allclose(far.zeta, near.zeta, rtol=1e-4)
+
+
+def test_prediction_error_agrees_with_output_error_where_the_noise_is_white():
+    data = record(3, seconds=5.0)
+    oe, pem = idn.identify(data, settings=RAW), idn.identify(data, method="pem", settings=RAW)
+    np.testing.assert_allclose(pem.wn, oe.wn, rtol=1e-3)
+    np.testing.assert_allclose(pem.zeta, oe.zeta, rtol=0.03)
+
+
+def test_the_actuator_model_finds_poles_and_gains():
+    gains, poles = np.array([1.863, 1.865]) * 4.5e-6, np.array([[3078.0, 8143.0], [2452.0, 6494.0]])
+    theta = np.array([v for g, (a, b) in zip(gains, poles, strict=True) for v in (a * b, a + b, g * a * b)])
+    u = prbs(np.random.default_rng(0), 15000)
+    v = model(theta, "actuator").simulate(u, TS)
+    pins = 22.5e-6 + np.column_stack([v[:, 1], v[:, 0], -v[:, 1], -v[:, 0]]) / 2
+    found = idn.identify(record(u=u, seconds=3.0, pin=pins), "actuator")
+    np.testing.assert_allclose(actuator_poles(found.theta), poles, rtol=1e-4)
+    np.testing.assert_allclose(np.diag(found.static_gain), gains, rtol=1e-6)
+
+
+def test_a_black_box_of_order_6_has_the_frequency_response_of_the_truth():
+    found = idn.identify(record(7), "blackbox", 6, settings=RAW)
+    omega = np.linspace(100, 1500, 30)
+    wanted = model().discrete(TS).transfer(omega)
+    assert np.linalg.norm(found.model.transfer(omega) - wanted) < 0.01 * np.linalg.norm(wanted)
+    np.testing.assert_allclose(found.wn[:2], modes(TRUTH)[0], rtol=2e-3)
+
+
+def test_the_frequency_response_estimate_comes_close_to_the_truth_where_it_is_coherent():
+    data = record(8)
+    found = idn.frequency_response(data.reference.values, data.disc_measured.values, TS)
+    band = (found.omega > 300) & (found.omega < 1000)
+    wanted = model().discrete(TS).transfer(found.omega[band])
+    assert found.coherence[band].min() > 0.9
+    assert np.linalg.norm(found.G[band] - wanted) < 0.08 * np.linalg.norm(wanted)

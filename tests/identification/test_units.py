@@ -1,0 +1,58 @@
+"""Units of measured data: factors, sensitivities and what is refused."""
+
+import math
+
+import pytest
+
+from identification import ReadError
+from identification.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
+
+
+@pytest.mark.parametrize(
+    ("unit", "si", "expected"),
+    [
+        *(("um", "m", 1e-6), ("µm", "m", 1e-6), ("μm", "m", 1e-6), ("micron", "m", 1e-6), ("mil", "m", 25.4e-6)),
+        *(("rpm", "rad/s", 2 * math.pi / 60), ("Hz", "rad/s", 2 * math.pi), ("deg", "rad", math.pi / 180)),
+        *(("bar", "Pa", 1e5), ("psi", "Pa", 6894.757293168361), ("g/s", "kg/s", 1e-3), ("kg/h", "kg/s", 1 / 3600)),
+    ],
+)
+def test_factors_are_those_of_the_si_brochure(unit, si, expected):
+    assert factor(unit, si) == pytest.approx(expected, rel=1e-15)
+
+
+def test_every_kind_of_unit_begins_with_its_si_unit():
+    assert all(next(iter(kind)) == si and kind[si] == 1.0 for si, kind in FACTORS.items())
+
+
+@pytest.mark.parametrize(("unit", "si"), [("mPa", "Pa"), ("UM", "m"), ("furlong", "m"), ("V", "m"), ("bara", "Pa")])
+def test_an_unknown_or_wrong_unit_is_refused_with_the_known_ones(unit, si):
+    with pytest.raises(ReadError, match=rf"unit '{unit}' is no .* known here; write one of {si}, "):
+        factor(unit, si)
+
+
+def test_amplitudes_in_pp_pk_and_rms_become_0_pk():
+    assert amplitude_factor("um pp") == pytest.approx(0.5e-6)
+    assert amplitude_factor("mil pk-pk") == pytest.approx(12.7e-6)
+    assert amplitude_factor("um rms") == pytest.approx(math.sqrt(2) * 1e-6)
+    assert amplitude_factor("um") == amplitude_factor("um 0-pk") == 1e-6
+    with pytest.raises(ReadError, match="'peak' is unknown; write pp, pk or rms"):
+        amplitude_factor("um peak")
+
+
+def test_a_sensitivity_divides_or_multiplies_as_its_units_say():
+    assert sensitivity("8 V/mm", "V", "m") == pytest.approx(1.25e-4)
+    assert sensitivity("8 V/mm", "mV", "m") == pytest.approx(1.25e-7)
+    assert sensitivity("200 mV/mil", "V", "m") == pytest.approx(5 * 25.4e-6)
+    assert sensitivity("125 um/V", "V", "m") == pytest.approx(1.25e-4)
+
+
+@pytest.mark.parametrize("text", ["8", "8 V", "0 V/mm", "V/mm", "8 A/mm", "8 V/s", None])
+def test_what_is_no_sensitivity_is_refused(text):
+    with pytest.raises(ReadError):
+        sensitivity(text, "V", "m")
+
+
+@pytest.mark.parametrize("text", ["0.3", 0.3, "MPa", "1e400 MPa", "0.3 kg", "nan Pa", True, None])
+def test_a_quantity_without_number_or_unit_is_refused(text):
+    with pytest.raises(ReadError):
+        quantity(text, "Pa")

@@ -1,0 +1,169 @@
+"""`rotorsim data`: from a rig's file to a record of the schema, and what a user sees whose file is bad."""
+
+import json
+
+import numpy as np
+import pytest
+
+import identification as idn
+import rotorsim
+from rotorsim.cli import main
+
+MAPPING = """
+[time]
+column = "t"
+unit = "ms"
+[channels.disc_measured.x]
+column = "X probe"
+unit = "um"
+[channels.disc_measured.y]
+column = "Y probe"
+unit = "um"
+[channels.reference.x]
+column = "U1"
+unit = "V"
+[channels.reference.y]
+column = "U2"
+unit = "V"
+[channels.speed]
+column = "n"
+unit = "rpm"
+[constants]
+pressure = "0.3 MPa"
+"""
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command; exit code, stdout, stderr."""
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as caught:
+            main(["data", *(str(a) for a in arguments)])
+        out, err = capsys.readouterr()
+        return caught.value.code or 0, out, err
+
+    return call
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """Write a rig's file with foreign names, and its mapping."""
+    rng = np.random.default_rng(0)
+    rows = np.column_stack([np.arange(100) * 0.2, rng.normal(size=(100, 4)), np.full(100, 6000), np.ones(100)])
+    lines = [",".join(f"{value:.10g}" for value in row) for row in rows]
+    (tmp_path / "run.csv").write_text("\n".join(["t,X probe,Y probe,U1,U2,n,spare", *lines]) + "\n")
+    (tmp_path / "rig.toml").write_text(MAPPING)
+    return tmp_path / "run.csv", tmp_path / "rig.toml"
+
+
+def test_a_rigs_file_is_drafted_checked_and_converted(run, rig, tmp_path):
+    file, mapping = rig
+    code, draft, _ = run("mapping", file)
+    assert code == 0 and '# column = "X probe"' in draft and "from 0 to 19.8" in draft
+    code, out, err = run("check", file, "--mapping", mapping)
+    assert (code, err) == (0, "")
+    assert "time series, 100 samples, 5000 Hz, 0.02 s" in out
+    assert "identification: fit" in out and "runout filter: lacks angle_measured or angle" in out
+    assert "columns not used: 'spare'" in out and "6000" in out and "rpm" in out
+    for name in ("run.nc", "run.mat", "out.csv"):
+        code, out, _ = run("convert", file, tmp_path / name, "--mapping", mapping)
+        assert code == 0 and "written, 100 time x 2 axis" in out
+        record = idn.read(tmp_path / name)
+        assert record["speed"].values[0] == pytest.approx(200 * np.pi) and record["pressure"].values[0] == 3e5
+        assert run("check", tmp_path / name)[0] == 0
+
+
+def test_json_gives_si_numbers(run, rig):
+    code, out, _ = run("check", rig[0], "--mapping", rig[1], "--json")
+    found = json.loads(out)
+    assert code == 0 and found["usable"] and found["samples"] == 100 and found["unused_columns"] == ["spare"]
+    assert found["sample_rate"] == pytest.approx(5000) and found["uses"]["identification"] == ""
+
+
+def test_data_that_is_fit_for_nothing_is_described_and_ends_with_3(run, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time,angle,speed\n0,0,1\n1,1,1\n2,nan,1\n9,3,1\n")
+    code, out, err = run("check", path)
+    assert (code, err) == (3, "")
+    assert "problem: time: 1 gaps in samples 1 s apart" in out and "problem: angle: 1 NaN or infinite" in out
+    code, out, _ = run("check", path, "--json")
+    assert code == 3 and json.loads(out)["usable"] is False and len(json.loads(out)["problems"]) == 2
+    code, out, err = run("convert", path, tmp_path / "a.nc")
+    assert (code, out) == (2, "") and not (tmp_path / "a.nc").exists()
+    assert err.startswith(f"{path}: record.time: 1 gaps") and err.count("\n") == 1
+
+
+def test_run_up_vectors_are_checked(run, tmp_path, vectors_file="v.csv"):
+    path = tmp_path / vectors_file
+    head = "speed [rpm],amplitude_1X_x [um],phase_1X_x [deg],amplitude_1X_y [um],phase_1X_y [deg]"
+    path.write_text(head + "\n600,1,10,2,20\n1200,2,20,3,40\n")
+    code, out, _ = run("check", path)
+    assert code == 0 and "run-up vectors at 2 speeds" in out and "run-up analysis: fit" in out
+    assert run("convert", path, tmp_path / "v.nc")[0] == 0
+
+
+def test_nothing_is_overwritten_unasked(run, rig, tmp_path):
+    file, mapping = rig
+    out = tmp_path / "a.csv"
+    out.write_text("mine")
+    code, _, err = run("convert", file, out, "--mapping", mapping)
+    assert (code, out.read_text()) == (2, "mine") and "is there already; choose another name or add --force" in err
+    assert run("convert", file, out, "--mapping", mapping, "--force")[0] == 0
+    code, _, err = run("convert", out, out, "--force")
+    assert code == 2 and "is the file to convert; choose another name" in err
+    (tmp_path / "link.csv").symlink_to(out)
+    assert run("convert", out, tmp_path / "link.csv", "--force")[0] == 2
+
+
+BAD = {
+    "missing": (None, "is not there; give the path of a record"),
+    "formula": (
+        "time,angle\n0,1\n1,=cmd|' /C calc'!A0\n",
+        "line 3, column 'angle': \"=cmd|' /C calc'!A0\" is not a number",
+    ),
+    "foreign": ("t,x\n0,1\n1,2\n", "no column is named like a channel ('t', 'x'); give a mapping"),
+    "empty": ("", "is empty; record or export it again"),
+}
+
+
+@pytest.mark.parametrize("command", ["check", "convert", "mapping"])
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_file_ends_with_a_sentence_and_exit_code_2(run, tmp_path, case, command):
+    content, sentence = BAD[case]
+    path = tmp_path / "bad.csv"
+    if content is not None:
+        path.write_text(content)
+    if case == "foreign" and command == "mapping":
+        return
+    code, out, err = run(command, path, *([tmp_path / "out.nc"] if command == "convert" else []))
+    assert (code, out) == (2, "")
+    assert err.startswith(f"{path}: ") and err.count("\n") == 1 and sentence in err
+    assert not (tmp_path / "out.nc").exists()
+
+
+def test_a_bad_mapping_and_a_missing_folder_are_named(run, rig, tmp_path):
+    file, mapping = rig
+    mapping.write_text(MAPPING.replace('unit = "rpm"', 'unit = "furlong"'))
+    code, _, err = run("check", file, "--mapping", mapping)
+    assert code == 2 and "channels.speed: unit 'furlong' is no speed known here" in err
+    mapping.write_text(MAPPING)
+    code, _, err = run("convert", file, tmp_path / "none" / "a.nc", "--mapping", mapping)
+    assert code == 2 and "no such file or directory; check that the folder exists and is writable" in err
+    code, _, err = run("convert", file, tmp_path / "a.xls", "--mapping", mapping)
+    assert code == 2 and "unknown suffix '.xls'; write .csv, .mat or .nc" in err
+
+
+def test_a_virtual_record_is_checked_and_converted_like_a_measured_one(run, tmp_path):
+    plant = rotorsim.Plant(rotorsim.load_machine("plain_rotor"))
+    idn.save(plant.simulate(0.1, speed=100.0, pressure=3e5), tmp_path / "v.nc")
+    assert run("check", tmp_path / "v.nc")[0] == 0
+    assert run("convert", tmp_path / "v.nc", tmp_path / "v.csv")[0] == 0
+    first, second = idn.read(tmp_path / "v.nc"), idn.read(tmp_path / "v.csv")
+    assert first.equals(second) and first.attrs.keys() == second.attrs.keys()
+
+
+@pytest.mark.parametrize("command", ["check", "convert", "mapping"])
+def test_every_help_page_has_an_example(run, command):
+    code, out, _ = run(command, "--help")
+    assert code == 0 and f"Example: rotorsim data {command}" in out

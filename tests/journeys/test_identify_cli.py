@@ -1,0 +1,88 @@
+"""`rotorsim identify`: from files to a model, and what a user sees whose data is bad."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import identification as idn
+from rotorsim.cli import main
+
+_spec = importlib.util.spec_from_file_location("model3", Path(__file__).parent.parent / "identification" / "model3.py")
+model3 = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(model3)
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command; exit code, stdout, stderr."""
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as caught:
+            main(["identify", *(str(a) for a in arguments)])
+        out, err = capsys.readouterr()
+        return caught.value.code or 0, out, err
+
+    return call
+
+
+def csv_of(record, path):
+    """A rig's file with foreign names and units."""
+    columns = [record.time.values, *(record.disc_measured.values.T * 1e6), *record.reference.values.T]
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header="t,px,py,rx,ry", comments="", fmt="%.9g")
+    channels = {"disc_measured": ("px", "py", "um"), "reference": ("rx", "ry", "V")}
+    text = '[time]\ncolumn = "t"\nunit = "s"\n'
+    for name, (x, y, unit) in channels.items():
+        for axis, column in (("x", x), ("y", y)):
+            text += f'[channels.{name}.{axis}]\ncolumn = "{column}"\nunit = "{unit}"\n'
+    path.with_suffix(".toml").write_text(text + '[constants]\npressure = "0.3 MPa"\nspeed = "0 rpm"\n')
+
+
+def test_a_measured_file_becomes_a_model_without_a_machine(run, tmp_path):
+    csv_of(model3.record(0, seconds=3.0), tmp_path / "rig.csv")
+    mapping, out = tmp_path / "rig.toml", tmp_path / "model.json"
+    code, text, err = run(tmp_path / "rig.csv", "--mapping", mapping, "--out", out)
+    assert (code, err) == (0, "")
+    assert "LinearModel written" in text
+    found = idn.load_model(out)
+    np.testing.assert_allclose(found.wn, model3.model().wn, rtol=3e-3)
+    code, _, err = run(tmp_path / "rig.csv", "--mapping", mapping, "--out", out)
+    assert code == 2
+    assert "is there already" in err
+
+
+def test_a_folder_of_records_becomes_a_parameter_varying_model(run, tmp_path):
+    for i, (w, p) in enumerate((w, p) for w in (0.0, 300.0, 600.0) for p in (3e5, 5e5, 7e5)):
+        theta = model3.TRUTH * np.r_[np.full(4, 1 + p / 4e6), np.ones(10)]
+        (tmp_path / "sub").mkdir(exist_ok=True)
+        data = model3.record(i, seconds=2.0, theta=theta, speed=w, pressure=p)
+        idn.save(data, tmp_path / "sub" / f"{i}.nc")
+    out = tmp_path / "model.json"
+    code, text, err = run(tmp_path, "--surfaces", "1", "--out", out, "--json")
+    assert (code, err) == (0, "")
+    told = json.loads(text)
+    assert told["kind"] == "LpvModel"
+    assert len(told["records"]) == 9
+    lpv = idn.load_model(out)
+    assert lpv.at(100.0, 4e5).wn[0] == pytest.approx(model3.model().wn[0] * np.sqrt(1.1), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.nc"], "is not there"),
+        (["{folder}"], "no .nc record in it"),
+        (["{folder}/short.csv", "--mapping", "{folder}/short.toml"], "with excitation"),
+        (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--model", "7"], "choose of 1, 2, 3"),
+    ],
+)
+def test_bad_input_ends_as_one_sentence_and_exit_code_2(run, tmp_path, arguments, words):
+    csv_of(model3.record(0, seconds=0.6), tmp_path / "short.csv")
+    given = [a.format(folder=tmp_path) for a in arguments]
+    code, _, err = run(*given, "--out", tmp_path / "m.json")
+    assert code == 2
+    assert words in err
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
