@@ -57,10 +57,7 @@ def _local(workers: int | None, most: int) -> Iterator[Any]:
         ) as local,
         Client(local) as client,
     ):  # fmt: skip
-        try:
-            yield client
-        finally:
-            free_workers(client)
+        yield client
 
 
 @contextmanager
@@ -78,7 +75,6 @@ def _remote(address: str, tls: Tls | None) -> Iterator[Any]:
         _wait_for_workers(client, address)
         yield client
     finally:
-        free_workers(client)
         with suppress(Exception):
             client.close(timeout=CONNECT)
 
@@ -151,9 +147,9 @@ def _about(folder: str, name: str) -> str:
     return json.dumps({"versions": versions(), "sees": sees})
 
 
-def free_workers(client: Any) -> None:
-    """End what workers are still computing, so that they can be closed or used by others."""
-    from rotorsim.campaign.worker import kill_cells
+def free_workers(client: Any, run: str) -> None:
+    """End what workers still compute of a run, so that they can be closed or used by others."""
+    from rotorsim.campaign.worker import end_run
 
     with suppress(Exception):
-        client.run(kill_cells, wait=True, on_error="ignore")
+        client.run(end_run, run, wait=True, on_error="ignore")
