@@ -193,11 +193,13 @@ def _address(file):
 
 def test_a_scheduler_that_is_killed_ends_in_a_sentence_and_the_rest_runs_elsewhere(tmp_path):
     plan, folder = SLEEPING.format(5, "0.5 s"), tmp_path / "store"
-    with scheduler(tmp_path, "same") as (address, process):
-        with running(tmp_path, plan, folder, scheduler=address, physics="stub") as client:
-            until(lambda: len(records(folder)) >= 2, client)
-            process.kill()
-            _, err = client.communicate(timeout=PATIENCE)
+    with (
+        scheduler(tmp_path, "same") as (address, process),
+        running(tmp_path, plan, folder, scheduler=address, physics="stub") as client,
+    ):
+        until(lambda: len(records(folder)) >= 2, client)
+        process.kill()
+        _, err = client.communicate(timeout=PATIENCE)
     assert client.returncode == 2
     assert err.startswith("scheduler: the connection is lost") and "what is done is kept" in err
     assert err.count("\n") == 1, err
@@ -265,7 +267,7 @@ def test_a_disk_that_fills_up_ends_the_campaign_and_the_rest_runs_when_there_is_
         pytest.skip("mounting a tmpfs is not permitted here")
     plan, settings = make_plan(SLEEPING.format(120, "1 ms")), Settings(workers=1, physics="stub")
     try:
-        with pytest.raises(StoreError, match="free some (space )?and run the same command"):
+        with pytest.raises(StoreError, match=r"free some (space )?and run the same command"):
             run_campaign(plan, disk / "store", settings)
         assert 0 < len(records(disk / "store")) < 120
         subprocess.run(["mount", "-o", "remount,size=20m", disk], check=True)
