@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -18,6 +19,7 @@ import xarray as xr
 from rotorsim.campaign import Settings, open_store, run_campaign
 from rotorsim.campaign.cell import PHYSICS
 from rotorsim.campaign.cell import run as run_order
+from rotorsim.campaign.cluster import Tls
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.index import DONE, FAILED, PENDING
 from rotorsim.campaign.reading import make_plan
@@ -155,27 +157,33 @@ def test_a_campaign_whose_process_is_killed_goes_on_with_the_same_bits(tmp_path)
 
 WORKER = """
 import asyncio, sys
-from distributed import Worker
+from distributed import Security, Worker
 from rotorsim.campaign import versions
-if sys.argv[2] != "same":
-    versions._versions = lambda known=versions._versions(): tuple({**dict(known), "numba": sys.argv[2]}.items())
+address, numba, *tls = sys.argv[1:]
+if numba != "same":
+    versions._versions = lambda known=versions._versions(): tuple({**dict(known), "numba": numba}.items())
+names = ("tls_ca_file", "tls_worker_cert", "tls_worker_key")
+security = Security(require_encryption=bool(tls), **dict(zip(names, tls)))
 async def main():
-    async with Worker(sys.argv[1], nthreads=1, host="127.0.0.1", dashboard_address=None) as worker:
+    async with Worker(address, nthreads=1, host="127.0.0.1", dashboard_address=None, security=security) as worker:
         await worker.finished()
 asyncio.run(main())
 """
 
 
 @contextmanager
-def scheduler(tmp_path, versions):
-    """A Dask scheduler with one worker, whose version of numba may be another."""
+def scheduler(tmp_path, versions, tls=()):
+    """A Dask scheduler with one worker, whose version of numba may be another; `tls`: authority, certificate, key."""
     file = tmp_path / "scheduler.json"
     command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    command += ["--no-dashboard", "--scheduler-file", str(file)]
+    if tls:
+        command += ["--protocol", "tls", "--tls-ca-file", tls[0], "--tls-cert", tls[1], "--tls-key", tls[2]]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    started = [subprocess.Popen([*command, "--no-dashboard", "--scheduler-file", str(file)], **quiet)]
+    started = [subprocess.Popen(command, **quiet)]
     try:
         address = until(lambda: _address(file), started[0])
-        started.append(subprocess.Popen([sys.executable, "-c", WORKER, address, versions], **quiet))
+        started.append(subprocess.Popen([sys.executable, "-c", WORKER, address, versions, *tls], **quiet))
         yield address, started[0]
     finally:
         for process in started:
@@ -208,11 +216,26 @@ def test_a_scheduler_that_is_killed_ends_in_a_sentence_and_the_rest_runs_elsewhe
     assert_whole(folder, solved_here(plan, tmp_path / "here", "stub"))
 
 
-def test_workers_with_other_versions_are_refused(tmp_path):
-    with scheduler(tmp_path, "0.1") as (address, _):
-        sentence = r"worker tcp://127.0.0.1:\d+: other versions \(numba 0.1 there, .* here\); install the same"
+def test_workers_with_other_versions_are_refused_and_tls_asks_for_a_certificate(tmp_path, monkeypatch):
+    plan, folder = make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "store"
+    if shutil.which("openssl") is None:
+        pytest.skip("no openssl to make certificates with")
+    files = [str(tmp_path / name) for name in ("cert.pem", "key.pem")]
+    subject = ["-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1"]
+    make = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-out", files[0], "-keyout", files[1]]
+    subprocess.run([*make, *subject], check=True, capture_output=True)
+    with scheduler(tmp_path, "0.1", (files[0], *files)) as (address, _):
+        assert address.startswith("tls://127.0.0.1:")
+        tls = Tls(Path(files[0]), Path(files[0]), Path(files[1]))
+        sentence = r"worker tls://127.0.0.1:\d+: other versions \(numba 0.1 there, .* here\); install the same"
         with pytest.raises(ClusterError, match=sentence):
-            run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(scheduler=address))
+            run_campaign(plan, folder, Settings(scheduler=address, tls=tls))
+        with pytest.raises(ClusterError, match="is not a TLS address; write tls://host:port"):
+            run_campaign(plan, folder, Settings(scheduler=address.replace("tls", "tcp"), tls=tls))
+        monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
+        for wrong in (address, address.replace("tls", "tcp")):
+            with pytest.raises(ClusterError, match="cannot be reached within 1 s"):
+                run_campaign(plan, folder, Settings(scheduler=wrong))
 
 
 def test_a_scheduler_that_cannot_be_reached_is_one_sentence(tmp_path, monkeypatch):
