@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import json
 import time
+from asyncio import CancelledError
 from collections.abc import Iterator
+from concurrent.futures import CancelledError as Cancelled
+from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -25,6 +28,18 @@ TICK = 0.5
 """Longest time [s] without a look at signals and workers."""
 ALONE = 600.0
 """Time [s] without any worker after which a campaign gives up."""
+
+
+LOST = "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
+
+
+@contextmanager
+def connected() -> Iterator[None]:
+    """Raise ClusterError for what Dask raises when its scheduler is gone."""
+    try:
+        yield
+    except (OSError, RuntimeError, TimeoutError, Cancelled, CancelledError) as error:
+        raise ClusterError(LOST) from error
 
 
 class Pump:
@@ -59,7 +74,9 @@ class Pump:
     def give(self, orders: list[dict[str, Any]]) -> None:
         """Give orders as one task."""
         self._given += 1
-        future = self._client.submit(self._function, json.dumps(orders), key=f"{self._run}-{self._given}", pure=False)
+        with connected():
+            key = f"{self._run}-{self._given}"
+            future = self._client.submit(self._function, json.dumps(orders), key=key, pure=False)
         self._under_way[future.key] = future, orders
         future.add_done_callback(lambda done: self._finished.put(done.key))
 
@@ -68,7 +85,9 @@ class Pump:
         keys = self._drain()
         self._check()
         done = [self._under_way.pop(key) for key in keys if key in self._under_way]
-        for told in self._client.gather([future for future, _ in done if future.status == "finished"]):
+        with connected():
+            answers = self._client.gather([future for future, _ in done if future.status == "finished"])
+        for told in answers:
             for row in json.loads(told):
                 self._mean += 0.05 * (row.get("duration", TASK) + STEP - self._mean)
                 yield row
@@ -97,9 +116,7 @@ class Pump:
     def _check(self) -> None:
         """Raise ClusterError if the scheduler is gone, or every worker for long."""
         if self._client.status != "running":
-            raise ClusterError(
-                "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
-            )
+            raise ClusterError(LOST)
         if self._threads(self._client):
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > ALONE:
@@ -108,7 +125,7 @@ class Pump:
     def _why(self, future: Any) -> str:
         """Sentence about an order that Dask gave up; a lost scheduler cancels all."""
         if future.status in ("cancelled", "lost"):
-            raise ClusterError("scheduler: the connection is lost; run the same command again, what is done is kept")
+            raise ClusterError(LOST)
         error = future.exception()
         if type(error).__name__ == "KilledWorker":
             return "case: the worker died several times while it ran; give workers more memory"
