@@ -88,9 +88,9 @@ def many(cases: int = MANY) -> Iterator[Figure]:
         outcome = run_campaign(plan, folder, Settings(workers=2, physics="stub"))
         yield Figure(f"campaign: {cases} cases without physics", outcome.seconds, "s")
         yield Figure("  cases left or failed", cases - outcome.done, "1", 0.0)
-        tenth, last = seen[len(seen) // 10], statistics.median(seen[-10:])
-        yield Figure("  memory of client and scheduler, first tenth", tenth, "MB")
-        yield Figure("  memory of client and scheduler, end, per case", (last - tenth) / cases * 1e3, "kB", 1.0)
+        quarter, last = seen[-1 - int(0.75 * outcome.busy)], statistics.median(seen[-5:])
+        yield Figure("  memory of client and scheduler, a quarter done", quarter, "MB")
+        yield Figure("  more at the end, per case", (last - quarter) / (0.75 * cases) * 1e3, "kB", 0.2)
         begin = time.perf_counter()
         with closing(open_store(folder).index()) as index:
             index.counts(), index.totals()
