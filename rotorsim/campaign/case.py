@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from rotorsim.campaign.plan_file import Value
@@ -32,7 +32,7 @@ class Case:
     @property
     def text(self) -> str:
         """The case as JSON, exact to the last bit."""
-        return json.dumps(asdict(self), sort_keys=True)
+        return json.dumps(vars(self), sort_keys=True)
 
     @classmethod
     def from_text(cls, text: str) -> Case:

@@ -6,9 +6,10 @@ import json
 import logging
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
@@ -33,7 +34,7 @@ class Tls:
 @contextmanager
 def cluster(scheduler: str | None, workers: int | None, most: int, tls: Tls | None = None) -> Iterator[Any]:
     """A Dask client: of workers that are started here (at most `most`) and end with it, or of a running scheduler."""
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _silence()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # versions are compared below, by what matters
         if scheduler is None:
@@ -44,23 +45,36 @@ def cluster(scheduler: str | None, workers: int | None, most: int, tls: Tls | No
                 yield client
 
 
+def _silence() -> None:
+    """Leave stderr to our own sentences; importing `distributed` gives some of its loggers levels of their own."""
+    import distributed  # noqa: F401
+
+    for name in ("distributed", *(name for name in logging.root.manager.loggerDict if name.startswith("distributed."))):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
 @contextmanager
 def _local(workers: int | None, most: int) -> Iterator[Any]:
     from dask.system import CPU_COUNT
     from distributed import Client, LocalCluster
 
     count = max(min(CPU_COUNT if workers is None else workers, most), 1)
-    with (
-        LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, host=LOOPBACK, dashboard_address=None,
-            memory_limit=0, silence_logs=logging.CRITICAL,
-        ) as local,
-        Client(local) as client,
-    ):  # fmt: skip
+    with ExitStack() as stack:
+        scratch = stack.enter_context(TemporaryDirectory(prefix="rotorsim-", ignore_cleanup_errors=True))
         try:
-            yield client
-        finally:
-            free_workers(client)
+            local = stack.enter_context(
+                LocalCluster(
+                    n_workers=count, threads_per_worker=1, processes=True, host=LOOPBACK, dashboard_address=None,
+                    memory_limit=0, silence_logs=logging.CRITICAL, local_directory=scratch,
+                )
+            )  # fmt: skip
+            client = stack.enter_context(Client(local))
+        except (OSError, RuntimeError) as error:
+            raise ClusterError(
+                f"workers: cannot be started on this machine ({_reason(error)}); check free memory, processes and "
+                "space for temporary files"
+            ) from error
+        yield client
 
 
 @contextmanager
@@ -78,7 +92,6 @@ def _remote(address: str, tls: Tls | None) -> Iterator[Any]:
         _wait_for_workers(client, address)
         yield client
     finally:
-        free_workers(client)
         with suppress(Exception):
             client.close(timeout=CONNECT)
 
@@ -151,9 +164,9 @@ def _about(folder: str, name: str) -> str:
     return json.dumps({"versions": versions(), "sees": sees})
 
 
-def free_workers(client: Any) -> None:
-    """End what workers are still computing, so that they can be closed or used by others."""
-    from rotorsim.campaign.worker import kill_cells
+def free_workers(client: Any, run: str) -> None:
+    """End what workers still compute of a run, so that they can be closed or used by others."""
+    from rotorsim.campaign.worker import end_run
 
     with suppress(Exception):
-        client.run(kill_cells, wait=True, on_error="ignore")
+        client.run(end_run, run, wait=True, on_error="ignore")

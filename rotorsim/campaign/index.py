@@ -25,19 +25,19 @@ _SCHEMA = """
 CREATE TABLE cases (
     number INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, experiment TEXT NOT NULL, repeat INTEGER NOT NULL,
     seed INTEGER NOT NULL, parameters TEXT NOT NULL, status TEXT NOT NULL DEFAULT 'pending', error TEXT, summary TEXT,
-    duration REAL, bytes INTEGER, host TEXT, versions TEXT, finished TEXT, attempts INTEGER NOT NULL DEFAULT 0
+    duration REAL, cpu REAL, bytes INTEGER, host TEXT, versions TEXT, finished TEXT, attempts INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE INDEX by_status ON cases (status, number);
 """
 COLUMNS = (
-    "number", "key", "experiment", "repeat", "seed", "parameters", "status", "error", "summary", "duration", "bytes",
-    "host", "versions", "finished", "attempts",
+    "number", "key", "experiment", "repeat", "seed", "parameters", "status", "error", "summary", "duration", "cpu",
+    "bytes", "host", "versions", "finished", "attempts",
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Row:
-    """One case in the index; duration [s], `finished` in UTC."""
+    """One case in the index; duration and processor time `cpu` in s, `finished` in UTC."""
 
     number: int
     key: str
@@ -49,6 +49,7 @@ class Row:
     error: str | None
     summary: dict[str, Any]
     duration: float | None
+    cpu: float | None
     bytes: int | None
     host: str | None
     versions: str | None
@@ -115,7 +116,7 @@ class Index:
     def note(self, number: int, told: Mapping[str, Any]) -> None:
         """Keep a case's outcome; it is written with the next `commit`."""
         summary = json.dumps(told["summary"]) if "summary" in told else None
-        values = (told.get(name) for name in ("duration", "bytes", "host", "versions", "finished"))
+        values = (told.get(name) for name in ("duration", "cpu", "bytes", "host", "versions", "finished"))
         self._waiting.append((told["status"], told.get("error"), summary, *values, number))
         if len(self._waiting) >= BATCH:
             self.commit()
@@ -125,8 +126,8 @@ class Index:
         try:
             with self._db:
                 self._db.executemany(
-                    "UPDATE cases SET status = ?, error = ?, summary = ?, duration = ?, bytes = ?, host = ?, "
-                    "versions = ?, finished = ?, attempts = attempts + 1 WHERE number = ?",
+                    "UPDATE cases SET status = ?, error = ?, summary = ?, duration = ?, cpu = ?, bytes = ?, "
+                    "host = ?, versions = ?, finished = ?, attempts = attempts + 1 WHERE number = ?",
                     self._waiting,
                 )
         except sqlite3.Error as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,20 +32,29 @@ class Variable:
         """Number of dimensions."""
         return len(self.shape)
 
-    def __getitem__(self, where: tuple[slice, ...]) -> np.ndarray:
-        """Values of a block."""
-        cases, *rest = where
-        bounds = [part.indices(size) for part, size in zip(rest, self.record, strict=True)]
-        paths = self.paths[cases]
-        block = np.full((len(paths), *(len(range(*bound)) for bound in bounds)), self._missing, self.dtype)
-        for row, path in zip(block, paths, strict=True):
-            found = _read(path, self.name, tuple(slice(*bound) for bound in bounds))
+    def __getitem__(self, where: tuple[Any, ...]) -> np.ndarray:
+        """Values at one index per dimension: a number, a slice or a list of numbers, each dimension by itself."""
+        cases, *rest = (_places(one, size) for one, size in zip(where, self.shape, strict=True))
+        spans = tuple(slice(min(numbers, default=0), max(numbers, default=-1) + 1) for numbers in rest)
+        block = np.full((len(cases), *(span.stop - span.start for span in spans)), self._missing, self.dtype)
+        for row, case in zip(block, cases, strict=True):
+            found = _read(self.paths[case], self.name, spans)
             row[tuple(slice(n) for n in found.shape)] = found
-        return block
+        for axis, (numbers, span) in enumerate(zip(rest, spans, strict=True), start=1):
+            if numbers != range(span.start, span.stop):  # backwards, with steps, or picked
+                block = block.take([number - span.start for number in numbers], axis)
+        return block[tuple(0 if isinstance(one, (int, np.integer)) else slice(None) for one in where)]
 
     @property
     def _missing(self) -> Any:
         return np.nan if self.dtype.kind == "f" else 0
+
+
+def _places(where: Any, size: int) -> Sequence[int]:
+    """The numbers that an index stands for."""
+    if isinstance(where, slice):
+        return range(size)[where]
+    return [range(size)[number] for number in np.ravel(where)]
 
 
 def _read(path: Path, name: str, where: tuple[slice, ...]) -> np.ndarray:

@@ -61,15 +61,23 @@ class Plan:
 
     def axes_of(self, entry: Entry) -> tuple[Axis, ...]:
         """The axes that change an experiment."""
-        return tuple(axis for axis in self.axes if entry.takes(axis))
+        return self._taken[entry.name]
+
+    @cached_property
+    def _taken(self) -> dict[str, tuple[Axis, ...]]:
+        return {entry.name: tuple(axis for axis in self.axes if entry.takes(axis)) for entry in self.entries}
 
     def _points(self, entry: Entry) -> int:
         points = 1
-        for steps in self._steps(entry):
+        for steps in self._steps[entry.name]:
             points *= len(steps[0].values)
         return points
 
-    def _steps(self, entry: Entry) -> list[tuple[Axis, ...]]:
+    @cached_property
+    def _steps(self) -> dict[str, list[tuple[Axis, ...]]]:
+        return {entry.name: self._steps_of(entry) for entry in self.entries}
+
+    def _steps_of(self, entry: Entry) -> list[tuple[Axis, ...]]:
         """Axes that step together; the machine's outermost, so that a worker meets one machine many times."""
         own = self.axes_of(entry)
         latin = tuple(axis for axis in own if axis.latin)
@@ -91,14 +99,14 @@ class Plan:
 
     def _case(self, number: int, entry: Entry, point: int, repeat: int) -> Numbered:
         values: dict[str, Value] = {}
-        for group in reversed(self._steps(entry)):
+        for group in reversed(self._steps[entry.name]):
             point, at = divmod(point, len(group[0].values))
             values |= {axis.name: axis.values[at] for axis in group}
         values = {axis.name: values[axis.name] for axis in self.axes if axis.name in values}
         chosen = {axis.name: values[axis.name] for axis in self.axes_of(entry) if axis.target.kind == "parameter"}
         paths = [(a.name, a.target.written(values[a.name])) for a in self.axes if a.target.kind == "path"]
         case = Case(
-            text_hash(self.machines[str(values.get("machine", next(iter(self.machines))))]),
+            self._hashes[str(values.get("machine", next(iter(self.machines))))],
             (*self.set, *paths),
             entry.kind,
             tuple(sorted((entry.parameters | chosen).items())),
@@ -106,6 +114,10 @@ class Plan:
             self.keep,
         )
         return Numbered(number, entry.name, repeat, values, case)
+
+    @cached_property
+    def _hashes(self) -> dict[str, str]:
+        return {name: text_hash(text) for name, text in self.machines.items()}
 
     def _seed(self, entry: Entry, values: Mapping[str, Value], repeat: int) -> int:
         seed = int(values.get("seed", entry.seed))

@@ -1,21 +1,45 @@
-"""Cases to workers and rows back: a bounded number is under way at any time, so memory does not grow with the plan."""
+"""Cases to workers and rows back: a bounded number is under way at any time, so memory does not grow with the plan.
+
+A task of Dask is one case, or several short ones: a task costs Dask some milliseconds, whatever it does.
+"""
 
 from __future__ import annotations
 
 import json
 import time
+from asyncio import CancelledError
 from collections.abc import Iterator
+from concurrent.futures import CancelledError as Cancelled
+from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
 
-AHEAD = 32
-"""Cases that wait at the scheduler, beside two for every worker."""
+AHEAD = 8
+"""Tasks that wait at the scheduler, beside two for every worker."""
+TASK = 0.4
+"""Time [s] of a task, about, whose cases are shorter."""
+LARGEST = 64
+"""Cases of a task, at most."""
+STEP = 2e-3
+"""Time [s] between two cases of a task."""
 TICK = 0.5
 """Longest time [s] without a look at signals and workers."""
 ALONE = 600.0
 """Time [s] without any worker after which a campaign gives up."""
+
+
+LOST = "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
+
+
+@contextmanager
+def connected() -> Iterator[None]:
+    """Raise ClusterError for what Dask raises when its scheduler is gone."""
+    try:
+        yield
+    except (OSError, RuntimeError, TimeoutError, Cancelled, CancelledError) as error:
+        raise ClusterError(LOST) from error
 
 
 class Pump:
@@ -23,10 +47,12 @@ class Pump:
 
     def __init__(self, client: Any, run: str) -> None:
         from rotorsim.campaign.cluster import threads
-        from rotorsim.campaign.worker import run_order
+        from rotorsim.campaign.worker import run_orders
 
-        self._client, self._run, self._function, self._threads = client, run, run_order, threads
-        self._under_way: dict[str, tuple[Any, int]] = {}
+        self._client, self._run, self._function, self._threads = client, run, run_orders, threads
+        self._under_way: dict[str, tuple[Any, list[dict[str, Any]]]] = {}
+        self._given = 0
+        self._mean = TASK
         self._finished: SimpleQueue[str] = SimpleQueue()
         self._seen = time.monotonic()
         self._counted, self._room = 0.0, 0
@@ -36,15 +62,22 @@ class Pump:
 
     @property
     def room(self) -> int:
-        """How many more orders should be given."""
+        """How many more tasks should be given."""
         if time.monotonic() - self._counted > TICK:
             self._counted, self._room = time.monotonic(), 2 * self._threads(self._client) + AHEAD
         return self._room - len(self)
 
-    def give(self, number: int, order: dict[str, Any]) -> None:
-        """Give an order."""
-        future = self._client.submit(self._function, json.dumps(order), key=f"{self._run}-{number}", pure=False)
-        self._under_way[future.key] = future, number
+    def size(self, left: int) -> int:
+        """How many of the cases left should go into the next task: fewer towards the end, for an even load."""
+        return max(1, min(int(TASK / self._mean), LARGEST, left // (2 * max(self._room, 1))))
+
+    def give(self, orders: list[dict[str, Any]]) -> None:
+        """Give orders as one task."""
+        self._given += 1
+        with connected():
+            key = f"{self._run}-{self._given}"
+            future = self._client.submit(self._function, json.dumps(orders), key=key, pure=False)
+        self._under_way[future.key] = future, orders
         future.add_done_callback(lambda done: self._finished.put(done.key))
 
     def rows(self) -> Iterator[dict[str, Any]]:
@@ -52,12 +85,24 @@ class Pump:
         keys = self._drain()
         self._check()
         done = [self._under_way.pop(key) for key in keys if key in self._under_way]
-        whole = [(future, number) for future, number in done if future.status == "finished"]
-        for told in self._client.gather([future for future, _ in whole]):
-            yield json.loads(told)
-        for future, number in done:
+        with connected():
+            answers = self._client.gather([future for future, _ in done if future.status == "finished"])
+        for told in answers:
+            for row in json.loads(told):
+                self._mean += 0.05 * (row.get("duration", TASK) + STEP - self._mean)
+                yield row
+        for future, orders in done:
             if future.status != "finished":
-                yield {"number": number, "status": "failed", "error": self._why(future)}
+                yield from self._lost(future, orders)
+
+    def _lost(self, future: Any, orders: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        """Rows of a task that Dask gave up; of several cases each is given once more, alone."""
+        why = self._why(future)
+        for order in orders:
+            if len(orders) > 1:
+                self.give([order])
+            else:
+                yield {"number": order["number"], "status": "failed", "error": why}
 
     def _drain(self) -> list[str]:
         keys = []
@@ -71,9 +116,7 @@ class Pump:
     def _check(self) -> None:
         """Raise ClusterError if the scheduler is gone, or every worker for long."""
         if self._client.status != "running":
-            raise ClusterError(
-                "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
-            )
+            raise ClusterError(LOST)
         if self._threads(self._client):
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > ALONE:
@@ -82,7 +125,7 @@ class Pump:
     def _why(self, future: Any) -> str:
         """Sentence about an order that Dask gave up; a lost scheduler cancels all."""
         if future.status in ("cancelled", "lost"):
-            raise ClusterError("scheduler: the connection is lost; run the same command again, what is done is kept")
+            raise ClusterError(LOST)
         error = future.exception()
         if type(error).__name__ == "KilledWorker":
             return "case: the worker died several times while it ran; give workers more memory"

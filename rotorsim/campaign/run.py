@@ -8,10 +8,11 @@ import uuid
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rotorsim.campaign.cluster import Tls, check_workers, cluster
+from rotorsim.campaign.cluster import Tls, check_workers, cluster, free_workers
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
 from rotorsim.campaign.plan import Plan
@@ -29,7 +30,10 @@ TELL = 30.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """How many cases have which status, how many were run now, in what time [s]; the signal that stopped it or 0."""
+    """How many cases have which status, how many were run now, in what time [s]; the signal that stopped it or 0.
+
+    `busy` [s] is the part of the time in which all but the first case were run: without start, compilation and end.
+    """
 
     done: int
     failed: int
@@ -37,6 +41,7 @@ class Outcome:
     run: int
     seconds: float
     stopped: int = 0
+    busy: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -115,7 +120,8 @@ class Campaign:
     def __init__(self, store: Store, index: Index, settings: Settings) -> None:
         self.store, self.index, self.settings = store, index, settings
         self.counts = index.counts()
-        self.ran = 0
+        self.ran, self.busy = 0, 0.0
+        self._id = f"rotorsim-{uuid.uuid4().hex[:8]}"
         self._versions = versions()
         self._mark = " ".join((self._versions["rotorsim"], self._versions["sources"]))
         self._limit = settings.time_limit or store.plan.time_limit
@@ -140,42 +146,37 @@ class Campaign:
                 log.info(
                     "%s after %.1f s", ", ".join(f"{n} {s}" for s, n in self.counts.items()), time.monotonic() - begin
                 )
-        counts = self.counts
-        return Outcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, time.monotonic() - begin, stop.asked)
+        counts, seconds = self.counts, time.monotonic() - begin
+        return Outcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, seconds, stop.asked, self.busy)
 
     def _run(self, numbers: list[int], stop: Stop) -> None:
-        chosen, run_id = self.settings, uuid.uuid4().hex[:8]
-        token = parts_folder(self.store.folder) / f"run-{run_id}"
-        token.write_text(token.name)
-        with cluster(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as client:
-            check_workers(client, self.store.folder, token.name)
-            pump, waiting = Pump(client, f"rotorsim-{run_id}"), iter(numbers)
-            with bar(chosen.show, len(self.store.plan), self.counts[DONE]) as progress:
-                self._warm(pump, waiting, stop)
-                self._loop(pump, waiting, stop, progress)
-        token.unlink(missing_ok=True)
-
-    def _warm(self, pump: Pump, waiting: Iterator[int], stop: Stop) -> None:
-        """Run the first case alone: it leaves compiled machine code for all others."""
-        self._give(pump, next(waiting))
-        while len(pump) and not stop.asked:
-            self._take(pump)
+        chosen = self.settings
+        with (
+            _token(parts_folder(self.store.folder) / self._id) as token,
+            cluster(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as client,
+        ):
+            check_workers(client, self.store.folder, token)
+            try:
+                with bar(chosen.show, len(self.store.plan), self.counts[DONE]) as progress:
+                    self._loop(Pump(client, self._id), iter(numbers), stop, progress)
+            finally:
+                free_workers(client, self._id)
 
     def _loop(self, pump: Pump, waiting: Iterator[int], stop: Stop, progress: Any) -> None:
+        self._give(pump, waiting, 1)  # alone: it leaves compiled machine code for all others
+        while len(pump) and not stop.asked:
+            self._take(pump)
         rate, written, told = Rate(), time.monotonic(), time.monotonic()
-        more = True
+        begin, more = time.monotonic(), True
         while (more or len(pump)) and not stop.asked:
-            for _ in range(max(pump.room, 0)):
-                number = next(waiting, None)
-                if number is None:
-                    more = False
-                    break
-                self._give(pump, number)
+            while more and pump.room > 0:
+                more = self._give(pump, waiting, pump.size(self.counts[PENDING]))
             self._take(pump)
             rate.note(self.ran)
             left = self.counts[PENDING]
             update(progress, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
             now = time.monotonic()
+            self.busy = now - begin
             if now - written > COMMIT:
                 self.index.commit()
                 written = now
@@ -183,14 +184,19 @@ class Campaign:
                 log.info("%d cases left, %.3g cases/s", left, rate.value)
                 told = now
 
-    def _give(self, pump: Pump, number: int) -> None:
-        one = self.store.plan.case(number)
-        order = {
-            "number": number, "folder": str(self.store.folder), "case": one.case.text,
-            "summary": self.store.plan.summary, "time_limit": self._limit, "versions": self._versions,
-            "physics": self.settings.physics,
+    def _give(self, pump: Pump, waiting: Iterator[int], most: int) -> bool:
+        """Give the next cases as a task; returns whether there were any."""
+        orders = [self._order(number) for number in islice(waiting, most)]
+        if orders:
+            pump.give(orders)
+        return bool(orders)
+
+    def _order(self, number: int) -> dict[str, Any]:
+        return {
+            "run": self._id, "number": number, "folder": str(self.store.folder),
+            "case": self.store.plan.case(number).case.text, "summary": self.store.plan.summary,
+            "time_limit": self._limit, "versions": self._versions, "physics": self.settings.physics,
         }  # fmt: skip
-        pump.give(number, order)
 
     def _take(self, pump: Pump) -> None:
         for row in pump.rows():
@@ -213,6 +219,16 @@ class Campaign:
 
 
 log = logging.getLogger("rotorsim.campaign")
+
+
+@contextmanager
+def _token(path: Path) -> Iterator[str]:
+    """A file by which workers show that they see the store; its name."""
+    path.write_text(path.name)
+    try:
+        yield path.name
+    finally:
+        path.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from rotorsim.campaign.index import Row
 from rotorsim.campaign.plan import Plan
 
 FIRST = ("number", "experiment", "repeat", "seed")
-LAST = ("status", "error", "duration", "bytes", "host", "versions", "finished", "attempts", "key")
+LAST = ("status", "error", "duration", "cpu", "bytes", "host", "versions", "finished", "attempts", "key")
 
 
 def header(plan: Plan, rows: Iterable[Row]) -> tuple[str, ...]:

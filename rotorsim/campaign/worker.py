@@ -25,9 +25,12 @@ ATTEMPTS = 2
 """A case whose process dies is tried again, once: the system may have taken it for another's memory."""
 ROOM = 1_000_000
 """Free space [byte] below which a process that died is taken for the victim of a full disk."""
+ENDING = ("storage", "versions")
+"""What stops the whole campaign."""
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _own = threading.local()
 _cells: set[Cell]
+_over: set[str] = set()
 
 
 class CellDiedError(Exception):
@@ -46,6 +49,7 @@ class Cell:
             [sys.executable, "-P", "-m", "rotorsim.campaign.cell"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=self._said, env=environment, text=True, bufsize=1, start_new_session=True,
         )  # fmt: skip
+        self.run = ""
         self._answers: SimpleQueue[str] = SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         _cells.add(self)
@@ -104,31 +108,41 @@ def own_cell() -> Cell:
     return cell
 
 
-def kill_cells() -> None:
-    """End the processes of all threads; what they were doing is lost."""
+def end_run(run: str) -> None:
+    """End the processes that work for a run, and begin no more of its cases; other campaigns go on."""
+    _over.add(run)
     for cell in list(_cells):
-        cell.kill()
+        if cell.run == run:
+            cell.kill()
 
 
-def run_order(order: str) -> str:
-    """Run the case of an order and answer with its row; both are JSON."""
-    told = json.loads(order)
-    row: dict[str, Any] = {}
-    for attempt in range(1, ATTEMPTS + 1):
-        row = _try(told, order)
-        if row["status"] != "died" or attempt == ATTEMPTS:
+def run_orders(orders: str) -> str:
+    """Run the cases of some orders of one run and answer with their rows; both are JSON."""
+    rows: list[dict[str, Any]] = []
+    for order in json.loads(orders):
+        if order["run"] in _over:
             break
-    if row["status"] == "died":
-        row["status"] = "failed"
-    return json.dumps(row | {"number": told["number"], "host": socket.gethostname()})
+        rows.append(_row(order) | {"number": order["number"], "host": socket.gethostname()})
+        if rows[-1]["status"] in ENDING:
+            break
+    return json.dumps(rows)
 
 
-def _try(told: dict[str, Any], order: str) -> dict[str, Any]:
+def _row(order: dict[str, Any]) -> dict[str, Any]:
+    for _ in range(ATTEMPTS):
+        row = _try(order)
+        if row["status"] != "died" or order["run"] in _over:
+            break
+    return row | {"status": "failed"} if row["status"] == "died" else row
+
+
+def _try(told: dict[str, Any]) -> dict[str, Any]:
     try:
         cell = own_cell()
+        cell.run = told["run"]
         if cell.versions != told["versions"]:
             return {"status": "versions", "error": "", "versions": cell.versions}
-        cell.tell(order)
+        cell.tell(json.dumps(told))
         row: dict[str, Any] = cell.answer(PREPARE_LIMIT)
         if row.get("ready"):
             row = cell.answer(told["time_limit"])

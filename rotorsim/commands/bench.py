@@ -13,14 +13,17 @@ if TYPE_CHECKING:
     from rotorsim.bench.result import Figure
 
 EXAMPLE = "Example: rotorsim bench speed"
-PARTS = ("speed", "accuracy", "rig")
+PARTS = ("speed", "accuracy", "rig", "campaign")
 
 
 def bench(
     part: Annotated[
-        str | None, typer.Argument(metavar="[speed|accuracy|rig]", help="What to measure; all when not given.")
+        str | None, typer.Argument(metavar="[speed|accuracy|rig|campaign]", help="What to measure; all when not given.")
     ] = None,
     cold: Annotated[bool, typer.Option("--cold", help="Also time the first compilation with an empty cache.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Also run the thesis' campaign and 100,000 cases without physics.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
 ) -> None:
     """Measure speed and accuracy and print each figure beside its bound; times depend on what else runs."""
@@ -28,15 +31,15 @@ def bench(
 
     if part is not None and part not in PARTS:
         raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}")
-    figures = _measure(part, cold)
+    figures = _measure(part, cold, full)
     if as_json:
         typer.echo(json.dumps({"figures": [asdict(f) | {"met": f.met} for f in figures], "rig": _rig(part)}, indent=2))
     elif part in (None, "rig"):
         _print_rig()
 
 
-def _measure(part: str | None, cold: bool) -> list[Figure]:
-    from rotorsim.bench import accuracy, speed, whole_plant
+def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
+    from rotorsim.bench import accuracy, campaign, speed, whole_plant
 
     jobs = []
     if part in (None, "speed"):
@@ -45,6 +48,9 @@ def _measure(part: str | None, cold: bool) -> list[Figure]:
         jobs += [speed.first_compilation] if cold else []
     if part in (None, "accuracy"):
         jobs += [accuracy.rig, accuracy.grids, accuracy.decay, accuracy.mass]
+    if part in (None, "campaign"):
+        jobs += [campaign.efficiency, campaign.overhead]
+        jobs += [campaign.thesis, campaign.many] if full else []
     figures = []
     for job in jobs:
         for figure in job():

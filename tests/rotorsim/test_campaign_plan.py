@@ -1,8 +1,10 @@
 """Plans: what their axes come to, which key a case has, and one sentence for whatever cannot be a plan."""
 
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +29,12 @@ def test_the_thesis_campaign_is_7_by_5_points_with_three_records_each():
     assert len(points) == 35
     assert {c.case.seed for c in plan.cases() if c.experiment == "identification"} == {1}
     assert {c.case.seed for c in plan.cases() if c.experiment == "validation"} == {2}
+
+
+def test_the_plan_of_the_documentation_is_one():
+    page = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text(encoding="utf-8")
+    plan = make_plan(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0])
+    assert len(plan) == 7 * 2 * 50 * 2
 
 
 def test_a_grid_has_exact_ends_and_values_that_are_short_to_write():
