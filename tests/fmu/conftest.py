@@ -1,5 +1,6 @@
-"""A small rig exported once for all tests of units."""
+"""A small rig exported once for all tests of units; what needs FMPy or a compiler is skipped where there is none."""
 
+import importlib.util
 import shutil
 from pathlib import Path
 
@@ -7,11 +8,23 @@ import pytest
 
 from rotorsim.plant import Plant
 
-fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed: pip install 'rotorsim[fmu]'")
-if not shutil.which("gcc"):
-    pytest.skip("gcc is not installed", allow_module_level=True)
-
 PRESSURE = 0.3e6
+
+
+@pytest.fixture(scope="session")
+def importer() -> None:
+    """Skip without FMPy."""
+    if not importlib.util.find_spec("fmpy"):
+        pytest.skip("fmpy is not installed: pip install 'rotorsim[fmu]'")
+
+
+@pytest.fixture(scope="session")
+def gcc(importer) -> str:
+    """Return gcc's path; skip without it (FMPy carries the headers)."""
+    found = shutil.which("gcc")
+    if not found:
+        pytest.skip("gcc is not installed")
+    return found
 
 
 @pytest.fixture(scope="session")
@@ -23,7 +36,7 @@ def model():
 
 
 @pytest.fixture(scope="session")
-def files(model, tmp_path_factory) -> dict[int, Path]:
+def files(gcc, model, tmp_path_factory) -> dict[int, Path]:
     """Return the unit's files by FMI version."""
     from fmu.export import export
     from fmu.targets import choose
