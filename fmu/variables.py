@@ -49,8 +49,14 @@ class Variable:
     @property
     def causality(self) -> str:
         """FMI's causality."""
-        known = {"time": "independent", "input": "input", "constant": "local", "pressure": "output", "output": "output"}
+        known = {"time": "independent", "input": "input", "pressure": "output", "output": "output"}
+        known |= dict.fromkeys(("constant", "state", "derivative"), "local")
         return known.get(self.store, "parameter")
+
+    @property
+    def derivative_of(self) -> str:
+        """The state of which it is the derivative."""
+        return self.name.removeprefix("der(").removesuffix(")") if self.store == "derivative" else ""
 
     @property
     def variability(self) -> str:

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from rotorsim.bench.result import Figure
 
 EXAMPLE = "Example: rotorsim bench speed"
-PARTS = ("speed", "accuracy", "rig")
+PARTS = ("speed", "accuracy", "rig", "fmu")
 
 
 def bench(
     part: Annotated[
-        str | None, typer.Argument(metavar="[speed|accuracy|rig]", help="What to measure; all when not given.")
+        str | None, typer.Argument(metavar="[speed|accuracy|rig|fmu]", help="What to measure; all when not given.")
     ] = None,
-    cold: Annotated[bool, typer.Option("--cold", help="Also time the first compilation with an empty cache.")] = False,
+    cold: Annotated[bool, typer.Option("--cold", help="Also time what starts with an empty cache.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
 ) -> None:
     """Measure speed and accuracy and print each figure beside its bound; times depend on what else runs."""
@@ -36,7 +36,7 @@ def bench(
 
 
 def _measure(part: str | None, cold: bool) -> list[Figure]:
-    from rotorsim.bench import accuracy, speed, whole_plant
+    from rotorsim.bench import accuracy, speed, unit, whole_plant
 
     jobs = []
     if part in (None, "speed"):
@@ -45,6 +45,9 @@ def _measure(part: str | None, cold: bool) -> list[Figure]:
         jobs += [speed.first_compilation] if cold else []
     if part in (None, "accuracy"):
         jobs += [accuracy.rig, accuracy.grids, accuracy.decay, accuracy.mass]
+    if part in (None, "fmu"):
+        jobs += [unit.unit]
+        jobs += [unit.export_cold] if cold else []
     figures = []
     for job in jobs:
         for figure in job():

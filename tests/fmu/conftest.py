@@ -30,9 +30,9 @@ def gcc(importer) -> str:
 @pytest.fixture(scope="session")
 def model():
     """Return the model of the rig on a coarse grid, at rest at 0.3 MPa."""
-    from fmu.model import make_model
+    from fmu.kinds import plant_unit
 
-    return make_model("plant", Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4), 0.0, PRESSURE)
+    return plant_unit(Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4), 0.0, PRESSURE)
 
 
 @pytest.fixture(scope="session")
