@@ -18,20 +18,21 @@ def simulated(model: LinearUnit, inputs: dict[str, np.ndarray], step: float) -> 
     per = round(step / model.sample)
     held = {name: np.repeat(values, per) for name, values in inputs.items()}
     u = np.stack([held["piezo.ref_x"], held["piezo.ref_y"]], axis=1)
-    rows = [np.append(v, v[-1]) for v in (held["shaft.speed_ref"], held["injection.pressure"])]
-    y = model.lpv.simulate(np.vstack([u, u[-1]]), *rows, model.sample, tolerance=0.0)
+    speed, pressure = (np.append(v, v[-1]) for v in (held["shaft.speed_ref"], held["injection.pressure"]))
+    y = model.lpv.simulate(np.vstack([u, u[-1]]), speed, pressure, model.sample, tolerance=0.0)
     return np.asarray(y[::per])
 
 
 def moving_inputs(model: LinearUnit, n: int) -> dict[str, np.ndarray]:
-    """References that step and an operating point that moves through the whole range."""
+    """References that step and an operating point that moves through the range; it stays where C moves with it."""
     s = np.linspace(0.0, 1.0, n)
+    moves = 0.0 if model.lpv.kind == "blackbox" else 1.0
     low, high = model.lpv.low, model.lpv.high
     return {
         "piezo.ref_x": np.where(s > 0.1, 0.5, 0.0),
         "piezo.ref_y": np.where(s > 0.5, -0.5, 0.0),
-        "shaft.speed_ref": low[0] + (high[0] - low[0]) * np.round(20 * s) / 20,
-        "injection.pressure": low[1] + (high[1] - low[1]) * np.round(10 * s) / 10,
+        "shaft.speed_ref": low[0] + (high[0] - low[0]) * moves * np.round(20 * s) / 20,
+        "injection.pressure": low[1] + (high[1] - low[1]) * moves * np.round(10 * s) / 10,
     }
 
 

@@ -1,4 +1,4 @@
-"""How fast the exported unit is beside the plant in Python, how soon it is ready, how large it is, how long it takes to make."""
+"""How fast the exported unit is beside the plant in Python, how soon it is ready, how large it is."""
 
 from __future__ import annotations
 
@@ -49,6 +49,9 @@ print(json.dumps([ready, statistics.median(unit_times), statistics.median(plant_
 
 def unit() -> Iterator[Figure]:
     """The shipped rig at its own grid, as a portable and as a native unit through FMPy; both baselines side by side."""
+    from fmu.importer import fmpy
+
+    fmpy()
     for cpu, environment in BASELINES.items():
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "rig.fmu"

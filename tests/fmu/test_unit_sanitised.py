@@ -30,17 +30,18 @@ def has_sanitisers(gcc, folder):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the driver is built for Linux")
 def test_the_sanitisers_find_nothing(gcc, model, tmp_path):
-    from fmu.binaries import SOURCES, fmi_headers, write_sources
+    from fmu.binaries import fmi_headers
+    from fmu.kinds import write_sources
     from fmu.kernel_object import ObjectTarget
     from fmu.targets import host
 
     if not has_sanitisers(gcc, tmp_path):
         pytest.skip("gcc has no sanitisers here")
     target = ObjectTarget(host().triple, "x86-64" if host().name.startswith("x86") else "generic")
-    write_sources(model, {"kernels": target}, tmp_path)
+    sources = write_sources(model, {"kernels": target}, tmp_path)
     driver = Path(__file__).with_name("driver.c")
     subprocess.run(
-        [gcc, *FLAGS, "-I.", f"-I{fmi_headers()}", *SOURCES, "tables.c", driver, "kernels.o", "-o", "driver", "-lm"],
+        [gcc, *FLAGS, "-I.", f"-I{fmi_headers()}", *sources, driver, "kernels.o", "-o", "driver", "-lm"],
         cwd=tmp_path,
         check=True,
     )
