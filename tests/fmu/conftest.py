@@ -2,12 +2,14 @@
 
 import importlib.util
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
 
 from rotorsim.plant import Plant
 
+sys.path.insert(0, str(Path(__file__).parent))  # for lpv_models.py, which several tests share
 PRESSURE = 0.3e6
 
 
