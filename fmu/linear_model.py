@@ -72,6 +72,16 @@ class LinearUnit:
         return list(find_terms(self.matrices, len(self.lpv.coefficients), self.lpv.kind != "blackbox"))
 
     @cached_property
+    def sizes(self) -> np.ndarray:
+        """Typical size (n,) of the states: the most that a reference of 1 V moves them, at any frequency."""
+        theta = self.lpv.theta(self.speed, self.pressure)
+        A, B = self.matrices(theta)[:2]
+        omega = np.logspace(0, 4, 400)[:, None, None]
+        s = 1j * omega if self.continuous else np.exp(1j * omega * self.sample)
+        found = np.abs(np.linalg.solve(s * np.eye(len(A)) - A, np.broadcast_to(B, (400, *B.shape)))).max(axis=(0, 2))
+        return np.where(found > 0, found, 1.0)
+
+    @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """The table of variables."""
         return tuple(linear_variables(self))
@@ -120,6 +130,6 @@ def linear_variables(unit: LinearUnit) -> Iterator[Variable]:
         doc = f"Displacement at the disc along {axis}, from the operating point's."
         yield Variable(f"disc.{axis}", "output", doc, "m", k)
     for k in range(unit.order):
-        yield Variable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0)
+        yield Variable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
     for k in range(unit.order if unit.continuous else 0):
         yield Variable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)

@@ -33,6 +33,7 @@ def header(unit: LinearUnit) -> str:
         "N_TERMS": len(unit.terms),
         "MIDDLE": numbers(basis.middle),
         "HALF_RANGE": numbers(basis.half),
+        "NOMINALS": numbers(unit.sizes),
         "LOWEST": numbers(unit.lpv.low),
         "HIGHEST": numbers(unit.lpv.high),
     }

@@ -45,6 +45,7 @@ class Variable:
     whole: bool = False
     tunable: bool = False
     shape: tuple[int, ...] = ()
+    typical: float | None = None
 
     @property
     def causality(self) -> str:
@@ -70,6 +71,8 @@ class Variable:
     @property
     def nominal(self) -> float | None:
         """A typical size in SI units."""
+        if self.typical is not None:
+            return self.typical
         return NOMINAL.get(self.unit) if self.kind == "real" and self.causality in ("input", "output") else None
 
     @property

@@ -247,7 +247,7 @@ fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real x[], size_t n) {
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
     if (!c || n != N_STATES) return fmi2Error;
-    for (size_t k = 0; k < n; k++) x[k] = 1.0;
+    memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
     return fmi2OK;
 }
 

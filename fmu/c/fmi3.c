@@ -248,7 +248,7 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 x[], size_t n) {
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
     if (!c || n != N_STATES) return fmi3Error;
-    for (size_t k = 0; k < n; k++) x[k] = 1.0;
+    memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
     return fmi3OK;
 }
 

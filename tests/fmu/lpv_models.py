@@ -23,6 +23,7 @@ def theta_at(kind, w, p):
     K = np.array([-6e5, -2e4 * a, 2e4 * a, -6.4e5]) * (1 + 0.3 * b + 0.02 * a * a)
     D = np.array([-60.0, 5.0, -5.0, -60.0]) * (1 - 0.4 * b - 0.1 * a * b)
     B = np.array([5.0, 0.4, -0.4, 5.0]) * (1 + 0.2 * b * b - 0.05 * a)
+    B *= 1e6 if kind == "2" else 1.0  # per metre of pin
     lags = [1500 - 100 * b, 1600 - 100 * a]
     return np.concatenate([K, D, B, {"1": [], "3": lags, "2": [*lags, *PIEZO]}[kind]])
 
