@@ -10,33 +10,23 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu import tables
-from fmu.kernel_object import ObjectTarget, host_target, write_objects
-from fmu.model import UnitModel
+from fmu.kernel_object import ObjectTarget, host_target
+from fmu.kinds import write_sources
+from fmu.model import Unit
 from fmu.targets import Target, host
 from rotorsim.errors import DataError
 
-SOURCES = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c")
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-g0", "-s", "-Wall")
 GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")
 EXTRA = "pip install 'rotorsim[fmu]'"
 
 
-def build(model: UnitModel, targets: Sequence[Target], cpu: str, folder: Path) -> dict[str, Path]:
+def build(model: Unit, targets: Sequence[Target], cpu: str, folder: Path) -> dict[str, Path]:
     """Shared library of each target by its name, built in `folder`."""
     compilers = {target.name: compiler(target, len(targets) == 1) for target in targets}
     headers = fmi_headers()
-    write_sources(model, {t.name: _object_target(t, cpu) for t in targets}, folder)
-    return {t.name: _link(t, compilers[t.name], headers, folder) for t in targets}
-
-
-def write_sources(model: UnitModel, jobs: dict[str, ObjectTarget], folder: Path) -> None:
-    """Everything that is linked: an object for each job, the generated tables, the wrapper."""
-    write_objects(model.plant.machine.text, model.assembly.module.__name__, model.modules, jobs, folder)
-    (folder / "tables.h").write_text(tables.header(model), encoding="utf-8")
-    (folder / "tables.c").write_text(tables.source(model), encoding="utf-8")
-    for file in (Path(__file__).parent / "c").iterdir():
-        shutil.copy(file, folder)
+    sources = write_sources(model, {t.name: _object_target(t, cpu) for t in targets}, folder)
+    return {t.name: _link(t, compilers[t.name], headers, sources, folder) for t in targets}
 
 
 def _object_target(target: Target, cpu: str) -> ObjectTarget:
@@ -69,12 +59,13 @@ def fmi_headers() -> Path:
     return folder
 
 
-def _link(target: Target, command: Sequence[str], headers: Path, folder: Path) -> Path:
+def _link(target: Target, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
     library = folder / f"{target.name}{target.suffix}"
     linux = target.name.endswith("linux")
+    kernels = [f"{target.name}.o"] if (folder / f"{target.name}.o").is_file() else []
     arguments = [
-        *command, *FLAGS, *(GNU if linux else ()), "-I.", f"-I{headers}", *SOURCES, "tables.c", f"{target.name}.o",
-        "-o", library.name, *(("-lm",) if linux else ()),
+        *command, *FLAGS, *(GNU if linux else ()), "-I.", f"-I{headers}", *sources, *kernels, "-o", library.name,
+        *(("-lm",) if linux else ()),
     ]  # fmt: skip
     done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
     if done.returncode or not library.is_file():

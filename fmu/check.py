@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import io
+import json
+import tempfile
 import time
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -13,8 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from fmu.importer import ImportedUnit, Instance, fmpy
-from fmu.info import machine_text, start, stored
-from fmu.model import UnitModel, make_model
+from fmu.info import is_linear, machine_text, start, stored
+from fmu.kinds import linear_unit, plant_unit
+from fmu.linear_check import linear_checks
+from fmu.linear_model import LinearUnit
+from fmu.model import PlantUnit, Unit
 from fmu.reference import reference_inputs
 from fmu.truth import plant_outputs
 from rotorsim.machine.numerics import SAMPLE
@@ -24,7 +30,7 @@ from rotorsim.plant import Plant
 TOLERANCE = 1e-9
 """Deviation from a stored reference, relative to each output's largest value, on another C library."""
 REAL_TIME = 5.0
-BAD_STEPS = {"0": 0.0, "negative": -1e-3, "NaN": float("nan"), "0.3 ms": 3e-4}
+BAD_STEPS = {"0": 0.0, "negative": -1e-3, "NaN": float("nan"), "1.5 samples": 1.5}
 
 
 @dataclass(frozen=True)
@@ -38,11 +44,28 @@ class Check:
 
 def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
     """Run all checks, one after another."""
-    model = make_model("plant", Plant(Machine.from_text(machine_text(path))), *start(path))
     yield from _standard(path)
+    model = model_of(path)
+    n = max(round(duration / model.sample), 100)
     with ImportedUnit(path) as unit:
-        for job in (_trajectory, _long_steps, _reference, _replay, _second, _steps, _pace):
-            yield from job(unit, model, path, max(round(duration / SAMPLE), 100))
+        if isinstance(model, PlantUnit):
+            yield from _trajectory(unit, model, n)
+            yield from _long_steps(unit, model, n)
+        elif isinstance(model, LinearUnit):
+            yield from (Check(*found) for found in linear_checks(unit, model, n))
+        for job in (_reference, _replay, _second, _steps, _pace):
+            yield from job(unit, model, path)
+
+
+def model_of(path: Path) -> Unit:
+    """What a unit was made from, taken from the unit."""
+    if not is_linear(path):
+        return plant_unit(Plant(Machine.from_text(machine_text(path))), *start(path))
+    with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
+        name = json.loads(archive.read("resources/model.json"))["model"]
+        file = Path(folder) / f"{name}.json"
+        file.write_bytes(archive.read("resources/lpv.json"))
+        return linear_unit(file, *start(path))
 
 
 def _standard(path: Path) -> Iterator[Check]:
@@ -56,15 +79,15 @@ def _standard(path: Path) -> Iterator[Check]:
     )
 
 
-def _trajectory(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+def _trajectory(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
     yield compare(unit, model, n, SAMPLE, f"{n * SAMPLE:g} s against the Python plant")
 
 
-def _long_steps(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+def _long_steps(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
     yield compare(unit, model, max(n // 10, 20), 5 * SAMPLE, "the same in steps of 1 ms")
 
 
-def compare(unit: ImportedUnit, model: UnitModel, n: int, step: float, name: str) -> Check:
+def compare(unit: ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:
     """A run-up with steps and a hit in unit and plant."""
     inputs = reference_inputs(model, n, step)
     truth = plant_outputs(model, inputs, step)
@@ -92,7 +115,7 @@ def run(unit: ImportedUnit, inputs: Mapping[str, np.ndarray], step: float, outpu
     return rows
 
 
-def _reference(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+def _reference(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     header, given = stored(path, "in.csv")
     names, wanted = stored(path, "out.csv")
     if not wanted:
@@ -105,30 +128,30 @@ def _reference(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iter
     yield Check("stored reference", f"relative deviation {worst:.2g}", worst < TOLERANCE)
 
 
-def _replay(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
-    inputs, outputs = reference_inputs(model, 200, SAMPLE), unit.names("output")
+def _replay(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+    inputs, outputs = reference_inputs(model, 200, model.sample), unit.names("output")
     first = {k: v[:100] for k, v in inputs.items()}
     last = {k: v[100:] for k, v in inputs.items()}
     instance = unit.instance()
     instance.initialise()
-    instance.run(first, SAMPLE, outputs)
+    instance.run(first, model.sample, outputs)
     saved = instance.save()
-    rows = [instance.run(last, SAMPLE, outputs, 100)]
+    rows = [instance.run(last, model.sample, outputs, 100)]
     instance.restore(saved)
-    rows.append(instance.run(last, SAMPLE, outputs, 100))
+    rows.append(instance.run(last, model.sample, outputs, 100))
     yield Check("state taken back and replayed", *_equal(rows[0], rows[1]))
     foreign = (saved[:-8], b"x" * len(saved), saved[:-4] + b"abcd")
     refused = [refuses(partial(instance.restore, blob)) for blob in foreign]
     yield Check("truncated, foreign and damaged states", f"{sum(refused)} of 3 refused", all(refused))
     instance.slave.reset()
     instance.initialise()
-    rows = [run(unit, first, SAMPLE, outputs), instance.run(first, SAMPLE, outputs)]
+    rows = [run(unit, first, model.sample, outputs), instance.run(first, model.sample, outputs)]
     yield Check("reset", *_equal(rows[0], rows[1]))
     instance.close()
 
 
-def _second(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
-    inputs, outputs = reference_inputs(model, 100, SAMPLE), unit.names("output")
+def _second(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+    inputs, outputs = reference_inputs(model, 100, model.sample), unit.names("output")
     one, two = unit.instance("one"), unit.instance("two")
     one.initialise()
     two.initialise()
@@ -136,7 +159,7 @@ def _second(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterato
     for k in range(100):
         for i, instance in enumerate((one, two)):
             row = {name: values[k : k + 1] for name, values in inputs.items()}
-            rows[i].append(instance.run(row, SAMPLE, outputs, k)[1])
+            rows[i].append(instance.run(row, model.sample, outputs, k)[1])
     one.close()
     two.close()
     yield Check("second instance beside the first", *_equal(np.array(rows[0]), np.array(rows[1])))
@@ -156,11 +179,11 @@ def refuses(call: Callable[[], object]) -> bool:
     return False
 
 
-def _steps(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+def _steps(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     instance = unit.instance()
     instance.initialise()
-    refused = {name: refuses(partial(instance.step, 0.0, h)) for name, h in BAD_STEPS.items()}
-    instance.step(0.0, SAMPLE)
+    refused = {name: refuses(partial(instance.step, 0.0, h * model.sample)) for name, h in BAD_STEPS.items()}
+    instance.step(0.0, model.sample)
     yield Check(
         "communication steps " + ", ".join(BAD_STEPS),
         f"{sum(refused.values())} of {len(refused)} refused",
@@ -169,22 +192,26 @@ def _steps(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator
     instance.close()
 
 
-def _pace(unit: ImportedUnit, model: UnitModel, path: Path, n: int) -> Iterator[Check]:
+def _pace(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     begin = time.perf_counter()
     instance = unit.instance()
     instance.initialise()
     ready = time.perf_counter() - begin
     yield Check("load and initialise", f"{ready:.3f} s", ready < 0.5)
-    cost = step_cost(instance, 2000)
-    yield Check("doStep of 0.2 ms", f"{cost * 1e6:.1f} us, {SAMPLE / cost:.1f} x real time", SAMPLE / cost >= REAL_TIME)
+    cost = step_cost(instance, model.sample, 2000)
+    yield Check(
+        f"doStep of {1e3 * model.sample:g} ms",
+        f"{cost * 1e6:.1f} us, {model.sample / cost:.1f} x real time",
+        model.sample / cost >= REAL_TIME,
+    )
     instance.close()
 
 
-def step_cost(instance: Instance, n: int) -> float:
+def step_cost(instance: Instance, sample: float, n: int) -> float:
     """Median time [s] of a communication step of one sample."""
     times = np.empty(n)
     for k in range(n):
         begin = time.perf_counter()
-        instance.step(k * SAMPLE, SAMPLE)
+        instance.step(k * sample, sample)
         times[k] = time.perf_counter() - begin
     return float(np.median(times))

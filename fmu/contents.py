@@ -13,7 +13,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 from fmu.description import number, text
 from fmu.limits import UNLIMITED
-from fmu.model import UnitModel, software
+from fmu.linear_model import LinearUnit
+from fmu.model import PlantUnit, Unit, software
 from fmu.reference import Reference, table
 from fmu.units import fmi_name
 from fmu.variables import Variable
@@ -30,16 +31,20 @@ PAIRS = {
 """Terminals and the variables in them."""
 
 
-def contents(
-    model: UnitModel, version: int, reference: Reference | None, targets: list[str], cpu: str
-) -> dict[str, bytes]:
+def contents(model: Unit, version: int, reference: Reference | None, targets: list[str], cpu: str) -> dict[str, bytes]:
     """Files by their names in the archive; `reference` is None where no binary runs on the exporting computer."""
     templates = Path(__file__).parent / "templates"
     icons = "terminalsAndIcons"
-    found = {
-        "resources/model.json": json.dumps(data(model, targets, cpu), indent=1, sort_keys=True) + "\n",
-        "resources/machine.toml": model.plant.machine.text,
-        "documentation/index.html": page(model),
+    if isinstance(model, PlantUnit):
+        own = {"resources/machine.toml": model.plant.machine.text, "documentation/index.html": page(model)}
+        facts = data(model, targets, cpu)
+    else:
+        assert isinstance(model, LinearUnit)
+        lpv = json.dumps(model.lpv.to_dict(), indent=1)
+        own = {"resources/lpv.json": lpv + "\n", "documentation/index.html": linear_page(model)}
+        facts = linear_data(model, targets, cpu)
+    found = own | {
+        "resources/model.json": json.dumps(facts, indent=1, sort_keys=True) + "\n",
         "documentation/licenses/license.txt": licence(),
         f"{icons}/icon.svg": (templates / "icon.svg").read_text(encoding="utf-8"),
         "terminalsAndIcons/terminalsAndIcons.xml": text(terminals(model)),
@@ -59,7 +64,7 @@ def contents(
     return {name: body.encode() for name, body in found.items()} | pictures
 
 
-def data(model: UnitModel, targets: list[str], cpu: str) -> dict[str, object]:
+def data(model: PlantUnit, targets: list[str], cpu: str) -> dict[str, object]:
     """Where the unit comes from and the start value of every parameter, in SI units."""
     return {
         "software": software(),
@@ -75,7 +80,39 @@ def data(model: UnitModel, targets: list[str], cpu: str) -> dict[str, object]:
     }
 
 
-def page(model: UnitModel) -> str:
+def linear_data(model: LinearUnit, targets: list[str], cpu: str) -> dict[str, object]:
+    """Where a linear model's unit comes from."""
+    return {
+        "software": software(),
+        "model": model.name,
+        "model_hash": model.hash,
+        "targets": targets,
+        "cpu": cpu,
+        "start": {"speed": model.speed, "pressure": model.pressure},
+    }
+
+
+def linear_page(model: LinearUnit) -> str:
+    """documentation/index.html of a linear model."""
+    low, high = model.lpv.low, model.lpv.high
+    values = {
+        "name": html.escape(model.name),
+        "description": html.escape(model.description),
+        "hash": model.hash,
+        "software": html.escape(software()),
+        "structure": html.escape(model.lpv.kind),
+        "order": str(model.lpv.order),
+        "time": f"sampled at {model.lpv.Ts:g} s" if model.lpv.Ts else "of continuous time",
+        "speed": f"{low[0] * 30 / math.pi:.6g} to {high[0] * 30 / math.pi:.6g} rpm",
+        "pressure": f"{low[1] / 1e6:.6g} to {high[1] / 1e6:.6g} MPa",
+        "sample": f"{model.sample * 1e3:g} ms",
+        "variables": "\n".join(_variable_row(v) for v in model.variables),
+    }
+    folder = Path(__file__).parent / "templates"
+    return Template((folder / "linear.html").read_text(encoding="utf-8")).substitute(values)
+
+
+def page(model: PlantUnit) -> str:
     """documentation/index.html."""
     folder = Path(__file__).parent / "templates"
     machine = model.plant.machine
@@ -98,7 +135,7 @@ def page(model: UnitModel) -> str:
     return Template((folder / "index.html").read_text(encoding="utf-8")).substitute(values)
 
 
-def _effects(model: UnitModel) -> list[str]:
+def _effects(model: PlantUnit) -> list[str]:
     """Equation and source of every effect, from its own docstring."""
     rows = []
     for name, effects in model.plant.machine.effects.items():
@@ -125,7 +162,7 @@ def licence() -> str:
     return "MIT\n"
 
 
-def terminals(model: UnitModel) -> Element:
+def terminals(model: Unit) -> Element:
     """terminalsAndIcons.xml of FMI 3.0."""
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     graphic = SubElement(root, "GraphicalRepresentation")

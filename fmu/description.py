@@ -6,12 +6,13 @@ from collections.abc import Callable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmu.limits import UNLIMITED
-from fmu.model import IDENTIFIER, UnitModel, software
+from fmu.model import IDENTIFIER, Unit, software
 from fmu.units import fmi_name, unit_definitions
 from fmu.variables import Variable
-from rotorsim.machine.numerics import SAMPLE
 
 STOP_TIME = 1.0
+OUTPUTS = ("output", "pressure")
+GROUPS = {"Outputs": ("output",), "Derivatives": ("derivative",), "InitialUnknowns": ("output", "derivative")}
 CATEGORIES = {"logStatusError": "Sentences about what is refused.", "logEvents": "Touchdown and its end."}
 
 
@@ -26,16 +27,18 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def description2(model: UnitModel) -> Element:
+def description2(model: Unit) -> Element:
     """modelDescription of FMI 2.0."""
     root = _root(model, "2.0", "guid", "variableNamingConvention")
-    SubElement(
-        root, "CoSimulation", modelIdentifier=IDENTIFIER, canHandleVariableCommunicationStepSize="true",
-        canGetAndSetFMUstate="true", canSerializeFMUstate="true", canNotUseMemoryManagementFunctions="true",
-    )  # fmt: skip
+    common = {"modelIdentifier": IDENTIFIER, "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
+    common["canNotUseMemoryManagementFunctions"] = "true"
+    if model.continuous:
+        common["providesDirectionalDerivative"] = "true"
+        SubElement(root, "ModelExchange", common, completedIntegratorStepNotNeeded="true")
+    SubElement(root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true")
     root.append(unit_definitions(v.unit for v in model.variables if v.kind == "real"))
     _categories(root)
-    _experiment(root)
+    _experiment(root, model.sample)
     listed = SubElement(root, "ModelVariables")
     places = {}
     for reference, v in enumerate(model.variables):
@@ -43,77 +46,86 @@ def description2(model: UnitModel) -> Element:
         if v.store in ("pressure", "time"):
             continue
         places[v.name] = len(listed) + 1
-        _scalar(listed, reference, v)
+        _scalar(listed, reference, v, str(places.get(v.derivative_of)))
     structure = SubElement(root, "ModelStructure")
-    for group in ("Outputs", "InitialUnknowns"):
-        below = SubElement(structure, group)
-        for v in model.variables:
-            if v.store == "output":
-                unknown = SubElement(below, "Unknown", index=str(places[v.name]))
-                if group == "Outputs":
-                    unknown.set("dependencies", "")
+    for group, stores in GROUPS.items():
+        below = [str(places[v.name]) for v in model.variables if v.store in stores]
+        if below:
+            entry = SubElement(structure, group)
+            for index in below:
+                known = {"dependencies": ""} if group == "Outputs" and not model.continuous else {}
+                SubElement(entry, "Unknown", known, index=index)
     return root
 
 
-def _scalar(listed: Element, reference: int, v: Variable) -> None:
+def _scalar(listed: Element, reference: int, v: Variable, state: str) -> None:
     attributes = {"name": v.name, "valueReference": str(reference), "description": v.doc}
     attributes |= {"causality": v.causality, "variability": v.variability}
     initial = _initial(v)
     if initial:
         attributes["initial"] = initial
     scalar = SubElement(listed, "ScalarVariable", attributes)
-    SubElement(scalar, {"real": "Real", "integer": "Integer", "boolean": "Boolean"}[v.kind], _value_attributes(v))
+    values = _value_attributes(v) | ({"derivative": state} if v.store == "derivative" else {})
+    SubElement(scalar, {"real": "Real", "integer": "Integer", "boolean": "Boolean"}[v.kind], values)
 
 
 def _initial(v: Variable) -> str | None:
-    if v.causality in ("parameter", "local"):
-        return "exact"
-    return "calculated" if v.causality == "output" else None
+    if v.store == "derivative" or v.causality == "output":
+        return "calculated"
+    return "exact" if v.causality in ("parameter", "local") else None
 
 
-def description3(model: UnitModel) -> Element:
+def description3(model: Unit) -> Element:
     """modelDescription of FMI 3.0."""
     root = _root(model, "3.0", "instantiationToken", "variableNamingConvention")
+    common = {"modelIdentifier": IDENTIFIER, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    if model.continuous:
+        common["providesDirectionalDerivatives"] = "true"
+        SubElement(root, "ModelExchange", common)
     SubElement(
-        root, "CoSimulation", modelIdentifier=IDENTIFIER, canHandleVariableCommunicationStepSize="true",
-        canGetAndSetFMUState="true", canSerializeFMUState="true", hasEventMode="true",
-        fixedInternalStepSize=number(SAMPLE),
+        root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true", hasEventMode="true",
+        fixedInternalStepSize=number(model.sample),
     )  # fmt: skip
     root.append(unit_definitions(v.unit for v in model.variables if v.kind == "real"))
     _categories(root)
-    _experiment(root)
+    _experiment(root, model.sample)
     listed = SubElement(root, "ModelVariables")
     names = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
+    references = {v.name: k for k, v in enumerate(model.variables)}
     for reference, v in enumerate(model.variables):
         attributes = {"name": v.name, "valueReference": str(reference), "description": v.doc}
         attributes |= {"causality": v.causality, "variability": v.variability}
         initial = _initial(v)
         if initial:
             attributes["initial"] = initial
+        if v.store == "derivative":
+            attributes["derivative"] = str(references[v.derivative_of])
         entry = SubElement(listed, names[v.kind], attributes | _value_attributes(v))
         for length in v.shape:
             SubElement(entry, "Dimension", start=str(length))
     structure = SubElement(root, "ModelStructure")
-    outputs = [str(k) for k, v in enumerate(model.variables) if v.causality == "output"]
-    for output in outputs:
-        SubElement(structure, "Output", valueReference=output, dependencies="")
-    for output in outputs:
-        SubElement(structure, "InitialUnknown", valueReference=output)
+    for element, stores in (("Output", OUTPUTS), ("ContinuousStateDerivative", ("derivative",))):
+        for k, v in enumerate(model.variables):
+            if v.store in stores:
+                known = {"dependencies": ""} if element == "Output" and not model.continuous else {}
+                SubElement(structure, element, known, valueReference=str(k))
+    for k, v in enumerate(model.variables):
+        if v.store in (*OUTPUTS, "derivative"):
+            SubElement(structure, "InitialUnknown", valueReference=str(k))
     return root
 
 
-DESCRIPTIONS: dict[int, Callable[[UnitModel], Element]] = {2: description2, 3: description3}
+DESCRIPTIONS: dict[int, Callable[[Unit], Element]] = {2: description2, 3: description3}
 
 
-def _root(model: UnitModel, fmi: str, token: str, naming: str) -> Element:
-    machine = model.plant.machine
+def _root(model: Unit, fmi: str, token: str, naming: str) -> Element:
     return Element(
         "fmiModelDescription",
         {
             "fmiVersion": fmi,
             "modelName": IDENTIFIER,
             token: model.token,
-            "description": machine.description or f"{machine.name}: rotor on gas bearings.",
+            "description": model.description,
             "version": model.hash[:16],
             "generationTool": software(),
             naming: "structured",
@@ -127,8 +139,8 @@ def _categories(root: Element) -> None:
         SubElement(below, "Category", name=name, description=doc)
 
 
-def _experiment(root: Element) -> None:
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=number(STOP_TIME), stepSize=number(SAMPLE))
+def _experiment(root: Element, step: float) -> None:
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=number(STOP_TIME), stepSize=number(step))
 
 
 def _value_attributes(v: Variable) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""A plant as .fmu files: kernels, wrapper, descriptions, documentation and reference in one archive each."""
+"""A unit as .fmu files: kernels, wrapper, descriptions, documentation and reference in one archive each."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from fmu.archive import write_archive
 from fmu.binaries import build
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
-from fmu.model import IDENTIFIER, UnitModel
-from fmu.reference import make_reference
+from fmu.model import IDENTIFIER, PlantUnit, Unit
+from fmu.reference import Reference, make_reference
 from fmu.targets import Target, host
 from rotorsim.errors import DataError
 
@@ -33,7 +33,7 @@ def file_names(out: Path, chosen: Sequence[int]) -> dict[int, Path]:
 
 
 def export(
-    model: UnitModel, out: Path, chosen: Sequence[int], targets: Sequence[Target], cpu: str = "portable"
+    model: Unit, out: Path, chosen: Sequence[int], targets: Sequence[Target], cpu: str = "portable"
 ) -> dict[int, Path]:
     """Write the .fmu files and return where they are.
 
@@ -45,21 +45,36 @@ def export(
     paths = file_names(out, chosen)
     for path in paths.values():
         _check_folder(path)
-    model.plant.equilibrium(model.speed, model.pressure)
+    if host() not in targets:
+        _try_start(model)
     with tempfile.TemporaryDirectory() as folder:
         libraries = {name: file.read_bytes() for name, file in build(model, targets, cpu, Path(folder)).items()}
         reference = None
         if host() in targets:
             trial = Path(folder) / "trial.fmu"
             write_archive(trial, core(model, max(chosen), [host()], libraries))
-            reference = make_reference(model, trial)
+            reference = _reference(model, trial)
     for version, path in paths.items():
         more = contents(model, version, reference, [t.name for t in targets], cpu)
         write_archive(path, core(model, version, targets, libraries) | more)
     return paths
 
 
-def core(model: UnitModel, version: int, targets: Sequence[Target], libraries: dict[str, bytes]) -> dict[str, bytes]:
+def _reference(model: Unit, trial: Path) -> Reference:
+    """Run of the unit itself; where it finds no start, the plant in Python says why."""
+    try:
+        return make_reference(model, trial)
+    except Exception:  # FMPy has several
+        _try_start(model)
+        raise
+
+
+def _try_start(model: Unit) -> None:
+    if isinstance(model, PlantUnit):
+        model.plant.equilibrium(model.speed, model.pressure)
+
+
+def core(model: Unit, version: int, targets: Sequence[Target], libraries: dict[str, bytes]) -> dict[str, bytes]:
     """What an archive needs to run: description and binaries."""
     found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
     for target in targets:

@@ -29,7 +29,7 @@ def info(path: Path) -> dict[str, Any]:
         "FMI version": root.get("fmiVersion"),
         "model": root.get("description"),
         "software": data["software"],
-        "machine hash": data["machine_hash"],
+        "machine hash": data.get("machine_hash", "none: an identified model"),
         "model hash": data["model_hash"],
         "targets": ", ".join(data["targets"]),
         "processor": data["cpu"],
@@ -45,6 +45,12 @@ def machine_text(path: Path) -> str:
     """The machine file that a unit carries."""
     with zipfile.ZipFile(path) as archive:
         return archive.read("resources/machine.toml").decode()
+
+
+def is_linear(path: Path) -> bool:
+    """Whether the unit holds an identified model."""
+    with zipfile.ZipFile(path) as archive:
+        return "resources/lpv.json" in archive.namelist()
 
 
 def start(path: Path) -> tuple[float, float]:

@@ -1,6 +1,7 @@
-"""What goes into a unit: a plant with its table of variables and its hash.
+"""What goes into a unit: a plant, or an identified model (linear_model.py), each with its table of variables.
 
-A controller or an identified model would be another maker of `UnitModel`, with a `serve` of its own.
+`Unit` is the seam: whatever has these names, a `core` in C that serves unit.h and an entry in `fmu.kinds` can be
+exported, a controller's law too.
 """
 
 from __future__ import annotations
@@ -11,23 +12,63 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Protocol
 
 from fmu.variables import Variable, plant_variables
-from rotorsim.errors import DataError
+from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
 IDENTIFIER = "RotorGasBearing"
-MODELS = ("plant",)
+
+
+class Unit(Protocol):
+    """What every kind of unit has."""
+
+    @property
+    def core(self) -> str:
+        """C file that holds what the unit does."""
+
+    @property
+    def description(self) -> str:
+        """One sentence."""
+
+    @property
+    def continuous(self) -> bool:
+        """Whether it can be used for model exchange."""
+
+    @property
+    def sample(self) -> float:
+        """Time [s] of which communication steps are multiples."""
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The table of variables."""
+
+    @property
+    def hash(self) -> str:
+        """Tells this model from every other."""
+
+    @property
+    def token(self) -> str:
+        """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
 
 
 @dataclass(frozen=True)
-class UnitModel:
+class PlantUnit:
     """A plant to be exported, at rest at `speed` [rad/s] and gauge `pressure` [Pa] when it starts."""
 
     plant: Plant
     speed: float
     pressure: float
+    core = "plant.c"
+    continuous = False
+    sample = SAMPLE
+
+    @property
+    def description(self) -> str:
+        """One sentence."""
+        return self.plant.machine.description or f"{self.plant.machine.name}: rotor on gas bearings."
 
     @property
     def assembly(self) -> Assembly:
@@ -43,7 +84,7 @@ class UnitModel:
     def hash(self) -> str:
         """Tells this model from every other: machine, kernels, variables."""
         parts = [self.plant.machine.text, self.assembly.module.__name__, software(), repr(self.variables)]
-        return hashlib.sha256("\0".join([*parts, _wrapper_text()]).encode()).hexdigest()[:32]
+        return hashlib.sha256("\0".join([*parts, wrapper_text()]).encode()).hexdigest()[:32]
 
     @property
     def token(self) -> str:
@@ -56,15 +97,6 @@ class UnitModel:
         return sorted({type(e).__module__ for es in self.plant.machine.effects.values() for e in es})
 
 
-def make_model(kind: str, plant: Plant, speed: float, pressure: float) -> UnitModel:
-    """A model of a kind by name."""
-    if kind not in MODELS:
-        raise DataError(f"--model: '{kind}' cannot be exported; choose {', '.join(MODELS)}")
-    if not plant.assembly.film.n_inj:
-        pressure = 0.0
-    return UnitModel(plant, speed, pressure)
-
-
 def software() -> str:
     """Name and version of this software."""
     try:
@@ -73,6 +105,7 @@ def software() -> str:
         return "rotorsim source"
 
 
-def _wrapper_text() -> str:
+def wrapper_text() -> str:
+    """All of the C wrapper."""
     folder = Path(__file__).parent / "c"
     return "".join(p.read_text(encoding="utf-8") for p in sorted(folder.iterdir()) if p.suffix in (".c", ".h"))

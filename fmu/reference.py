@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from fmu.importer import ImportedUnit
-from fmu.model import UnitModel
+from fmu.model import Unit
 from fmu.variables import Variable
 
-STEP = 1e-3
+SAMPLES = 5
+"""Samples in a step of the stored run."""
 ROWS = 300
 FORCE, VOLTS, PRESSURE_STEP, ACCELERATION = 20.0, 0.5, 0.02e6, 50.0
 
@@ -27,12 +28,12 @@ class Reference:
     outputs: dict[str, np.ndarray]
 
 
-def input_variables(model: UnitModel) -> list[Variable]:
+def input_variables(model: Unit) -> list[Variable]:
     """Inputs that a run is made of."""
     return [v for v in model.variables if v.store == "input"]
 
 
-def reference_inputs(model: UnitModel, n: int, step: float = STEP) -> dict[str, np.ndarray]:
+def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
     """A run-up with a pressure step, a step of the reference and a hit on the disc, all within n steps."""
     rows = {v.name: np.full(n, float(v.start or 0.0)) for v in input_variables(model)}
     k = np.arange(n)
@@ -41,20 +42,22 @@ def reference_inputs(model: UnitModel, n: int, step: float = STEP) -> dict[str, 
         rows["injection.pressure"][n // 3 :] += PRESSURE_STEP
         rows["piezo.ref_x"][n // 2 :] = VOLTS
         rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
-    rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = FORCE
+    if "disc.force_x" in rows:
+        rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = FORCE
     return rows
 
 
-def make_reference(model: UnitModel, path: Path) -> Reference:
+def make_reference(model: Unit, path: Path) -> Reference:
     """Run the unit at `path`, which has a binary for this computer."""
-    inputs = reference_inputs(model, ROWS)
+    step = SAMPLES * model.sample
+    inputs = reference_inputs(model, ROWS, step)
     with ImportedUnit(path) as unit:
         names = unit.names("output")
         instance = unit.instance("reference")
         instance.initialise()
-        rows = instance.run(inputs, STEP, names)
+        rows = instance.run(inputs, step, names)
         instance.close()
-    return Reference(STEP, inputs, dict(zip(names, rows.T, strict=True)))
+    return Reference(step, inputs, dict(zip(names, rows.T, strict=True)))
 
 
 def table(columns: dict[str, np.ndarray], step: float) -> str:

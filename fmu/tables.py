@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu.model import UnitModel
+from fmu.model import PlantUnit
 from fmu.variables import ROW, Variable
 from reynolds.grid import cells
 from rotorsim.machine.numerics import SAMPLE
@@ -19,11 +19,11 @@ MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3
 STORES = {
     "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
-    "constant": "CONSTANT", "pressure": "PRESSURE",
+    "constant": "CONSTANT", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
 }  # fmt: skip
 
 
-def header(model: UnitModel) -> str:
+def header(model: PlantUnit) -> str:
     """Text of tables.h."""
     a = model.assembly
     inputs = [v for v in model.variables if v.store == "input"]
@@ -33,6 +33,8 @@ def header(model: UnitModel) -> str:
         "MODEL_HASH": f'"{model.hash}"',
         "TOKEN": f'"{model.token}"',
         "SAMPLE": SAMPLE.hex(),
+        "CONTINUOUS": 0,
+        "N_STATES": 0,
         "STEPS": a.steps_per_sample,
         "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
         "N_VARIABLES": len(model.variables),
@@ -56,7 +58,7 @@ def header(model: UnitModel) -> str:
     return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
 
 
-def source(model: UnitModel) -> str:
+def source(model: PlantUnit) -> str:
     """Text of tables.c."""
     a = model.assembly
     nodes = [*pressure_nodes(a), (0, 0)]
@@ -64,22 +66,29 @@ def source(model: UnitModel) -> str:
         [
             "/* Written by the exporter. */",
             '#include "unit.h"',
-            _array("const Variable variables[N_VARIABLES]", (_row(v) for v in model.variables)),
-            _array("const Run initial_runs[N_RUNS]", (f"{{{n}, {x.hex()}}}" for n, x in runs(a.w))),
-            _array("const double initial_parameters[N_P]", (float(x).hex() for x in a.record.view("f8").ravel())),
-            _array("const int64_t indices[N_IX]", map(str, a.ix)),
-            _array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", (f"{{{i}, {j}}}" for i, j in nodes)),
+            array("const Variable variables[N_VARIABLES]", (row(v) for v in model.variables)),
+            array("const Run initial_runs[N_RUNS]", (f"{{{n}, {x.hex()}}}" for n, x in runs(a.w))),
+            array("const double initial_parameters[N_P]", (float(x).hex() for x in a.record.view("f8").ravel())),
+            array("const int64_t indices[N_IX]", map(str, a.ix)),
+            array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", (f"{{{i}, {j}}}" for i, j in nodes)),
             "",
         ]
     )
 
 
-def _array(declaration: str, items: Iterable[str]) -> str:
+def array(declaration: str, items: Iterable[str]) -> str:
+    """A C array."""
     return f"{declaration} = {{\n    " + ",\n    ".join(items) + "\n};"
 
 
-def _row(v: Variable) -> str:
-    settable = {"input": "ALWAYS", "parameter": "ALWAYS" if v.tunable else "BEFORE_START", "seed": "BEFORE_START"}
+def row(v: Variable) -> str:
+    """A variable's row in the C table."""
+    settable = {
+        "input": "ALWAYS",
+        "parameter": "ALWAYS" if v.tunable else "BEFORE_START",
+        "seed": "BEFORE_START",
+        "state": "BEFORE_START",
+    }
     unit = "" if v.unit == "1" else v.unit
     parts = [
         f'"{v.name}"', f'"{unit}"', v.kind.upper(), STORES[v.store], settable.get(v.store, "NEVER"), v.index,

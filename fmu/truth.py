@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fmu.model import UnitModel
+from fmu.model import PlantUnit
 from fmu.variables import ROW
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.simulation import Simulation
@@ -23,7 +23,7 @@ AT_ONCE = {
 }
 
 
-def plant_rows(model: UnitModel, inputs: Mapping[str, np.ndarray], step: float) -> np.ndarray:
+def plant_rows(model: PlantUnit, inputs: Mapping[str, np.ndarray], step: float) -> np.ndarray:
     """Input rows (samples, 6) of the plant for rows of a unit that are held over `step` [s]; the speed is linear."""
     per = round(step / SAMPLE)
     n = len(inputs["drive.on"])
@@ -40,7 +40,7 @@ def plant_rows(model: UnitModel, inputs: Mapping[str, np.ndarray], step: float) 
 
 
 def plant_outputs(
-    model: UnitModel, inputs: Mapping[str, np.ndarray], step: float, seed: int = 0
+    model: PlantUnit, inputs: Mapping[str, np.ndarray], step: float, seed: int = 0
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """By output: values (n + 1,) at the communication points and which of them can be compared."""
     per = round(step / SAMPLE)
@@ -59,7 +59,7 @@ def plant_outputs(
     return found
 
 
-def _comparable(model: UnitModel, name: str, inputs: Mapping[str, np.ndarray]) -> np.ndarray:
+def _comparable(model: PlantUnit, name: str, inputs: Mapping[str, np.ndarray]) -> np.ndarray:
     n = len(inputs["drive.on"])
     good = np.ones(n + 1, bool)
     for start, causes in AT_ONCE.items():
@@ -73,5 +73,5 @@ def _comparable(model: UnitModel, name: str, inputs: Mapping[str, np.ndarray]) -
     return good
 
 
-def _starts(model: UnitModel) -> dict[str, float]:
+def _starts(model: PlantUnit) -> dict[str, float]:
     return {v.name: float(v.start or 0.0) for v in model.variables if v.store == "input" and v.kind == "real"}

@@ -45,12 +45,19 @@ class Variable:
     whole: bool = False
     tunable: bool = False
     shape: tuple[int, ...] = ()
+    typical: float | None = None
 
     @property
     def causality(self) -> str:
         """FMI's causality."""
-        known = {"time": "independent", "input": "input", "constant": "local", "pressure": "output", "output": "output"}
+        known = {"time": "independent", "input": "input", "pressure": "output", "output": "output"}
+        known |= dict.fromkeys(("constant", "state", "derivative"), "local")
         return known.get(self.store, "parameter")
+
+    @property
+    def derivative_of(self) -> str:
+        """The state of which it is the derivative."""
+        return self.name.removeprefix("der(").removesuffix(")") if self.store == "derivative" else ""
 
     @property
     def variability(self) -> str:
@@ -64,6 +71,8 @@ class Variable:
     @property
     def nominal(self) -> float | None:
         """A typical size in SI units."""
+        if self.typical is not None:
+            return self.typical
         return NOMINAL.get(self.unit) if self.kind == "real" and self.causality in ("input", "output") else None
 
     @property

@@ -1,4 +1,4 @@
-/* FMI 2.0 for co-simulation on top of unit.h. */
+/* FMI 2.0 on top of unit.h: co-simulation, and model exchange of what has continuous states. */
 #include "fmi2Functions.h"
 
 #include <stdlib.h>
@@ -46,8 +46,10 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
     (void)resources, (void)visible;
-    if (type != fmi2CoSimulation) return NULL;
-    return unit_create(name, guid, logging, functions ? functions->componentEnvironment : NULL, (void *)functions, say);
+    if (type != fmi2CoSimulation && !CONTINUOUS) return NULL;
+    Unit *u = unit_create(name, guid, logging, functions ? functions->componentEnvironment : NULL, (void *)functions, say);
+    if (u) u->model_exchange = type == fmi2ModelExchange;
+    return u;
 }
 
 void fmi2FreeInstance(fmi2Component c) { unit_free(c); }
@@ -66,12 +68,12 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     if (!in_phase(c, "fmi2ExitInitializationMode", INITIALISING, INITIALISING) || !unit_initialise(c)) return fmi2Error;
-    ((Unit *)c)->s.phase = STEPPING;
+    ((Unit *)c)->s.phase = ((Unit *)c)->model_exchange ? IN_EVENT : STEPPING;
     return fmi2OK;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
-    if (!in_phase(c, "fmi2Terminate", STEPPING, STEPPING)) return fmi2Error;
+    if (!in_phase(c, "fmi2Terminate", STEPPING, IN_EVENT)) return fmi2Error;
     ((Unit *)c)->s.phase = TERMINATED;
     return fmi2OK;
 }
@@ -148,12 +150,6 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     return fmi2OK;
 }
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t nu,
-                                        const fmi2ValueReference k[], size_t nk, const fmi2Real in[], fmi2Real out[]) {
-    (void)u, (void)nu, (void)k, (void)nk, (void)in, (void)out;
-    return not_here(c, "fmi2GetDirectionalDerivative");
-}
-
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
                                        const fmi2Real v[]) {
     (void)r, (void)n, (void)o, (void)v;
@@ -201,16 +197,79 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
     return not_here(c, "fmi2GetStringStatus");
 }
 
-#define MODEL_EXCHANGE(Name, ...) \
+#if CONTINUOUS
+static fmi2Status go(Unit *u, const char *function, Phase from, Phase to) {
+    if (!in_phase(u, function, from, from)) return fmi2Error;
+    u->s.phase = to;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) { return go(c, "fmi2EnterEventMode", STEPPING, IN_EVENT); }
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+    return go(c, "fmi2EnterContinuousTimeMode", IN_EVENT, STEPPING);
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
+    if (!in_phase(c, "fmi2NewDiscreteStates", IN_EVENT, IN_EVENT) || !info) return fmi2Error;
+    memset(info, 0, sizeof *info);
+    return fmi2OK;
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end) {
+    (void)no_way_back;
+    if (!c || !event || !end) return fmi2Error;
+    *event = *end = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return c ? statuses[unit_set_time(c, time)] : fmi2Error; }
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
+    return done(c && unit_set_states(c, x, n));
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
+    if (!c || n != N_STATES) return fmi2Error;
+    memcpy(x, ((Unit *)c)->s.w, sizeof(double) * N_STATES);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real x[], size_t n) {
+    if (!c || n != N_STATES || unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi2Error;
+    memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real x[], size_t n) {
+    (void)x;
+    return done(c && n == 0);
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
+    if (!c || n != N_STATES) return fmi2Error;
+    memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[], size_t n_unknowns,
+                                        const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real seed[],
+                                        fmi2Real sensitivity[]) {
+    return done(c && unit_directional(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
+}
+#else
+#define NO(Name, ...) \
     fmi2Status fmi2##Name(fmi2Component c, __VA_ARGS__) { return not_here(c, "fmi2" #Name); }
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) { return not_here(c, "fmi2EnterEventMode"); }
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { return not_here(c, "fmi2EnterContinuousTimeMode"); }
-MODEL_EXCHANGE(NewDiscreteStates, fmi2EventInfo *info)
-MODEL_EXCHANGE(CompletedIntegratorStep, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end)
-MODEL_EXCHANGE(SetTime, fmi2Real time)
-MODEL_EXCHANGE(SetContinuousStates, const fmi2Real x[], size_t n)
-MODEL_EXCHANGE(GetDerivatives, fmi2Real x[], size_t n)
-MODEL_EXCHANGE(GetEventIndicators, fmi2Real x[], size_t n)
-MODEL_EXCHANGE(GetContinuousStates, fmi2Real x[], size_t n)
-MODEL_EXCHANGE(GetNominalsOfContinuousStates, fmi2Real x[], size_t n)
+NO(NewDiscreteStates, fmi2EventInfo *info)
+NO(CompletedIntegratorStep, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end)
+NO(SetTime, fmi2Real time)
+NO(SetContinuousStates, const fmi2Real x[], size_t n)
+NO(GetDerivatives, fmi2Real x[], size_t n)
+NO(GetEventIndicators, fmi2Real x[], size_t n)
+NO(GetContinuousStates, fmi2Real x[], size_t n)
+NO(GetNominalsOfContinuousStates, fmi2Real x[], size_t n)
+NO(GetDirectionalDerivative, const fmi2ValueReference u[], size_t nu, const fmi2ValueReference k[], size_t nk,
+   const fmi2Real in[], fmi2Real out[])
+#endif

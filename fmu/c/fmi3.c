@@ -1,4 +1,4 @@
-/* FMI 3.0 for co-simulation on top of unit.h. */
+/* FMI 3.0 on top of unit.h: co-simulation, and model exchange of what has continuous states. */
 #include "fmi3Functions.h"
 
 #include <stdlib.h>
@@ -44,7 +44,14 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const f
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging, fmi3InstanceEnvironment e, fmi3LogMessageCallback log) {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    (void)resources, (void)visible;
+    if (CONTINUOUS) {
+        void *callback;
+        memcpy(&callback, &log, sizeof callback);
+        Unit *u = unit_create(name, token, logging, e, callback, say);
+        if (u) u->model_exchange = true;
+        return u;
+    }
     if (log) log(e, fmi3Error, "logStatusError", "model exchange: this unit is for co-simulation only; use that");
     return NULL;
 }
@@ -86,7 +93,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     Unit *u = c;
     if (!in_phase(u, "fmi3ExitInitializationMode", INITIALISING, INITIALISING) || !unit_initialise(u)) return fmi3Error;
-    u->s.phase = u->event_mode ? IN_EVENT : STEPPING;
+    u->s.phase = u->event_mode || u->model_exchange ? IN_EVENT : STEPPING;
     return fmi3OK;
 }
 
@@ -189,7 +196,6 @@ NO(GetClock, REFS, fmi3Clock values[])
 NO(SetClock, REFS, const fmi3Clock values[])
 NO(GetNumberOfVariableDependencies, fmi3ValueReference r, size_t *n)
 NO(GetVariableDependencies, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t d[], fmi3DependencyKind k[], size_t n)
-NO(GetDirectionalDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns, fmi3Float64 d[], size_t nd)
 NO(GetAdjointDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns, fmi3Float64 d[], size_t nd)
 NO(GetIntervalDecimal, REFS, fmi3Float64 v[], fmi3IntervalQualifier q[])
 NO(GetIntervalFraction, REFS, fmi3UInt64 v[], fmi3UInt64 s[], fmi3IntervalQualifier q[])
@@ -199,21 +205,83 @@ NO(SetIntervalDecimal, REFS, const fmi3Float64 v[])
 NO(SetIntervalFraction, REFS, const fmi3UInt64 v[], const fmi3UInt64 s[])
 NO(SetShiftDecimal, REFS, const fmi3Float64 v[])
 NO(SetShiftFraction, REFS, const fmi3UInt64 v[], const fmi3UInt64 s[])
-NO(CompletedIntegratorStep, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end)
-NO(SetTime, fmi3Float64 time)
-NO(SetContinuousStates, const fmi3Float64 x[], size_t n)
-NO(GetContinuousStateDerivatives, fmi3Float64 x[], size_t n)
-NO(GetEventIndicators, fmi3Float64 x[], size_t n)
-NO(GetContinuousStates, fmi3Float64 x[], size_t n)
-NO(GetNominalsOfContinuousStates, fmi3Float64 x[], size_t n)
-NO(GetNumberOfEventIndicators, size_t *n)
-NO(GetNumberOfContinuousStates, size_t *n)
 NO(GetOutputDerivatives, REFS, const fmi3Int32 o[], fmi3Float64 v[], size_t nv)
 NO(ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3EnterConfigurationMode"); }
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3ExitConfigurationMode"); }
+
+#if CONTINUOUS
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
+    return go(c, "fmi3EnterContinuousTimeMode", IN_EVENT, STEPPING);
+}
+
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end) {
+    (void)no_way_back;
+    if (!c || !event || !end) return fmi3Error;
+    *event = *end = false;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) { return c ? statuses[unit_set_time(c, time)] : fmi3Error; }
+
+fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) {
+    return done(c && unit_set_states(c, x, n));
+}
+
+fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
+    if (!c || n != N_STATES) return fmi3Error;
+    memcpy(x, ((Unit *)c)->s.w, sizeof(double) * N_STATES);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 x[], size_t n) {
+    if (!c || n != N_STATES || unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi3Error;
+    memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 x[], size_t n) {
+    (void)x;
+    return done(c && n == 0);
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
+    if (!c || n != N_STATES) return fmi3Error;
+    memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
+    if (c && n) *n = 0;
+    return done(c && n);
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
+    if (c && n) *n = N_STATES;
+    return done(c && n);
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                                        const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
+                                        size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
+    if (!c || n_seed < n_knowns || n_sensitivity < n_unknowns) return fmi3Error;
+    return done(unit_directional(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
+}
+#else
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return not_here(c, "fmi3EnterContinuousTimeMode"); }
+NO(CompletedIntegratorStep, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end)
+NO(SetTime, fmi3Float64 time)
+NO(SetContinuousStates, const fmi3Float64 x[], size_t n)
+NO(GetContinuousStates, fmi3Float64 x[], size_t n)
+NO(GetContinuousStateDerivatives, fmi3Float64 x[], size_t n)
+NO(GetEventIndicators, fmi3Float64 x[], size_t n)
+NO(GetNominalsOfContinuousStates, fmi3Float64 x[], size_t n)
+NO(GetNumberOfEventIndicators, size_t *n)
+NO(GetNumberOfContinuousStates, size_t *n)
+NO(GetDirectionalDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns,
+   fmi3Float64 d[], size_t nd)
+#endif
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
     if (!c || !state) return fmi3Error;

@@ -1,4 +1,4 @@
-/* Life of a unit: creation, equilibrium, steps. The physics is in rotorsim_serve, compiled from the plant's kernels. */
+/* Life of a unit, whatever it holds: creation, time, what inputs and communication steps are refused. */
 #include "unit.h"
 
 #include <math.h>
@@ -6,26 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { SETTLE = 0, ADVANCE = 1, READ_OUT = 2 };
-enum { BEYOND_STROKE = -1, NO_LIFT_OFF = -2, BROKEN = -99 };
-
-#define ARRAY(data, n) NULL, NULL, (n), 8, (data), (n), 8
-#define ROW(data, n) NULL, NULL, (n), 8, (data), 1, (n), 8 * (n), 8
-#define ARRAY_OF(type) void *, void *, int64_t, int64_t, type *, int64_t, int64_t
-
-extern int32_t rotorsim_serve(int64_t *result, void **error, int64_t task, ARRAY_OF(double), ARRAY_OF(double),
-                              ARRAY_OF(const int64_t), double *parameters, ARRAY_OF(double), void *, void *, int64_t,
-                              int64_t, double *, int64_t, int64_t, int64_t, int64_t, int64_t steps);
-
-static int64_t serve(Unit *u, int64_t task, double inputs[6]) {
-    int64_t result = 0;
-    void *error = NULL;
-    State *s = &u->s;
-    int32_t code = rotorsim_serve(&result, &error, task, ARRAY(s->w, N_W), ARRAY(u->initial, N_W),
-                                  ARRAY(indices, N_IX), s->parameters, ARRAY(inputs, 6), ROW(s->outputs, N_OUT), STEPS);
-    return code == 0 ? result : BROKEN;
-}
 
 Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...) {
     char text[500];
@@ -97,8 +77,24 @@ Outcome unit_start_at(Unit *u, double time) {
     return OK;
 }
 
+Outcome unit_set_time(Unit *u, double time) {
+    u->s.count = 0;
+    return unit_start_at(u, time);
+}
+
+bool unit_set_states(Unit *u, const double x[], size_t n) {
+    for (size_t k = 0; k < n; k++)
+        if (!isfinite(x[k])) {
+            unit_fail(u, FAILED, "state %d = %g: not a number; take a smaller step", (int)k + 1, x[k]);
+            return false;
+        }
+    if (n != N_STATES) return false;
+    memcpy(u->s.w, x, n * sizeof *x);
+    return true;
+}
+
 /* A sentence about an input that makes no sense, or OK. */
-static Outcome check_inputs(Unit *u) {
+Outcome unit_check_inputs(Unit *u) {
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         const Variable *v = &variables[i];
         if (v->store != INPUT) continue;
@@ -111,42 +107,8 @@ static Outcome check_inputs(Unit *u) {
     return OK;
 }
 
-static void hold_inputs(const Unit *u, double row[6]) {
-    static const int places[6] = INPUT_PLACES;
-    for (int k = 0; k < 6; k++) row[k] = places[k] >= 0 ? u->s.inputs[places[k]] : 0.0;
-    row[1] += AMBIENT;
-}
-
-bool unit_initialise(Unit *u) {
-    double row[6];
-    if (u->s.settled) return true;
-    if (u->has_refused) {
-        unit_fail(u, FAILED, "%s", u->refusal);
-        return false;
-    }
-    if (check_inputs(u) != OK) return false;
-    hold_inputs(u, row);
-    int64_t status = serve(u, SETTLE, row);
-    if (status == BEYOND_STROKE) {
-        unit_fail(u, FAILED, "the pins' bias is beyond the stroke of the actuators; change injection.pin_bias or "
-                             "actuators.sensitivity");
-    } else if (status == NO_LIFT_OFF) {
-        unit_fail(u, FAILED, "no lift-off: at %.3g MPa gauge and %.0f rpm the film does not carry the %.1f N on it; %s",
-                  (row[1] - AMBIENT) / 1e6, row[0] * 9.549296585513721,
-                  hypot(u->s.w[W_LOAD], u->s.w[W_LOAD + 1]),
-                  N_INJ ? "raise injection.pressure" : "start at a higher shaft.speed_ref");
-    } else if (status < 0) {
-        unit_fail(u, FAILED, "the equilibrium cannot be computed; check the parameters");
-    } else {
-        u->s.w[W_SEED] = u->s.seed;
-        serve(u, READ_OUT, row);
-        u->s.settled = 1;
-    }
-    return u->s.settled;
-}
-
 /* Samples in a communication step, 0 after a sentence about one that is refused. */
-static int64_t samples_in(Unit *u, double now, double length, Outcome *outcome) {
+int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
     double n = round(length / SAMPLE);
     if (!isfinite(now) || fabs(now - unit_time(u)) > 0.01 * SAMPLE) {
         *outcome = unit_fail(u, FAILED, "communication point = %.9g s: the unit is at %.9g s; go on from there", now,
@@ -157,38 +119,8 @@ static int64_t samples_in(Unit *u, double now, double length, Outcome *outcome) 
         *outcome = unit_fail(u, DISCARD, "communication step = %.9g s: not a multiple of %g s; give e.g. %g s", length,
                              SAMPLE, SAMPLE * (n < 1.0 ? 1.0 : n));
     } else {
-        *outcome = check_inputs(u);
+        *outcome = unit_check_inputs(u);
     }
     return *outcome == OK ? (int64_t)n : 0;
 }
 
-Outcome unit_step(Unit *u, double now, double length, double *reached) {
-    Outcome outcome;
-    double row[6];
-    State *s = &u->s;
-    int64_t n = samples_in(u, now, length, &outcome), touched = 0;
-    double from = s->w[W_COMMAND];
-    s->event = 0;
-    for (int64_t k = 0; k < n && !(s->event && u->early_return); k++) {
-        hold_inputs(u, row);
-        if (k + 1 < n) row[0] = from + (row[0] - from) * ((double)(k + 1) / (double)n);
-        if (s->inputs[DRIVE_ON] == 0.0) row[0] = NAN;
-        if (serve(u, ADVANCE, row) < 0) {
-            outcome = unit_fail(u, FAILED, "no solution of the step at t = %.4f s, %.0f rpm; export with a smaller "
-                                           "solver.time_step or a finer grid",
-                                unit_time(u), s->w[W_SPEED] * 9.549296585513721);
-            break;
-        }
-        s->count++;
-        if (TOUCHDOWN >= 0) touched |= s->outputs[TOUCHDOWN] != 0.0;
-        if (touched != s->touching) s->event = 1;
-    }
-    if (outcome == OK && n) {
-        if (TOUCHDOWN >= 0) s->outputs[TOUCHDOWN] = (double)touched;
-        if (s->event && u->logging)
-            u->say(u, OK, "logEvents", touched ? "the journal touches its sleeve" : "the journal is free again");
-        s->touching = touched;
-    }
-    *reached = unit_time(u);
-    return outcome;
-}

@@ -1,4 +1,4 @@
-/* A plant in a functional mock-up unit: what the FMI 2.0 and 3.0 faces share. Sizes and tables come from tables.h. */
+/* A functional mock-up unit: what the FMI 2.0 and 3.0 faces and what a unit can hold (plant.c, linear.c) share. Sizes and tables come from tables.h. */
 #ifndef UNIT_H
 #define UNIT_H
 
@@ -9,7 +9,7 @@
 #include "tables.h"
 
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
-typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE } Store;
+typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE } Store;
 typedef enum { NEVER, BEFORE_START, ALWAYS } Settable;
 typedef enum { CREATED, INITIALISING, STEPPING, IN_EVENT, TERMINATED } Phase;
 typedef enum { OK, WARNING, DISCARD, FAILED } Outcome;
@@ -31,11 +31,22 @@ typedef struct {
     double value;
 } Run;
 
+/* Adds factor x theta[i] x theta[j] (theta[-1] = 1) to an element of [A B; C D]. */
+typedef struct {
+    int32_t row, column, i, j;
+    double factor;
+} Term;
+
 extern const Variable variables[N_VARIABLES];
 extern const Run initial_runs[N_RUNS];
 extern const double initial_parameters[N_P];
 extern const int64_t indices[N_IX];
 extern const int32_t pressure_nodes[N_PRESSURE + 1][2];
+#if N_STATES
+extern const Term terms[N_TERMS];
+extern const double surfaces[N_THETA][N_BASIS];
+extern const int32_t exponents[N_BASIS][2];
+#endif
 
 /* All that a saved state holds, byte for byte. */
 typedef struct {
@@ -50,8 +61,8 @@ typedef struct {
 
 typedef struct Unit {
     State s;
-    double initial[N_W];
-    bool logging, event_mode, early_return, has_refused;
+    double initial[N_W], derivatives[N_STATES + 1];
+    bool logging, event_mode, early_return, model_exchange, has_refused;
     uint32_t refused;
     char refusal[400];
     char *name;
@@ -67,12 +78,21 @@ Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...);
 
 bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value);
 bool unit_set(Unit *u, uint32_t reference, Kind kind, double value);
-bool unit_film_pressure(Unit *u, double *values);
 
 Outcome unit_start_at(Unit *u, double time);
-bool unit_initialise(Unit *u);
-Outcome unit_step(Unit *u, double now, double length, double *reached);
+Outcome unit_set_time(Unit *u, double time);
+bool unit_set_states(Unit *u, const double x[], size_t n);
 double unit_time(const Unit *u);
+Outcome unit_check_inputs(Unit *u);
+int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome);
+
+/* What a unit holds, in plant.c or linear.c: outputs as they are now, a communication step, and what not all have. */
+bool unit_initialise(Unit *u);
+bool unit_refresh(Unit *u);
+Outcome unit_step(Unit *u, double now, double length, double *reached);
+bool unit_film_pressure(Unit *u, double *values);
+bool unit_directional(Unit *u, const uint32_t unknowns[], size_t n_unknowns, const uint32_t knowns[], size_t n_knowns,
+                      const double seed[], double sensitivity[]);
 
 State *unit_save(Unit *u, State *into);
 bool unit_restore(Unit *u, const State *from);

@@ -22,12 +22,14 @@ static const Variable *find(Unit *u, uint32_t reference, Kind kind) {
 bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value) {
     const Variable *v = find(u, reference, kind);
     if (!v) return false;
-    if (v->store == OUTPUT && u->s.phase == INITIALISING && !unit_initialise(u)) return false;
+    if ((v->store == OUTPUT || v->store == DERIVATIVE) && !unit_refresh(u)) return false;
     switch (v->store) {
         case TIME: *value = unit_time(u); return true;
         case INPUT: *value = u->s.inputs[v->index]; return true;
         case OUTPUT: *value = u->s.outputs[v->index]; return true;
         case PARAMETER: *value = u->s.parameters[v->index]; return true;
+        case STATE: *value = u->s.w[v->index]; return true;
+        case DERIVATIVE: *value = u->derivatives[v->index]; return true;
         case SEED: *value = u->s.seed; return true;
         case CONSTANT: *value = v->value; return true;
         case PRESSURE: break;
@@ -85,14 +87,8 @@ bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
         if (!fits(u, reference, value)) return false;
         if (v->store == SEED) u->s.seed = value;
         if (v->store == PARAMETER) u->s.parameters[v->index] = value;
+        if (v->store == STATE) u->s.w[v->index] = value;
     }
     if (early) u->s.settled = 0;
-    return true;
-}
-
-bool unit_film_pressure(Unit *u, double *values) {
-    if (u->s.phase == INITIALISING && !unit_initialise(u)) return false;
-    for (int k = 0; k < N_PRESSURE; k++)
-        values[k] = 0.5 * (u->s.w[pressure_nodes[k][1]] + u->s.w[pressure_nodes[k][0]]);
     return true;
 }

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.bench.parts import PARTS
+
 if TYPE_CHECKING:
     from rotorsim.bench.result import Figure
 
 EXAMPLE = "Example: rotorsim bench speed"
-PARTS = ("speed", "accuracy", "rig", "campaign")
 
 
 def bench(
     part: Annotated[
-        str | None, typer.Argument(metavar="[speed|accuracy|rig|campaign]", help="What to measure; all when not given.")
+        str | None,
+        typer.Argument(metavar="[PART]", help=f"What to measure: {', '.join(PARTS)}; all when not given."),
     ] = None,
-    cold: Annotated[bool, typer.Option("--cold", help="Also time the first compilation with an empty cache.")] = False,
-    full: Annotated[
-        bool, typer.Option("--full", help="Also run the thesis' campaign and 100,000 cases without physics.")
-    ] = False,
+    cold: Annotated[bool, typer.Option("--cold", help="Also time what starts with an empty cache.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Also run what takes many minutes.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
 ) -> None:
     """Measure speed and accuracy and print each figure beside its bound; times depend on what else runs."""
@@ -39,18 +39,8 @@ def bench(
 
 
 def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
-    from rotorsim.bench import accuracy, campaign, speed, whole_plant
-
-    jobs = []
-    if part in (None, "speed"):
-        jobs += [speed.imports, speed.whole_run, speed.equilibrium, speed.steps]
-        jobs += [whole_plant.whole_plant, whole_plant.long_run]
-        jobs += [speed.first_compilation] if cold else []
-    if part in (None, "accuracy"):
-        jobs += [accuracy.rig, accuracy.grids, accuracy.decay, accuracy.mass]
-    if part in (None, "campaign"):
-        jobs += [campaign.efficiency, campaign.overhead]
-        jobs += [campaign.thesis, campaign.many] if full else []
+    chosen = [PARTS[name] for name in PARTS if part in (None, name)]
+    jobs = [job for each in chosen for job in each.jobs(cold, full)]
     figures = []
     for job in jobs:
         for figure in job():

@@ -5,45 +5,62 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep
 
+if TYPE_CHECKING:
+    from fmu.model import Unit
+
 app = typer.Typer(help="Export, check and show the plant as a functional mock-up unit.", no_args_is_help=True)
 
+START = (0.0, 0.3e6)
+"""Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
 UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
 
 
 @app.command(epilog="Example: rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu")
 def export(
     machine: MachineName = "dtu_gas_bearing",
-    model: Annotated[str, typer.Option(help="What to export: 'plant'.")] = "plant",
+    model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
     fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
     targets: Annotated[
         str, typer.Option(help="Platforms, with commas: host, x86_64-linux, x86_64-windows, aarch64-linux, ...")
     ] = "host",
     out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
     cpu: Annotated[str, typer.Option(help="'portable', or 'native' for this computer's processor alone.")] = "portable",
-    speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
-    pressure: Annotated[str, typer.Option(help="Injection pressure at which it starts, gauge.")] = "0.3 MPa",
+    speed: Annotated[
+        str | None, typer.Option(help="Speed at which it starts.  [default: 0 rpm; the middle of a model's range]")
+    ] = None,
+    pressure: Annotated[
+        str | None,
+        typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa; the middle of the range]"),
+    ] = None,
     grid: GridSize = None,
     time_step: TimeStep = None,
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write the plant as .fmu files that run without Python."""
+    """Write the plant, or an identified model, as .fmu files that run without Python."""
     from fmu.export import export as write
     from fmu.export import versions
-    from fmu.model import make_model
+    from fmu.kinds import linear_unit, plant_unit
     from fmu.targets import choose
     from rotorsim.commands.options import make_plant, quantity
 
     chosen, platforms = versions(fmi), choose(targets)
-    plant = make_plant(machine, grid, time_step, changes or [])
-    start = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
-    paths = write(make_model(model, plant, *start), out, chosen, platforms, cpu)
+    start = (
+        None if speed is None else quantity("speed", speed, "rad/s"),
+        None if pressure is None else quantity("pressure", pressure, "Pa"),
+    )
+    if model == "plant":
+        plant = make_plant(machine, grid, time_step, changes or [])
+        unit: Unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
+    else:
+        unit = linear_unit(Path(model), *start)
+    paths = write(unit, out, chosen, platforms, cpu)
     if as_json:
         typer.echo(json.dumps({f"fmi{v}": str(p) for v, p in paths.items()}, indent=2))
         return

@@ -1,29 +1,44 @@
-"""A small rig exported once for all tests of units."""
+"""A small rig exported once for all tests of units; what needs FMPy or a compiler is skipped where there is none."""
 
+import importlib.util
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
 
 from rotorsim.plant import Plant
 
-fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed: pip install 'rotorsim[fmu]'")
-if not shutil.which("gcc"):
-    pytest.skip("gcc is not installed", allow_module_level=True)
-
+sys.path.insert(0, str(Path(__file__).parent))  # for lpv_models.py, which several tests share
 PRESSURE = 0.3e6
+
+
+@pytest.fixture(scope="session")
+def importer() -> None:
+    """Skip without FMPy."""
+    if not importlib.util.find_spec("fmpy"):
+        pytest.skip("fmpy is not installed: pip install 'rotorsim[fmu]'")
+
+
+@pytest.fixture(scope="session")
+def gcc(importer) -> str:
+    """Return gcc's path; skip without it (FMPy carries the headers)."""
+    found = shutil.which("gcc")
+    if not found:
+        pytest.skip("gcc is not installed")
+    return found
 
 
 @pytest.fixture(scope="session")
 def model():
     """Return the model of the rig on a coarse grid, at rest at 0.3 MPa."""
-    from fmu.model import make_model
+    from fmu.kinds import plant_unit
 
-    return make_model("plant", Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4), 0.0, PRESSURE)
+    return plant_unit(Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4), 0.0, PRESSURE)
 
 
 @pytest.fixture(scope="session")
-def files(model, tmp_path_factory) -> dict[int, Path]:
+def files(gcc, model, tmp_path_factory) -> dict[int, Path]:
     """Return the unit's files by FMI version."""
     from fmu.export import export
     from fmu.targets import choose

@@ -80,9 +80,30 @@ static void run2(void) {
     fmi2FreeInstance(c);
 }
 
+static void exchange(void) {
+#if CONTINUOUS
+    double x[N_STATES], derivatives[N_STATES], sensitivity;
+    fmi3Instance c = fmi3InstantiateModelExchange("x", TOKEN, NULL, false, true, NULL, say3);
+    need(c != NULL && fmi3EnterInitializationMode(c, false, 0, 0, false, 0) == fmi3OK, "instance for exchange");
+    need(fmi3ExitInitializationMode(c) == fmi3OK && fmi3EnterContinuousTimeMode(c) == fmi3OK, "continuous time");
+    need(fmi3GetContinuousStates(c, x, N_STATES) == fmi3OK && fmi3SetTime(c, 1.0) == fmi3OK, "states");
+    x[0] = 1e-6;
+    need(fmi3SetContinuousStates(c, x, N_STATES) == fmi3OK, "set states");
+    need(fmi3GetContinuousStateDerivatives(c, derivatives, N_STATES) == fmi3OK, "derivatives");
+    for (uint32_t a = 0; a < N_VARIABLES + 1; a++)
+        for (uint32_t b = 0; b < N_VARIABLES + 1; b++)
+            fmi3GetDirectionalDerivative(c, &a, 1, &b, 1, (double[]){1.0}, 1, &sensitivity, 1);
+    x[0] = NAN;
+    need(fmi3SetContinuousStates(c, x, N_STATES) == fmi3Error, "states that are none");
+    need(fmi3Terminate(c) == fmi3OK, "terminate exchange");
+    fmi3FreeInstance(c);
+#endif
+}
+
 int main(void) {
     run3();
     run2();
+    exchange();
     need(errors > 0, "sentences");
     printf("clean\n");
     return 0;

@@ -22,13 +22,13 @@ Path(sys.argv[1], "f.o").write_bytes(emit(entry_ir(kernel, (numba.float64,), "f_
 """
 
 
-def test_a_function_computes_the_same_bits_in_and_outside_python(tmp_path):
+def test_a_function_computes_the_same_bits_in_and_outside_python(gcc, tmp_path):
     subprocess.run([sys.executable, "-c", SCRIPT, tmp_path], check=True)
     (tmp_path / "g.c").write_text(
         "#include <stdint.h>\nextern int32_t f_entry(double *, void **, double);\n"
         "double g(double x) { double y = 0; void *e = 0; f_entry(&y, &e, x); return y; }\n"
     )
-    subprocess.run(["gcc", "-shared", "-fPIC", "-o", "g.so", "g.c", "f.o", "-lm"], cwd=tmp_path, check=True)
+    subprocess.run([gcc, "-shared", "-fPIC", "-o", "g.so", "g.c", "f.o", "-lm"], cwd=tmp_path, check=True)
     g = ctypes.CDLL(str(tmp_path / "g.so")).g
     g.restype, g.argtypes = ctypes.c_double, [ctypes.c_double]
     for x in (0.0, 0.3, -2.5, 7.0):

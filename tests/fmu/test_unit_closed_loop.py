@@ -50,7 +50,40 @@ def test_a_closed_loop_by_names_does_the_same(units, model, version):
     assert record["disc_measured"].values.tobytes() == measured.tobytes()
 
 
-def test_another_importer_gives_the_same_bits(files, model):
+def hit(model):
+    """Displacement (200, 2) after each of 200 samples, of the plant in Python that is hit at the start."""
+    force = np.zeros((201, 2))
+    force[:5, 0] = 20.0
+    record = Plant(model.plant.machine).simulate(201 * 2e-4, 0.0, 0.3e6, disc_force=force)
+    return record["disc"].values[1:]
+
+
+def test_libcosimpy_gives_the_same_bits(files, units, model):
+    """FMI Library runs the same file, if it is installed (pip install libcosimpy)."""
+    try:
+        from libcosimpy.CosimExecution import CosimExecution
+        from libcosimpy.CosimManipulator import CosimManipulator
+        from libcosimpy.CosimObserver import CosimObserver
+        from libcosimpy.CosimSlave import CosimLocalSlave
+    except (ImportError, OSError) as error:
+        pytest.skip(f"libcosimpy: {error}")
+    execution = CosimExecution.from_step_size(step_size=200_000)
+    plant = execution.add_local_slave(local_slave=CosimLocalSlave(fmu_path=str(files[2]), instance_name="plant"))
+    hand, eye = CosimManipulator.create_override(), CosimObserver.create_last_value()
+    execution.add_manipulator(manipulator=hand)
+    execution.add_observer(observer=eye)
+    force, *disc = (units[2].variables[n].valueReference for n in ("disc.force_x", "disc.x", "disc.y"))
+    rows = []
+    for k in range(200):
+        values = [20.0 if k < 5 else 0.0]
+        hand.slave_real_values(slave_index=plant, variable_references=[force], values=values)
+        execution.step()
+        rows.append(eye.last_real_values(slave_index=plant, variable_references=disc))
+    assert hit(model).tobytes() == np.array(rows).tobytes()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_ecospy_gives_the_same_bits(files, model, version):
     """ecospy runs the same file, if it is installed (pip install ecospy tbb; its library needs LD_LIBRARY_PATH)."""
     try:
         from ecospy.EcosSimulation import EcosSimulation
@@ -58,7 +91,7 @@ def test_another_importer_gives_the_same_bits(files, model):
     except (ImportError, OSError) as error:
         pytest.skip(f"ecospy: {error}")
     structure = EcosSimulationStructure()
-    structure.add_model("plant", str(files[2]))
+    structure.add_model("plant", str(files[version]))
     simulation = EcosSimulation(step_size=2e-4, structure=structure)
     simulation.init()
     rows = []
@@ -67,7 +100,4 @@ def test_another_importer_gives_the_same_bits(files, model):
         simulation.step()
         rows.append([simulation.get_real(f"plant::disc.{axis}") for axis in "xy"])
     simulation.terminate()
-    force = np.zeros((201, 2))
-    force[:5, 0] = 20.0
-    record = Plant(model.plant.machine).simulate(201 * 2e-4, 0.0, 0.3e6, disc_force=force)
-    assert record["disc"].values[1:].tobytes() == np.array(rows).tobytes()
+    assert hit(model).tobytes() == np.array(rows).tobytes()

@@ -52,11 +52,11 @@ def test_outputs_read_before_initialisation_ends_are_those_after_it(unit, model)
 
 
 def test_a_parameter_set_in_the_unit_acts_as_in_the_machine_file(unit, fresh, model):
-    from fmu.model import make_model
+    from fmu.kinds import plant_unit
     from rotorsim.plant import Plant
 
     machine = model.plant.machine.replace("effects.unbalance.me", "12 g*mm").replace("effects.creep.gain", 0.05)
-    other = make_model("plant", Plant(machine), 0.0, 0.3e6)
+    other = plant_unit(Plant(machine), 0.0, 0.3e6)
     inputs = busy(model, 200, SAMPLE)
     truth = plant_outputs(other, inputs, SAMPLE)
     fresh.initialise({"effects.unbalance.me": 12e-6, "effects.creep.gain": 0.05})

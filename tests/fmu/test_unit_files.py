@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import zipfile
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -144,13 +145,12 @@ def test_a_folder_that_cannot_be_written_is_refused_before_compiling(capsys, tmp
 
 
 def test_a_write_that_fails_is_refused_before_compiling(capsys, tmp_path, monkeypatch):
-    import tempfile
+    import fmu.export
 
     def deny(**options):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(tempfile, "TemporaryFile", deny)
-    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(fmu.export, "tempfile", SimpleNamespace(TemporaryFile=deny))
     assert "the folder is not writable; choose another --out" in refused(capsys, "export", "--out", tmp_path / "r.fmu")
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 SAMPLE = 2e-4
-fmpy = pytest.importorskip("fmpy")
 
 
 def refused(instance, call):

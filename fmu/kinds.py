@@ -1,0 +1,56 @@
+"""The kinds of units: how each is made, and what is written of it beside the wrapper that all share."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from fmu import linear_tables, tables
+from fmu.kernel_object import ObjectTarget, write_objects
+from fmu.linear_model import LinearUnit
+from fmu.model import PlantUnit, Unit
+from rotorsim.errors import DataError
+from rotorsim.plant import Plant
+
+SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
+
+
+def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
+    """A plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
+    return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
+
+
+def linear_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
+    """The identified model of a file, at a point [rad/s], [Pa] or in the middle of its range; raises DataError."""
+    from identification.errors import ModelError
+    from identification.lpv import LpvModel
+    from identification.models import load_model
+
+    try:
+        model = load_model(path)
+    except ModelError as error:
+        raise DataError(f"--model: {error}, or take 'plant'") from error
+    if not isinstance(model, LpvModel):
+        raise DataError(
+            f"--model: {path}: is a model of one operating point; give an LPV model (rotorsim identify --lpv)"
+        )
+    middle = model.basis.middle
+    start = [float(m) if v is None else v for m, v in zip(middle, (speed, pressure), strict=True)]
+    return LinearUnit(model, path.stem, *start)
+
+
+def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) -> tuple[str, ...]:
+    """Write all C files and the objects NAME.o of the jobs; returns the names of the C files to be linked."""
+    if isinstance(unit, PlantUnit):
+        write_objects(unit.plant.machine.text, unit.assembly.module.__name__, unit.modules, dict(jobs), folder)
+        texts = tables.header(unit), tables.source(unit)
+    elif isinstance(unit, LinearUnit):
+        texts = linear_tables.header(unit), linear_tables.source(unit)
+    else:
+        raise TypeError(f"no unit: {unit!r}")
+    for name, text in zip(("tables.h", "tables.c"), texts, strict=True):
+        (folder / name).write_text(text, encoding="utf-8")
+    for file in (Path(__file__).parent / "c").iterdir():
+        shutil.copy(file, folder)
+    return (*SHARED, unit.core)

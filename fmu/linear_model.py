@@ -1,0 +1,135 @@
+r"""An identified LPV model as a unit: for co-simulation, and continuous ones for model exchange.
+
+.. math:: \dot x = A(q) x + B(q) u, \quad y = C(q) x + D(q) u, \quad q = (\Omega, p)
+
+Every element of [A B; C D] is a sum of products of at most two parameters theta (the structures of
+`identification.greybox` are affine in each parameter alone), and theta is polynomial in q. So the matrices, and their
+derivatives by q, are exact in the unit. A scheduled controller is the same with a period Ts: whatever has `terms` and
+surfaces can be exported this way.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from fmu.model import wrapper_text
+from fmu.variables import Variable
+from identification.blackbox import FullStateSpace
+from identification.greybox import STRUCTURES
+from identification.lpv import LpvModel
+from rotorsim.machine.numerics import SAMPLE
+
+Matrices = Callable[[np.ndarray], tuple[np.ndarray, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class LinearUnit:
+    """An LPV model to be exported under a name; it starts at rest at `speed` [rad/s] and gauge `pressure` [Pa]."""
+
+    lpv: LpvModel
+    name: str
+    speed: float
+    pressure: float
+    core = "linear.c"
+
+    @property
+    def description(self) -> str:
+        """One sentence."""
+        return f"{self.name}: identified model of order {self.order}, displacement from the operating point's."
+
+    @property
+    def continuous(self) -> bool:
+        """Whether it can be used for model exchange."""
+        return self.lpv.Ts == 0.0
+
+    @property
+    def sample(self) -> float:
+        """Time [s] of which communication steps are multiples."""
+        return self.lpv.Ts or SAMPLE
+
+    @cached_property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.matrices(np.zeros(len(self.lpv.coefficients)))[0])
+
+    @property
+    def matrices(self) -> Matrices:
+        """A, B, C, D from parameters."""
+        if self.lpv.kind == "blackbox":
+            return FullStateSpace(self.lpv.states, 2, 2).sampled
+        return STRUCTURES[self.lpv.kind].matrices
+
+    @cached_property
+    def terms(self) -> list[tuple[int, int, int, int, float]]:
+        """Row, column, i, j, factor: [A B; C D] is the sum of factor theta_i theta_j, with theta_-1 = 1."""
+        return list(find_terms(self.matrices, len(self.lpv.coefficients), self.lpv.kind != "blackbox"))
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Typical size (n,) of the states: the most that a reference of 1 V moves them, at any frequency."""
+        theta = self.lpv.theta(self.speed, self.pressure)
+        A, B = self.matrices(theta)[:2]
+        omega = np.logspace(0, 4, 400)[:, None, None]
+        s = 1j * omega if self.continuous else np.exp(1j * omega * self.sample)
+        found = np.abs(np.linalg.solve(s * np.eye(len(A)) - A, np.broadcast_to(B, (400, *B.shape)))).max(axis=(0, 2))
+        return np.where(found > 0, found, 1.0)
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The table of variables."""
+        return tuple(linear_variables(self))
+
+    @cached_property
+    def hash(self) -> str:
+        """Tells this model from every other."""
+        parts = [repr(self.lpv.to_dict()), self.name, repr(self.variables), wrapper_text()]
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+
+    @property
+    def token(self) -> str:
+        """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
+        return f"{{{uuid.UUID(self.hash)}}}"
+
+
+def find_terms(matrices: Matrices, q: int, products: bool) -> Iterator[tuple[int, int, int, int, float]]:
+    """Terms of [A B; C D] from its values where one or two of the q parameters are 1 and the others 0."""
+
+    def block(*ones: int) -> np.ndarray:
+        theta = np.zeros(q)
+        theta[list(ones)] = 1.0
+        A, B, C, D = matrices(theta)
+        return np.block([[A, B], [C, D]])
+
+    zero, alone = block(), [block(i) for i in range(q)]
+    found = [(-1, -1, zero)] + [(i, -1, one - zero) for i, one in enumerate(alone)]
+    if products:
+        found += [(i, j, block(i, j) - alone[i] - alone[j] + zero) for i, j in combinations(range(q), 2)]
+    for i, j, values in found:
+        for row, column in np.argwhere(values):
+            yield int(row), int(column), i, j, float(values[row, column])
+
+
+def linear_variables(unit: LinearUnit) -> Iterator[Variable]:
+    """Inputs as the plant's unit calls them, outputs, states and their derivatives."""
+    (w0, p0), (w1, p1) = unit.lpv.low, unit.lpv.high
+    yield Variable("time", "time", "Simulation time.", "s")
+    for k, axis in enumerate("xy"):
+        yield Variable(f"piezo.ref_{axis}", "input", f"Reference along {axis}.", "V", k, start=0.0)
+    doc = f"Operating point; identified from {w0:.6g} to {w1:.6g} rad/s."
+    yield Variable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed)
+    doc = f"Operating point, gauge; identified from {p0:.6g} to {p1:.6g} Pa."
+    yield Variable("injection.pressure", "input", doc, "Pa", 3, start=unit.pressure)
+    for k, axis in enumerate("xy"):
+        doc = f"Displacement at the disc along {axis}, from the operating point's."
+        yield Variable(f"disc.{axis}", "output", doc, "m", k)
+    for k in range(unit.order):
+        yield Variable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
+    for k in range(unit.order if unit.continuous else 0):
+        yield Variable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)

@@ -1,0 +1,50 @@
+"""What `rotorsim bench` can measure: the jobs of each part, imported only when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rotorsim.bench.result import Figure
+
+
+@dataclass(frozen=True)
+class Part:
+    """Functions as "module.function" of rotorsim.bench; `cold` start with an empty cache, `full` take many minutes."""
+
+    usual: tuple[str, ...]
+    cold: tuple[str, ...] = ()
+    full: tuple[str, ...] = ()
+
+    def jobs(self, cold: bool, full: bool) -> list[Callable[[], Iterable[Figure]]]:
+        """The functions, each yielding figures."""
+        names = (*self.usual, *(self.cold if cold else ()), *(self.full if full else ()))
+        return [_function(name) for name in names]
+
+
+PARTS: dict[str, Part] = {
+    "speed": Part(
+        (
+            "speed.imports",
+            "speed.whole_run",
+            "speed.equilibrium",
+            "speed.steps",
+            "whole_plant.whole_plant",
+            "whole_plant.long_run",
+        ),
+        cold=("speed.first_compilation",),
+    ),
+    "accuracy": Part(("accuracy.rig", "accuracy.grids", "accuracy.decay", "accuracy.mass")),
+    "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
+    "fmu": Part(("unit.unit",), cold=("unit.export_cold",)),
+    "rig": Part(()),
+}
+
+
+def _function(name: str) -> Callable[[], Iterable[Figure]]:
+    module, function = name.split(".")
+    job: Callable[[], Iterable[Figure]] = getattr(import_module(f"rotorsim.bench.{module}"), function)
+    return job
