@@ -101,19 +101,25 @@ static void multiply(Square a, Square b, Square product) {
         }
 }
 
-/* exp of [A B; 0 0] times SAMPLE: Taylor's series of a scaled matrix, squared. */
+/* exp of [A B; 0 0] times SAMPLE: Taylor's series of a scaled matrix, squared. States are counted in powers of two near
+   their typical sizes, or displacements [m] beside voltages would cost most of the digits. */
 static void hold(double M[ROWS][COLUMNS], Square held) {
+    static const double sizes[N_STATES] = NOMINALS;
     Square scaled = {{0}}, term, next;
     double norm = 0.0;
-    int squarings = 0;
+    int squarings = 0, power[COLUMNS] = {0};
+    for (int r = 0; r < N_STATES; r++) frexp(sizes[r], &power[r]);
     for (int r = 0; r < N_STATES; r++) {
         double sum = 0.0;
-        for (int c = 0; c < COLUMNS; c++) sum += fabs(M[r][c]) * SAMPLE;
+        for (int c = 0; c < COLUMNS; c++) {
+            scaled[r][c] = ldexp(M[r][c] * SAMPLE, power[c] - power[r]);
+            sum += fabs(scaled[r][c]);
+        }
         norm = fmax(norm, sum);
     }
     while (norm > 0.25 && squarings < 60) norm *= 0.5, squarings++;
     for (int r = 0; r < N_STATES; r++)
-        for (int c = 0; c < COLUMNS; c++) scaled[r][c] = ldexp(M[r][c] * SAMPLE, -squarings);
+        for (int c = 0; c < COLUMNS; c++) scaled[r][c] = ldexp(scaled[r][c], -squarings);
     memset(held, 0, sizeof(Square));
     for (int r = 0; r < COLUMNS; r++) held[r][r] = 1.0;
     memcpy(term, held, sizeof(Square));
@@ -126,6 +132,8 @@ static void hold(double M[ROWS][COLUMNS], Square held) {
         multiply(held, held, next);
         memcpy(held, next, sizeof(Square));
     }
+    for (int r = 0; r < N_STATES; r++)
+        for (int c = 0; c < COLUMNS; c++) held[r][c] = ldexp(held[r][c], power[r] - power[c]);
 }
 #endif
 
