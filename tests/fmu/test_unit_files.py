@@ -128,7 +128,7 @@ def test_an_unknown_target_is_named(capsys):
     ("option", "value", "words"),
     [
         ("--fmi", "4", "--fmi: '4' is not known; choose 2, 3 or 2,3"),
-        ("--model", "law.json", "--model: 'law.json' cannot be exported; choose plant"),
+        ("--model", "law.json", "--model: law.json: is not there"),
         ("--cpu", "fast", "--cpu: 'fast' is not known; choose portable or native"),
         ("--speed", "fast", "--speed: "),
         ("--out", "/nowhere/at/all/rotor.fmu", "/nowhere/at/all/rotor.fmu: the folder is not there"),
