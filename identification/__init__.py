@@ -23,7 +23,7 @@ from identification.writers import save
 
 if TYPE_CHECKING:
     from identification.coherent import coherent_basis
-    from identification.folder import Source, files_of, open_pair, survey
+    from identification.folder import Source, files_of, open_pair, pair, survey
     from identification.frf import FrequencyResponse, frequency_response
     from identification.goodness import ceiling, fit_of, noise_free_fit, nrmse
     from identification.local import identify
@@ -40,6 +40,7 @@ _LATER = {
     "Source": "folder",
     "files_of": "folder",
     "open_pair": "folder",
+    "pair": "folder",
     "survey": "folder",
     "FrequencyResponse": "frf",
     "frequency_response": "frf",
@@ -116,6 +117,7 @@ __all__ = [
     "nrmse",
     "on_angle",
     "open_pair",
+    "pair",
     "read",
     "require",
     "runout_of",

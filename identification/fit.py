@@ -19,8 +19,10 @@ from identification.greybox import Structure
 from identification.simulation import normal_matrices, respond_with_sensitivities
 
 ITERATIONS, TOLERANCE = 60, 1e-9
-"""Most iterations; stops when a step promises less than this share of the cost."""
+"""Most steps; end of the iteration."""
 MOST_DAMPING = 1e8
+REACH = 0.5
+"""Largest relative change of a positive parameter in one step."""
 Sampled = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -35,6 +37,9 @@ class Parametrised(Protocol):
 
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether the parameters make sense."""
+
+    def share(self, theta: np.ndarray, step: np.ndarray) -> float:
+        """Share of a step that may be taken at once, 1 if all of it."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,11 @@ class GreyBox:
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether positive parameters are positive."""
         return self.structure.admissible(theta)
+
+    def share(self, theta: np.ndarray, step: np.ndarray) -> float:
+        """So much that no positive parameter changes by more than REACH: their effect fades as they grow."""
+        at = self.structure.positive_places
+        return float(min(1.0, REACH / max(np.abs(step[at] / theta[at]).max(initial=0.0), 1e-300)))
 
 
 @dataclass(frozen=True)
@@ -105,6 +115,10 @@ class Predictor:
     def admissible(self, theta: np.ndarray) -> bool:
         """As the model's own parameters."""
         return self.inner.admissible(self._split(theta)[0])
+
+    def share(self, theta: np.ndarray, step: np.ndarray) -> float:
+        """As the model's own parameters."""
+        return self.inner.share(self._split(theta)[0], self._split(step)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +183,7 @@ class Fit:
     converged: bool
 
 
-def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS) -> Fit:
+def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Fit:
     """Fit from the start `theta`; the state starts at zero.
 
     Parameters
@@ -180,6 +194,8 @@ def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS) -> 
         Start, usable: stable and admissible.
     iterations : int
         Most steps.
+    tolerance : float
+        Stops when a step promises less than this share of the cost.
 
     Returns
     -------
@@ -193,7 +209,8 @@ def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS) -> 
         number += 1
         while damping < MOST_DAMPING:
             step, promised = _step(N, g, damping)
-            converged = promised < TOLERANCE * cost
+            converged = promised < tolerance * cost
+            step = step * problem.model.share(theta, step[:q])
             trial, state = theta + step[:q], x0 + step[q:]
             wanted = not converged and problem.usable(trial)
             found = problem.normal_equations(trial, state) if wanted else None

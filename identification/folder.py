@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,9 +49,13 @@ def files_of(paths: Iterable[str | Path]) -> list[Path]:
 
 def survey(files: Sequence[Path], mapping: Any = None) -> list[Source]:
     """Every file's operating point and, for those that excite, the nearest steady run at the same point."""
-    sources = [_source(path, mapping) for path in files]
+    return pair([_source(path, mapping) for path in files])
+
+
+def pair(sources: Sequence[Source]) -> list[Source]:
+    """Those that excite, each with the nearest steady run at the same point."""
     quiet = [s for s in sources if not s.excited]
-    return [Source(s.path, s.speed, s.pressure, True, s.role, _steady(s, quiet)) for s in sources if s.excited]
+    return [replace(s, steady=_steady(s, quiet)) for s in sources if s.excited]
 
 
 def _source(path: Path, mapping: Any) -> Source:

@@ -54,7 +54,12 @@ class Structure:
 
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether the parameters that must be positive are."""
-        return all(theta[self.parameters.index(name)] > 0 for name in self.positive)
+        return bool(np.all(theta[self.positive_places] > 0))
+
+    @property
+    def positive_places(self) -> np.ndarray:
+        """Where the parameters stand that must be positive."""
+        return np.array([self.parameters.index(name) for name in self.positive], int)
 
 
 def split(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

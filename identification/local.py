@@ -21,16 +21,22 @@ from identification.prefilter import Prefilter, Signals, filtered
 from identification.residuals import residual_tests
 from identification.result import Identification
 from identification.sampling import sampling_time
-from identification.start import start_values
+from identification.start import broadened, start_values
 from identification.threads import one_thread
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
 
 MODELS = ("1", "2", "3", "actuator", "blackbox")
 METHODS = ("oe", "pem")
 CANDIDATES = 5000
 """Samples on which the candidates for a start are compared."""
+TRIAL = 8
+"""Steps of each candidate."""
+REDUNDANT = 1e-6
+"""Where a black-box fit ends: what is left moves along directions that the data hardly know, and no fit any more."""
 
 
 @one_thread
@@ -117,9 +123,13 @@ def _solved(kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, 
     """Fit and covariance of a grey-box structure."""
     grey = GreyBox(STRUCTURES[kind], signals.Ts, hold)
     problem = Problem(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q)
-    first = np.asarray(start, float) if start is not None else _best_start(kind, problem, w, signals)
-    if not problem.usable(first):
-        raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
+    if start is None:
+        first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
+    else:
+        first = np.asarray(start, float)
+        if not problem.usable(first):
+            raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
+        first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
     fitted, q = solve(problem, first), len(first)
     if method == "pem":
         n = problem.states(first)
@@ -134,16 +144,21 @@ def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
     return np.hstack([w, np.vstack([w[1:], w[-1:]])]) if hold == "first" else np.ascontiguousarray(w)
 
 
-def _best_start(kind: str, problem: Problem, w: np.ndarray, signals: Signals) -> np.ndarray:
+def _excited(w: np.ndarray, signals: Signals) -> tuple[np.ndarray, np.ndarray, float]:
+    """Inputs and outputs from the end of the rest, and their period."""
+    first = min(signals.rest, len(w) // 2)
+    return w[first:], signals.y[first:], signals.Ts
+
+
+def _best_start(problem: Problem, signals: Signals, candidates: Sequence[np.ndarray]) -> np.ndarray:
     """The usable candidate whose first steps on a stretch of the record come closest."""
-    stretch = slice(min(signals.rest, len(w) // 2), None)
-    stop = stretch.start + CANDIDATES
-    short = Problem(problem.model, problem.w[stretch.start : stop], problem.y[stretch.start : stop],
-                    np.linalg.qr(problem.Q[stretch.start : stop])[0])  # fmt: skip
+    first = min(signals.rest, len(signals.u) // 2)
+    at = slice(first, first + CANDIDATES)
+    short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(problem.Q[at])[0])
     best, lowest = None, np.inf
-    for theta in start_values("2" if kind == "rotor" else kind, w[stretch], signals.y[stretch], signals.Ts):
+    for theta in candidates:
         if problem.usable(theta):
-            tried = solve(short, theta, 6)
+            tried = solve(short, theta, TRIAL)
             if tried.cost < lowest and problem.usable(tried.theta):
                 best, lowest = tried.theta, tried.cost
     if best is None:
@@ -199,10 +214,10 @@ def _black_box(signals: Signals, order: int, method: str) -> Identification:
     scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned
     A, B, C = balanced(*subspace(signals.u, y / scale, order))
     problem = Problem(full, np.ascontiguousarray(signals.u), y / scale, signals.Q)
-    fitted = solve(problem, full.pack(A, B, C))
+    fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
     if method == "pem":
         ahead = replace(problem, model=Predictor(full, order, 2), w=np.hstack([problem.w, problem.y]))
-        problem, fitted = ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(2 * order)]))
+        problem, fitted = ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
     q = order * (order + 4)
     theta = fitted.theta[:q]
     covariance = sandwich(*problem.residual(fitted.theta, fitted.x0), signals.Ts)[:q, :q]

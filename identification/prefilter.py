@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 REST = 2000
 """Most samples of the rest that the bias is taken from."""
-SETTLING = 1.0
+SETTLING = 0.5
 """Beginning of a steady record that is left out [s]: a virtual one starts in static equilibrium."""
 TURNING = 1.0
 """Slowest speed [rad/s] that counts as turning."""

@@ -17,6 +17,7 @@ from identification.errors import UnfitError
 
 HARMONICS, BINS, RARE = 12, 2000, 0.3
 TURN = 2 * np.pi
+KINDS = ("harmonic", "table")
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,6 +38,15 @@ PARTS: dict[str, Part] = {
         cold=("speed.first_compilation",),
     ),
     "accuracy": Part(("accuracy.rig", "accuracy.grids", "accuracy.decay", "accuracy.mass")),
+    "identification": Part(
+        ("identification.one_record", "identification.sensitivities"),
+        full=(
+            "identification.starts",
+            "identification.truth",
+            "identification.many_records",
+            "identification.public",
+        ),
+    ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
     "fmu": Part(("unit.unit",), cold=("unit.export_cold",)),
     "rig": Part(()),

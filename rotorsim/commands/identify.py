@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from identification.campaign import Local
 
 EXAMPLE = "Example: rotorsim identify records --model 3 --out model.json"
-HELD = ("validation", "hold_out", "centre")
-"""Roles of records that are not fitted: they measure the model."""
 
 
 def identify(
@@ -37,16 +35,16 @@ def identify(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Identify grey-box or black-box models from records; several operating points give an LPV model."""
-    from identification import ModelError, Prefilter, UnfitError, files_of, survey
+    from identification import ModelError, Prefilter, UnfitError
     from identification.campaign import identify_all
     from rotorsim.commands.data import sentences
     from rotorsim.errors import DataError
+    from rotorsim.study.sources import sources_of
 
-    if out.exists() and not force:
-        raise DataError(f"{out}: is there already; choose another --out or add --force")
+    _check(out, force, surfaces, refine, runout)
     settings = Prefilter(runout=runout, lowpass=lowpass)
     with sentences():
-        sources = survey(files_of(paths), mapping)
+        sources = sources_of(paths, mapping)
         if not sources:
             raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
         found = identify_all(sources, model, order, method, settings, mapping, jobs, _tell(len(sources)))
@@ -59,6 +57,27 @@ def identify(
             raise DataError(str(error)) from error
     made.save(out)
     _print(found, made, out, as_json)
+
+
+def _check(out: Path, force: bool, surfaces: str, refine: str, runout: str) -> None:
+    """Refuse what would be refused after minutes of work."""
+    from identification.lpv_fit import REFINEMENTS
+    from identification.runout import KINDS
+    from identification.surfaces import ORDERS
+    from rotorsim.errors import DataError
+
+    if out.exists() and not force:
+        raise DataError(f"{out}: is there already; choose another --out or add --force")
+    if not out.parent.is_dir():
+        raise DataError(f"{out}: there is no folder {out.parent}; make it or choose another --out")
+    degrees = (*map(str, ORDERS), "hold-out")
+    for option, value, known in (
+        ("surfaces", surfaces, degrees),
+        ("refine", refine, REFINEMENTS),
+        ("runout", runout, (*KINDS, "none")),
+    ):
+        if value not in known:
+            raise DataError(f"--{option}: '{value}' is not known; choose one of {', '.join(known)}")
 
 
 def _tell(total: int) -> Any:
@@ -79,6 +98,7 @@ def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping
     from identification import fit_lpv
     from identification.campaign import loaders
     from identification.surfaces import SAME
+    from rotorsim.study.plans import HELD
 
     fitted = [one for one in good if one.source.role not in HELD] or good
     results = [one.result for one in fitted if one.result is not None]

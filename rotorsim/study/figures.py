@@ -13,34 +13,37 @@ DERIVED = (
     ("zeta 1", "zeta", (0,), 1.0), ("zeta 2", "zeta", (1,), 1.0),
     ("Gxx [um/V]", "static_gain", (0, 0), 1e6), ("Gyy [um/V]", "static_gain", (1, 1), 1e6),
     ("Gxy [um/V]", "static_gain", (0, 1), 1e6), ("Gyx [um/V]", "static_gain", (1, 0), 1e6),
-    ("lag x [ms]", "delay", (0,), 1e3), ("lag y [ms]", "delay", (1,), 1e3),
+    ("delay x [ms]", "delay", (0,), 1e3), ("delay y [ms]", "delay", (1,), 1e3),
 )  # fmt: skip
 UNITS = {"K": "1/s^2", "D": "1/s", "B": "m/(s^2 V)"}
 
 
 def figures(study: Study) -> list[tuple[str, str, Any]]:
     """Title, sentence and figure of each."""
-    from rotorsim.report.identification_plots import over_speed
+    from rotorsim.report.identification_plots import Panel, fits_by_model, over_speed
 
-    points, panels = study.points, []
+    def values(things: Any, key: str, index: tuple[int, ...], scale: float) -> np.ndarray:
+        return np.array([np.asarray(getattr(thing, key))[index] for thing in things]) * scale
+
+    seconds, derived, elements = [point.found["2"] for point in study.points], [], []
     for title, key, index, scale in DERIVED:
-        dots = np.array([np.asarray(getattr(r, key))[index] for r in study.results]) * scale
-        crosses = np.array([np.asarray(getattr(p, key))[index] for p in study.physics]) * scale
-        panels.append((title, dots, crosses, _surface(study, key, index, scale)))
-    elements: list[Any] = []
+        shown = {"Model 3": values(study.results, key, index, scale),
+                 "physics": values(study.physics, key, index, scale),
+                 "Model 2": values(seconds, key, index, scale)}  # fmt: skip
+        derived.append(Panel(title, shown, _surface(study, key, index, scale)))
     for i, name in enumerate(study.lpv.parameters[:12]):
-        dots = np.array([r.theta[i] for r in study.results])
-        crosses = np.array([p.KDB[i] for p in study.physics])
-        elements.append((f"{name} [{UNITS[name[0]]}]", dots, crosses, _element(study, i)))
-    says = "Dots: Model 3 from records; lines: second-order surfaces; crosses: linearised physics."
+        shown = {"Model 3": np.array([r.theta[i] for r in study.results]),
+                 "physics": np.array([p.KDB[i] for p in study.physics])}  # fmt: skip
+        elements.append(Panel(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
     return [
-        (
-            "Frequencies, damping, gains, lags",
-            says + " The physics' lag is the film's alone.",
-            over_speed(points, panels),
-        ),
-        ("K, D, B", says + " Crosses: least squares on the linearised plant's response.", over_speed(points, elements)),
-    ]
+        ("Frequencies, damping, gains, delays", "Dots: Model 3 from records; lines: its second-order surfaces; "
+         "diamonds: Model 2; crosses: linearised physics. A delay of Model 3 holds the actuators too, the others' is "
+         "the film's.", over_speed(study.q, derived)),
+        ("K, D, B", "Dots: Model 3 from records; lines: its surfaces; crosses: K, D, B that come closest to the "
+         "response of the linearised plant, least squares.", over_speed(study.q, elements)),
+        ("Which model", "Fit on the second record, mean of x and y: black-box models of orders 4 to 8, Models 1 to 3, "
+         "and the most that the sensors' noise allows.", fits_by_model(study.sweep)),
+    ]  # fmt: skip
 
 
 def _surface(study: Study, key: str, index: tuple[int, ...], scale: float) -> Any:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 import identification as idn
-from identification.campaign import Local, identify_all
+from identification.campaign import identify_all
 from rotorsim.errors import DataError
+from rotorsim.study.coherent import Coherent, coherent
+from rotorsim.study.locals import Local, Told, make_locals
 from rotorsim.study.physics import Physics, physics
 
 if TYPE_CHECKING:
@@ -23,77 +25,97 @@ SWEEP = (4, 5, 6, 7, 8)
 class Study:
     """What the claims, tables and figures are made of.
 
-    results: local models at the grid; validation: fit (2,) and ceiling (2,) of each on its second record, None where
-    there is none; physics at the same points; centres: local models between the grid's points and the physics there;
-    lpv, refined: plain surfaces and those refined by frequency responses; sweep: validation fits by model at a few
-    points; actuators: the actuator models; runout: amplitude [m] before and after the filter at the fastest points.
+    points: local models over the grid; physics: what the linearised plant says there; centres: Models 3 between the
+    grid's points; lpv, refined: plain surfaces of Model 3 and those refined by frequency responses; lpv_2: surfaces of
+    Model 2; distances: of the responses of surfaces from local ones; sweep: validation fits by model at a few points;
+    actuators: the actuator models there; coherent: surfaces of black-box models beside those of Model 3.
     """
 
-    results: list[idn.Identification]
-    validation: list[tuple[np.ndarray, np.ndarray] | None]
+    points: list[Local]
     physics: list[Physics]
     centres: list[idn.Identification]
     lpv: idn.LpvModel
     refined: idn.LpvModel
+    lpv_2: idn.LpvModel
     distances: dict[str, np.ndarray]
     sweep: list[tuple[str, dict[str, np.ndarray]]]
     actuators: list[idn.Identification]
-    runout: list[tuple[float, np.ndarray, np.ndarray]]
+    coherent: Coherent | None
     failed: list[str]
 
     @property
-    def points(self) -> np.ndarray:
-        """Operating points (k, 2) [rad/s, Pa] of `results`."""
+    def results(self) -> list[idn.Identification]:
+        """Models 3 over the grid."""
+        return [point.found["3"] for point in self.points]
+
+    @property
+    def q(self) -> np.ndarray:
+        """Operating points (k, 2) [rad/s, Pa] of the grid."""
         return np.array([(r.speed, r.pressure) for r in self.results])
 
 
-def study(plant: Plant, folder: Path, workers: int = 2, sweeps: int = 3) -> Study:
-    """The study of a folder of records that `make_records` filled; raises DataError if records are missing."""
-    sources = idn.survey(idn.files_of([folder]))
+def _silent() -> None:
+    pass
+
+
+def study(
+    plant: Plant, sources: Sequence[idn.Source], workers: int = 2, sweeps: int = 3, order: int = 2, told: Told = _silent
+) -> Study:
+    """The study of records with the roles identification, validation and centre.
+
+    Parameters
+    ----------
+    plant : Plant
+        Of the same machine; only for the comparison.
+    sources : sequence of Source
+    workers : records at a time
+    sweeps : number of points, 1 to 3, at which all models and orders are compared
+    order : degree of the surfaces
+    told : called after each record of the grid
+
+    Raises
+    ------
+    DataError
+        If records are missing.
+    UnfitError
+        If the points are too few for the surfaces.
+    """
     by_role = {role: [s for s in sources if s.role == role] for role in ("identification", "validation", "centre")}
     if not by_role["identification"]:
-        raise DataError(f"{folder}: no record with the role 'identification'; let the study make its campaign")
-    found = identify_all(by_role["identification"], 3, workers=workers)
-    good = [one for one in found if one.result is not None]
-    results = [one.result for one in good if one.result is not None]
+        raise DataError("study: no record with the role 'identification'; let the study make its own campaign")
+    points, failed = make_locals(by_role["identification"], by_role["validation"], workers, told)
+    if not points:
+        raise DataError(failed[0])
+    results = [point.found["3"] for point in points]
     centres = [one.result for one in identify_all(by_role["centre"], 3, workers=workers) if one.result is not None]
-    lpv = idn.fit_lpv(results, 2, centres)
-    refined = idn.fit_lpv(results, 2, centres, refine="frequency")
-    chosen = [good[i] for i in np.unique(np.linspace(0, len(good) - 1, min(sweeps, len(good))).astype(int))]
+    lpv, refined = (idn.fit_lpv(results, order, centres, refine=name) for name in ("none", "frequency"))
+    chosen = spread(points, sweeps)
+    sweep = [_sweep(point) for point in chosen]
     return Study(
-        results, [_validated(one, by_role["validation"]) for one in good],
-        [physics(plant, r.speed, r.pressure) for r in results], centres, lpv, refined,
-        _distances(lpv, refined, results, centres), [_sweep(one, by_role["validation"]) for one in chosen],
-        [r for one in chosen if (r := identify_all([one.source], "actuator")[0].result) is not None],
-        _runout(good), [one.error for one in found if one.error],
+        points, [physics(plant, r.speed, r.pressure) for r in results], centres, lpv, refined,
+        idn.fit_lpv([point.found["2"] for point in points], order), _distances(lpv, refined, results, centres),
+        [row for row, _ in sweep], [one for _, one in sweep], coherent(points, workers), failed,
     )  # fmt: skip
 
 
-def _second(one: Local, others: list[idn.Source]) -> idn.Source | None:
-    near = [s for s in others if abs(s.speed - one.source.speed) < 5 and abs(s.pressure - one.source.pressure) < 1e4]
-    return near[0] if near else None
+def spread(points: Sequence[Local], count: int) -> list[Local]:
+    """The first point, the middle one and the one where Model 3 fits worst; as many of them as asked for."""
+    worst = int(np.argmin([point.found["3"].fit.mean() for point in points]))
+    return [points[i] for i in dict.fromkeys([0, len(points) // 2, worst][:count])]
 
 
-def _validated(one: Local, others: list[idn.Source]) -> tuple[np.ndarray, np.ndarray] | None:
-    second = _second(one, others)
-    if second is None or one.result is None:
-        return None
-    signals = idn.filtered(*idn.open_pair(second))
-    from identification.goodness import project
-
-    return idn.fit_of(one.result.model, signals), idn.ceiling(project(signals.y, signals.Q), signals.noise)
-
-
-def _sweep(one: Local, others: list[idn.Source]) -> tuple[str, dict[str, np.ndarray]]:
-    """Validation fit (2,) of every model on one record and its second."""
-    second = _second(one, others) or one.source
-    signals, fits = idn.filtered(*idn.open_pair(second)), {}
-    record, steady = idn.open_pair(one.source)
-    cases = [(f"order {n}", "blackbox", n) for n in SWEEP] + [(f"Model {m}", m, 6) for m in ("1", "2", "3")]
-    for label, kind, order in cases:
-        found = idn.identify(record, kind, order, steady=steady)
-        fits[label] = idn.fit_of(found.model, signals)
-    return f"{one.source.speed * 30 / np.pi:.0f} rpm, {one.source.pressure * 1e-6:.2f} MPa", fits
+def _sweep(point: Local) -> tuple[tuple[str, dict[str, np.ndarray]], idn.Identification]:
+    """Validation fit (2,) of every model on one record and its second; the actuator model."""
+    signals = idn.filtered(*idn.open_pair(point.second))
+    record, steady = idn.open_pair(point.source)
+    fits = {}
+    for n in SWEEP:
+        fits[f"order {n}"] = idn.fit_of(idn.identify(record, "blackbox", n, steady=steady).model, signals)
+    fits["Model 1"] = idn.fit_of(idn.identify(record, 1, steady=steady).model, signals)
+    for kind in ("2", "3"):
+        fits[f"Model {kind}"] = idn.fit_of(point.found[kind].model, signals)
+    at = f"{point.source.speed * 30 / np.pi:.0f} rpm, {point.source.pressure * 1e-6:.2f} MPa"
+    return (at, {**fits, "noise ceiling": point.ceiling}), idn.identify(record, "actuator", steady=steady)
 
 
 def _distances(
@@ -106,25 +128,4 @@ def _distances(
             at, values = np.array([(r.speed, r.pressure) for r in locals_]), np.array([r.theta for r in locals_])
             found |= {f"plain, {where}": idn.distance(lpv, at, values)}
             found |= {f"refined, {where}": idn.distance(refined, at, values)}
-    return found
-
-
-def _runout(good: list[Local]) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """Speed [rad/s] and amplitude (2,) [m] of what follows the shaft angle, before and after the filter.
-
-    The filter comes from the steady run and acts on the other record's rest before the excitation, second half.
-    """
-    found = []
-    for one in good:
-        record, steady = idn.open_pair(one.source)
-        if steady is None or one.source.pressure > 0.31e6:
-            continue
-        signals, raw = idn.filtered(record, steady), np.asarray(record["disc_measured"].values)
-        part = slice(signals.rest // 2, signals.rest)
-        angle = np.asarray(record["angle_measured"].values)[part]
-        if len(angle) < 200:
-            continue
-        sizes = [np.ptp(idn.estimate_runout(angle, y[part]).at(np.linspace(0, 2 * np.pi, 361)), axis=0) / 2
-                 for y in (raw, signals.y)]  # fmt: skip
-        found.append((one.source.speed, sizes[0], sizes[1]))
     return found

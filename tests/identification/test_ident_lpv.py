@@ -11,6 +11,7 @@ import identification as idn
 from identification.greybox import STRUCTURES
 from identification.models import LinearModel
 
+CROSS = [1, 2, 9, 10]
 SPEEDS, PRESSURES = np.linspace(0, 600, 5), np.linspace(3e5, 7e5, 4)
 
 
@@ -22,7 +23,7 @@ def theta_at(speed, pressure, cubic=0.0):
     change[4:8] -= 0.4 * b - 0.1 * a * b + cubic * a**3
     change[8:] += 0.2 * b * b - 0.05 * a
     theta = TRUTH * change
-    theta[[1, 2, 9, 10]] *= a
+    theta[CROSS] = TRUTH[CROSS] * a * (1 + 0.1 * b)  # the product with `change` would be of third order
     return theta
 
 
