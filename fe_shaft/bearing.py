@@ -133,8 +133,8 @@ class BearingElement:
         if not grid[0] * (1 - 1e-9) - 1e-9 <= x <= grid[-1] * (1 + 1e-9) and self.extrapolate != HOLD:
             what = "speed" if axis == "frequency" else "whirl frequency"
             raise ValueError(
-                f"bearing at node {self.n}: {what} {x:g} rad/s is outside its table, {grid[0]:g} to {grid[-1]:g}; "
-                "extend the table or set extrapolate='hold'."
+                f"bearing at node {self.n}: {what} {x:g} rad/s is outside its table, {grid[0]:g} to {grid[-1]:g} "
+                "rad/s; extend the table or set extrapolate='hold'."
             )
         return np.array([np.interp(x, grid, unit) for unit in np.eye(len(grid))])
 

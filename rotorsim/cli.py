@@ -10,6 +10,8 @@ import typer
 
 from rotorsim.commands import bench, campaign, data, experiment, fmu, machine, study
 from rotorsim.commands import identify as identification_command
+from rotorsim.commands import map as map_module
+from rotorsim.commands import modes as modes_module
 from rotorsim.commands.runup import EXAMPLE, runup
 from rotorsim.errors import RotorsimError
 
@@ -21,6 +23,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command(epilog=EXAMPLE)(runup)
+app.command(name="map", epilog=map_module.EXAMPLE)(map_module.map_command)
+app.command(epilog=modes_module.EXAMPLE)(modes_module.modes)
 app.add_typer(experiment.app, name="experiment")
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(machine.app, name="machine")

@@ -38,6 +38,7 @@ PARTS: dict[str, Part] = {
         cold=("speed.first_compilation",),
     ),
     "accuracy": Part(("accuracy.rig", "accuracy.grids", "accuracy.decay", "accuracy.mass")),
+    "linear": Part(("linear.points", "linear.maps", "linear.onsets", "linear.crossings", "linear.films")),
     "identification": Part(
         ("identification.one_record", "identification.sensitivities"),
         full=(

@@ -1,4 +1,4 @@
-"""`rotorsim machine new | check | show | effects`: write, check and read machine files; what effects there are."""
+"""`rotorsim machine new | check | show | effects | calibrate`: machine files and what may stand in them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands import calibrate as calibration
+
 if TYPE_CHECKING:
     from rotorsim.machine import Machine
 
-app = typer.Typer(help="Write, check and show machine files.", no_args_is_help=True)
+app = typer.Typer(help="Write, check, show and calibrate machine files.", no_args_is_help=True)
+app.command(name="calibrate", epilog=calibration.EXAMPLE)(calibration.calibrate_command)
 
 
 @app.command(epilog="Example: rotorsim machine new my_rotor.toml --from plain_rotor")

@@ -14,22 +14,33 @@ linear model. Forces that vary with the shaft angle (a crack) and the flow in a 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
 from reynolds.perturbation import LinearFilm, linear_film
 from rotorsim.errors import DataError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
+from rotorsim.plant.film_response import FilmResponse
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
+
+
+@dataclass(frozen=True, eq=False)
+class LinearRotor:
+    """Modal stiffness K, damping C (m, m) at speed, rows of the journal Bf (2, m)."""
+
+    K: np.ndarray
+    C: np.ndarray
+    Bf: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,17 +49,33 @@ class LinearPlant:
 
     wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn;
     static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. Eigenvalues are looked for around `near`
-    [rad/s], the rotor's first natural frequency on its nominal bearing.
+    [rad/s], the rotor's first natural frequency on its nominal bearing. `rotor` holds modal stiffness and damping and
+    the rows of the journal; the film's own matrices are in `film`.
     """
 
     S: np.ndarray
-    J: Any
     E: np.ndarray
     H: np.ndarray
     near: float
+    rotor: LinearRotor
     film: LinearFilm | None = None
     inputs: tuple[str, ...] = INPUTS
     outputs: tuple[str, ...] = OUTPUTS
+
+    @cached_property
+    def J(self) -> Any:
+        """Sparse matrix (n, n) by columns."""
+        K, C, Bf = self.rotor.K, self.rotor.C, self.rotor.Bf
+        eye, film = sparse.identity(len(K)), self.film
+        if film is None:
+            return sparse.bmat([[None, eye], [-sparse.csr_matrix(K), -sparse.csr_matrix(C)]]).tocsc()
+        return sparse.bmat(
+            [
+                [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],
+                [None, None, eye],
+                [sparse.csr_matrix(Bf.T @ film.F_y), -sparse.csr_matrix(K), -sparse.csr_matrix(C)],
+            ]
+        ).tocsc()  # fmt: skip
 
     @cached_property
     def A(self) -> np.ndarray:
@@ -70,13 +97,30 @@ class LinearPlant:
         """Feedthrough (2, 5): none."""
         return np.zeros((2, len(self.inputs)))
 
+    @cached_property
+    def response(self) -> FilmResponse:
+        """The film's answers over frequency; raises DataError for a machine without a film."""
+        if self.film is None:
+            raise DataError("linear model: the machine has no gas film, so there is no film response")
+        return FilmResponse(self.film)
+
     def transfer(self, s: complex) -> np.ndarray:
         """Transfer function (2, 5) at the complex frequency s [rad/s]."""
-        return np.asarray(self.H @ splu((s * sparse.diags(self.S) - self.J).tocsc()).solve(self.E.astype(complex)))
+        m = len(self.rotor.K)
+        drive = self.E[-m:].astype(complex)
+        if self.film is not None:
+            drive = drive + self.rotor.Bf.T @ (self.response.at(s).L.T @ self.E[: -2 * m])
+        return np.asarray(self.H[:, -2 * m : -m] @ np.linalg.solve(self._dynamic(s), drive))
+
+    def _dynamic(self, s: complex) -> np.ndarray:
+        """Modal dynamic stiffness (m, m) of rotor and film."""
+        K, C, Bf = self.rotor.K, self.rotor.C, self.rotor.Bf
+        film = 0.0 if self.film is None else Bf.T @ self.response.at(s).Z @ Bf
+        return np.asarray(K + s * C + s * s * np.eye(len(K)) + film)
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
-        values, vectors = _near_eigenvalues(self.S, self.J, self.near)
+        values, vectors = self._near_eigenvalues()
         keep = values.imag > 0.44 * np.abs(values)
         order = np.argsort(np.abs(values[keep]))
         return values[keep][order], vectors[:, keep][:, order]
@@ -97,65 +141,97 @@ class LinearPlant:
         return -self._modes[0].real / np.abs(self._modes[0])
 
     @property
+    def shapes(self) -> np.ndarray:
+        """Modal displacements of the rotor (m, n_modes) in each mode."""
+        m = len(self.rotor.K)
+        return self._modes[1][-2 * m : -m]
+
+    @property
     def _disc_shapes(self) -> np.ndarray:
         return self.H @ self._modes[1]
 
     @property
     def whirl(self) -> tuple[str, ...]:
         """Sense of whirl of each mode at the disc, from its orbit: forward is from x to y."""
-        x, y = self._disc_shapes
-        sense = 2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
         # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
-        return tuple("mixed" if abs(v) < 0.02 else ("forward" if v < 0 else "backward") for v in sense)
+        return tuple("mixed" if abs(v) < 0.02 else ("forward" if v > 0 else "backward") for v in self.whirl_ratio)
+
+    @property
+    def whirl_ratio(self) -> np.ndarray:
+        """Roundness of each mode's orbit at the disc (n_modes,): 1 a forward circle, 0 a line, -1 a backward circle."""
+        x, y = self._disc_shapes
+        return np.asarray(-2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2))
 
     @cached_property
     def static_gain(self) -> np.ndarray:
         """Disc displacement per volt of reference (2, 2) [m/V]."""
-        return np.asarray(-(self.H @ splu(self.J.tocsc()).solve(self.E[:, :2])))
+        return np.real(self.transfer(0)[:, :2])
 
     @cached_property
     def delay(self) -> np.ndarray:
         """Delay (2,) [s] of the film force behind the reference of its axis; NaN without injectors."""
         if self.film is None or not self.E[:, :2].any():
             return np.full(2, np.nan)
-        n = len(self.film.S)
+        pins = self.E[: len(self.film.S), :2]
         delays = np.zeros(2)
         for axis in range(2):
-            omega = self.wn[self._mode_of_axis(axis)]
-            matrix = self.film.J + 1j * omega * sparse.diags(self.film.S)
-            force = self.film.F_y @ splu(matrix.tocsc()).solve(self.E[:n, axis].astype(complex))
-            static = self.film.F_y @ splu(self.film.J.tocsc()).solve(self.E[:n, axis])
-            delays[axis] = -np.angle(force[axis] / static[axis]) / omega
+            omega = float(self.wn[self.mode_of_axis(axis)])
+            force = self.response.at(1j * omega).L[:, axis] @ pins[:, axis]
+            static = self.response.at(0).L[:, axis] @ pins[:, axis]
+            delays[axis] = -np.angle(force / static) / omega
         return delays
 
-    def _mode_of_axis(self, axis: int) -> int:
+    def mode_of_axis(self, axis: int) -> int:
         """Which of the two lowest modes moves the disc most along an axis."""
         shapes = np.abs(self._disc_shapes[:, :2])
         share = shapes / shapes.sum(axis=0)
         return int(share[axis].argmax())
 
+    def _near_eigenvalues(self, count: int = 8) -> tuple[np.ndarray, np.ndarray]:
+        """Eigenvalues of (J, S) nearest to i near, by shift and invert (all of them when the system is small)."""
+        n = len(self.S)
+        if self.film is None or n <= 4 * count:
+            return np.linalg.eig(self.J.toarray() / self.S[:, None])
+        shift = 1j * self.near
+        operator = LinearOperator((n, n), matvec=self._inverse(shift), dtype=complex)
+        inverse, vectors = eigs(operator, k=count, v0=np.ones(n, complex), tol=1e-12)
+        if not np.all(np.isfinite(inverse)):
+            raise DataError("linearise: the eigenvalues did not converge; refine the grid")
+        return shift + 1 / inverse, vectors
+
+    def _inverse(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
+        """x -> (J - shift S)^-1 S x with the film's factors and the rotor condensed onto them."""
+        film, K, C, Bf = self.film, self.rotor.K, self.rotor.C, self.rotor.Bf
+        assert film is not None
+        n, m = len(film.S), len(K)
+        answer = self.response.at(shift)
+        D = np.linalg.inv(self._dynamic(shift))
+        onto, pushed = Bf.T @ answer.L.T, film.S_X @ Bf
+        damped = C + shift * np.eye(m)
+        moved = (film.J_X + shift * film.S_X) @ Bf
+
+        def solve(x: np.ndarray) -> np.ndarray:
+            r = film.S * x[:n] + pushed @ x[n : n + m]
+            q = -D @ (x[n + m :] + damped @ x[n : n + m] + onto @ r)
+            return np.concatenate([-answer.factor.solve(r + moved @ q), q, x[n : n + m] + shift * q])
+
+        return solve
+
 
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
-    if a.film_model is None:
-        return _rotor_only(a, w, speed)
-    film = linear_film(a.film_model, a.film, w, a.ix, a.P.film, speed)
     K, C, Bf, Bd = _rotor(a, w, speed)
-    n, m = len(film.S), len(K)
-    eye = sparse.identity(m)
-    J = sparse.bmat(
-        [
-            [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],
-            [None, None, eye],
-            [sparse.csr_matrix(Bf.T @ film.F_y), -sparse.csr_matrix(K), -sparse.csr_matrix(C)],
-        ]
-    ).tocsc()  # fmt: skip
+    m, near = len(K), a.mesh.reduced.frequencies.min()
+    film = None if a.film_model is None else linear_film(a.film_model, a.film, w, a.ix, a.P.film, speed)
+    n = 0 if film is None else len(film.S)
     E = np.zeros((n + 2 * m, 5))
-    E[:n, :2] = -film.J_u[:, :-1] @ _pin_gains(a)
-    E[:n, 4] = -film.J_u[:, -1]
     E[n + m :, 2:4] = Bd.T
+    if film is not None:
+        E[:n, :2] = -film.J_u[:, :-1] @ _pin_gains(a)
+        E[:n, 4] = -film.J_u[:, -1]
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
-    return LinearPlant(np.concatenate([film.S, np.ones(2 * m)]), J, E, H, a.mesh.reduced.frequencies.min(), film)
+    S = np.concatenate([np.zeros(0) if film is None else film.S, np.ones(2 * m)])
+    return LinearPlant(S, E, H, near, LinearRotor(K, C, Bf), film)
 
 
 def _pin_gains(a: Assembly) -> np.ndarray:
@@ -192,29 +268,4 @@ def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[np.ndarray, np.nda
     return K[np.ix_(moves, moves)], C[np.ix_(moves, moves)], Bf[:, moves], Bd[:, moves]
 
 
-def _rotor_only(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
-    K, C, _, Bd = _rotor(a, w, speed)
-    m = len(K)
-    J = np.block([[np.zeros((m, m)), np.eye(m)], [-K, -C]])
-    E = np.zeros((2 * m, 5))
-    E[m:, 2:4] = Bd.T
-    near = a.mesh.reduced.frequencies.min()
-    return LinearPlant(np.ones(2 * m), sparse.csc_matrix(J), E, np.hstack([Bd, np.zeros((2, m))]), near)
-
-
-def _near_eigenvalues(S: np.ndarray, J: Any, near: float, count: int = 8) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of (J, S) nearest to i near, by shift and invert (all of them when the system is small)."""
-    n = len(S)
-    if n <= 4 * count:
-        return np.linalg.eig(J.toarray() / S[:, None])
-    shift = 1j * near
-    factor = splu((J - shift * sparse.diags(S)).tocsc())
-    operator = LinearOperator((n, n), matvec=lambda x: factor.solve(S * x), dtype=complex)
-    start = np.ones(n, complex)
-    inverse, vectors = eigs(operator, k=count, v0=start, tol=1e-12)
-    if not np.all(np.isfinite(inverse)):
-        raise DataError("linearise: the eigenvalues did not converge; refine the grid")
-    return shift + 1 / inverse, vectors
-
-
-__all__ = ["INPUTS", "OUTPUTS", "LinearPlant", "linearise"]
+__all__ = ["INPUTS", "OUTPUTS", "LinearPlant", "LinearRotor", "linearise"]

@@ -1,0 +1,85 @@
+"""Axes of a map: speeds, pressures, and any field of the machine file, from numbers or from text with units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rotorsim.errors import DataError
+from rotorsim.machine.units import parse
+
+NUMBER = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*$")
+MOST = 100_000
+"""Points of a map: more is a mistake of typing."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of the machine file that varies: dotted path, values as a machine file has them, numbers, their unit."""
+
+    path: str
+    values: tuple[Any, ...]
+    numbers: tuple[float, ...]
+    unit: str
+
+    @property
+    def name(self) -> str:
+        """Name of the dimension: the path with underscores."""
+        return self.path.replace(".", "_")
+
+
+def checked(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
+    """A grid (n,) of finite, strictly ascending numbers; raises DataError."""
+    grid = np.atleast_1d(np.asarray(values, float))
+    if grid.ndim != 1 or not grid.size:
+        raise DataError(f"{name}: the grid is empty; give at least one value")
+    if not np.all(np.isfinite(grid)):
+        raise DataError(f"{name}: value {int(np.argmin(np.isfinite(grid))) + 1} is not a finite number; correct it")
+    falls = np.flatnonzero(np.diff(grid) <= 0)
+    if falls.size:
+        k = int(falls[0]) + 1
+        raise DataError(f"{name}: value {k + 1}, {grid[k]:g}, is not above the one before it, {grid[k - 1]:g}; sort it")
+    return grid
+
+
+def read_axis(option: str, text: str, unit: str) -> np.ndarray:
+    """SI values of 'FROM:TO:COUNT' or of values with commas, each with its unit; raises DataError."""
+    ends, count = _split(option, text)
+    try:
+        numbers = [float(parse(end, unit)) for end in ends]
+    except ValueError as error:
+        raise DataError(f"--{option}: {error}") from error
+    return checked(f"--{option} '{text}' in {unit}", np.linspace(*numbers, count) if count else numbers)
+
+
+def read_field(text: str) -> Field:
+    """A field of 'PATH=FROM:TO:COUNT' or 'PATH=VALUE, VALUE'; raises DataError."""
+    path, equals, values = text.partition("=")
+    if not equals or not path.strip():
+        raise DataError(f"--over: '{text}' is not PATH=VALUES; write e.g. 'bearings.1.clearance=20 um:30 um:5'")
+    ends, count = _split("over", values)
+    found = [NUMBER.match(end) for end in ends]
+    units = {match[2] for match in found if match}
+    if None in found or len(units) != 1:
+        raise DataError(f"--over: '{values.strip()}' needs numbers with one and the same unit, e.g. '20 um:30 um:5'")
+    unit = units.pop()
+    numbers = [float(match[1]) for match in found if match]
+    grid = checked(f"--over {path.strip()}", np.linspace(*numbers, count) if count else numbers)
+    said = tuple(f"{v:.12g} {unit}" if unit else (int(v) if v == int(v) else float(v)) for v in grid)
+    return Field(path.strip(), said, tuple(map(float, grid)), unit)
+
+
+def _split(option: str, text: str) -> tuple[list[str], int]:
+    """Ends and number of points of a range, or the values of a list and 0."""
+    if ":" not in text:
+        return [part.strip() for part in text.split(",") if part.strip()], 0
+    parts = [part.strip() for part in text.split(":")]
+    if len(parts) != 3 or not parts[2].isdecimal() or not 1 <= int(parts[2]) <= MOST:
+        raise DataError(f"--{option}: '{text}' is not FROM:TO:COUNT; write e.g. '0 rpm:6000 rpm:7'")
+    if parts[2] == "1":
+        return parts[:1], 0
+    return parts[:2], int(parts[2])

@@ -1,0 +1,229 @@
+r"""Calibration: free numbers of a machine file, within bounds, fitted to measured or published figures.
+
+Least squares on (model - target) / tolerance over the fitted targets, parameters scaled to 0..1 between their bounds.
+With J the Jacobian at the end, the covariance of the scaled parameters is (J'J)^-1 (tolerances taken as standard
+deviations); a right singular vector of J with singular value below `WEAK` moves across half its bounds before the
+targets notice: it is called not identifiable.
+
+A fit to ranges is a calibration and no prediction; what is predicted are the targets of that role.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from rotorsim.analysis.figures import BARE, bare, figures
+from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
+from rotorsim.errors import DataError, NoLiftOffError, RotorsimError
+from rotorsim.machine.edit import with_value
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+
+WEAK = 2.0
+STEP = 1e-3
+LOST = 30.0
+"""Residual of every target where the machine is not lifted or not valid."""
+
+Told = Callable[[int, float], None]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A target before and after: smallest and largest value [SI] over the operating points, and what that counts as."""
+
+    target: Target
+    before: tuple[float, float]
+    after: tuple[float, float]
+
+    @property
+    def verdicts(self) -> tuple[str, str]:
+        """Verdict before and after."""
+        return verdict(self.target, self.before), verdict(self.target, self.after)
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What a calibration found; `machine` has the new values, `values` and `sd` are in each parameter's unit."""
+
+    machine: Machine
+    parameters: tuple[Parameter, ...]
+    values: np.ndarray
+    sd: np.ndarray
+    correlation: np.ndarray
+    singular_values: np.ndarray
+    directions: np.ndarray
+    at_bound: np.ndarray
+    rows: tuple[Row, ...]
+    cost: tuple[float, float]
+    ended: str
+
+    @property
+    def unidentifiable(self) -> tuple[str, ...]:
+        """Directions that the targets do not determine, as text."""
+        names = [p.name for p in self.parameters]
+        weak = (v for s, v in zip(self.singular_values, self.directions, strict=True) if s < WEAK)
+        return tuple(_direction(names, v) for v in weak)
+
+    def met(self, role: str | None = None) -> tuple[int, int, int]:
+        """Targets met before, met after, and in all."""
+        rows = [r for r in self.rows if role in (None, r.target.role)]
+        both = [r.verdicts for r in rows]
+        return sum(b == "met" for b, _ in both), sum(a == "met" for _, a in both), len(rows)
+
+
+def verdict(target: Target, ends: tuple[float, float]) -> str:
+    """'met' if both ends are within the tolerance, 'inside' if the range lies within the target's, else 'not met'."""
+    low, high = ends
+    if not np.isfinite([low, high]).all():
+        return "not met"
+    if abs(low - target.low) <= target.tolerance and abs(high - target.high) <= target.tolerance:
+        return "met"
+    slack = 1e-12 * abs(target.tolerance)
+    return "inside" if low >= target.low - slack and high <= target.high + slack else "not met"
+
+
+def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told | None = None) -> Calibration:
+    """Fit the parameters of `targets`, from their start values; `told` hears (evaluations, cost).
+
+    Raises
+    ------
+    DataError
+        If a field of a parameter does not exist or the machine at the start is not valid or not lifted.
+    """
+    parameters = tuple(_started(machine, p) for p in targets.parameters)
+    targets = replace(targets, parameters=parameters)
+    state = _Fit(machine, targets, told)
+    begin = np.array([(p.start - p.low) / (p.high - p.low) for p in targets.parameters])
+    before = [_ends(t, state.point_values(machine), Plant(machine), targets) for t in targets.targets]
+    first = state.residual(begin, strict=True)
+    try:
+        fit = least_squares(state.residual, np.clip(begin, 1e-6, 1 - 1e-6), state.jacobian, bounds=(0, 1),
+                            max_nfev=passes, xtol=1e-6, ftol=1e-6)  # fmt: skip
+        ended = "complete"
+    except KeyboardInterrupt:
+        ended = "interrupted"
+    return _outcome(state, targets, before, first, state.best if ended == "interrupted" else fit.x, ended)
+
+
+def _started(machine: Machine, parameter: Parameter) -> Parameter:
+    """The parameter with the machine's own value as its start, where the targets give none."""
+    if not np.isnan(parameter.start):
+        return parameter
+    field = parameter.fields[0]
+    number, unit = split(field.path, value_at(machine._source or machine.text, field.path))
+    if unit != parameter.unit:
+        raise DataError(
+            f"parameters.{parameter.name}: bounds are in '{parameter.unit}', the machine's {field.path} in '{unit}'; "
+            "write the bounds in that unit or give a start"
+        )
+    start = (number - field.offset) / field.scale
+    if not parameter.low <= start <= parameter.high:
+        raise DataError(
+            f"parameters.{parameter.name}: the machine has {start:g} {unit}, not between {parameter.low:g} and "
+            f"{parameter.high:g}; widen the bounds or give a start"
+        )
+    return replace(parameter, start=start)
+
+
+class _Fit:
+    """Residuals over scaled parameters, with the best so far."""
+
+    def __init__(self, machine: Machine, targets: Targets, told: Told | None) -> None:
+        self.machine, self.targets, self.told = machine, targets, told
+        self.count, self.cost = 0, np.inf
+        self.best = np.zeros(len(targets.parameters))
+        self.fitted = [t for t in targets.targets if t.role == "fit"]
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        return np.array([p.low + v * (p.high - p.low) for p, v in zip(self.targets.parameters, x, strict=True)])
+
+    def with_values(self, x: np.ndarray) -> Machine:
+        text = self.machine._source or self.machine.text
+        for parameter, value in zip(self.targets.parameters, self.values(x), strict=True):
+            for field in parameter.fields:
+                text = with_value(text, field.path, parameter.text(field.scale * value + field.offset))
+        return Machine.from_text(text)
+
+    def point_values(self, machine: Machine) -> list[dict[str, float]]:
+        plant = Plant(machine)
+        return [figures(plant, float(s), float(p)) for p in self.targets.pressures for s in self.targets.speeds]
+
+    def residual(self, x: np.ndarray, strict: bool = False) -> np.ndarray:
+        """Deviations (n,) in tolerances, two for a range and one for a value."""
+        try:
+            machine = self.with_values(x)
+            points, plant = self.point_values(machine), Plant(machine)
+            ends = [_ends(t, points, plant, self.targets) for t in self.fitted]
+        except (NoLiftOffError, RotorsimError) as error:
+            if strict:
+                raise DataError(f"calibrate: at the start values {error}; correct start or fields") from error
+            return np.full(sum(1 if t.at else 2 for t in self.fitted), LOST)
+        r = np.concatenate([_deviation(t, e) for t, e in zip(self.fitted, ends, strict=True)])
+        self.count += 1
+        if r @ r < self.cost:
+            self.cost, self.best = float(r @ r), x.copy()
+        if self.told:
+            self.told(self.count, self.cost)
+        return np.asarray(r)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """One-sided differences, inwards at a bound."""
+        here, columns = self.residual(x), []
+        for k in range(len(x)):
+            step = STEP if x[k] + STEP <= 1 else -STEP
+            moved = x.copy()
+            moved[k] += step
+            columns.append((self.residual(moved) - here) / step)
+        return np.stack(columns, axis=1)
+
+
+def _ends(target: Target, points: list[dict[str, float]], plant: Plant, targets: Targets) -> tuple[float, float]:
+    """Smallest and largest value of a target's quantity over the operating points, or its value at one."""
+    if target.at is not None:
+        value = (
+            bare(plant, target.quantity, *target.at)
+            if target.quantity in BARE
+            else figures(plant, *target.at)[target.quantity]
+        )
+        return value, value
+    if target.quantity in BARE:
+        over = targets.speeds if target.quantity == "lift_off" else targets.pressures
+        grid = [(float(v), 0.0) if target.quantity == "lift_off" else (0.0, float(v)) for v in over]
+        values = [bare(plant, target.quantity, *at) for at in grid]
+    else:
+        values = [point[target.quantity] for point in points]
+    return min(values), max(values)
+
+
+def _deviation(target: Target, ends: tuple[float, float]) -> np.ndarray:
+    low, high = ((e - t) / target.tolerance for e, t in zip(ends, (target.low, target.high), strict=True))
+    return np.array([low]) if target.at else np.array([low, high])
+
+
+def _outcome(
+    state: _Fit, targets: Targets, before: list[tuple[float, float]], first: np.ndarray, x: np.ndarray, ended: str
+) -> Calibration:
+    machine = state.with_values(x)
+    points, plant = state.point_values(machine), Plant(machine)
+    after = [_ends(t, points, plant, targets) for t in targets.targets]
+    rows = tuple(Row(*entry) for entry in zip(targets.targets, before, after, strict=True))
+    J, last = state.jacobian(x), state.residual(x)
+    _, s, V = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
+    s = np.concatenate([s, np.zeros(len(V) - len(s))])
+    covariance = (V.T / np.maximum(s, 1e-6) ** 2) @ V
+    spread = np.sqrt(np.diag(covariance))
+    width = np.array([p.high - p.low for p in targets.parameters])
+    return Calibration(
+        machine, targets.parameters, state.values(x), spread * width, covariance / np.outer(spread, spread), s, V,
+        (x < 1e-3) | (x > 1 - 1e-3), rows, (float(first @ first), float(last @ last)), ended,
+    )  # fmt: skip
+
+
+def _direction(names: list[str], vector: np.ndarray) -> str:
+    order = np.argsort(-np.abs(vector))
+    parts = [f"{vector[k]:+.2f} {names[k]}" for k in order if abs(vector[k]) > 0.15]
+    return " ".join(parts)

@@ -1,0 +1,73 @@
+"""Names, units and dimensions of what a map holds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.analysis.axes import Field
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "done": ((), "1", "whether the point was computed"),
+    "lifted": ((), "1", "whether the film carries the rotor"),
+    "eccentricity_ratio": ((), "1", "eccentricity ratio"),
+    "h_min": ((), "m", "smallest film thickness"),
+    "journal": (("axis",), "m", "journal position"),
+    "disc": (("axis",), "m", "disc position"),
+    "film_force": (("axis",), "N", "film force on the journal"),
+    "mass_flow": (("injector",), "kg/s", "mass flow into the film"),
+    "wn": (("mode",), "rad/s", "natural frequency"),
+    "zeta": (("mode",), "1", "damping ratio"),
+    "whirl_ratio": (("mode",), "1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+    "zeta_least": ((), "1", "least damping ratio"),
+    "static_gain": (("axis", "reference"), "m/V", "static gain from reference to disc"),
+    "delay": (("axis",), "s", "delay of the film force behind the reference"),
+    "film_frequency": (("at",), "rad/s", "whirl frequency of film stiffness and damping"),
+    "film_stiffness": (("at", "axis", "to"), "N/m", "film stiffness K(omega)"),
+    "film_damping": (("at", "axis", "to"), "N s/m", "film damping C(omega)"),
+    "safe": ((), "1", "lifted, stable and clear of the critical speeds"),
+    "critical_speed": ((), "rad/s", "speed that equals a natural frequency"),
+}
+
+
+def coordinates(
+    fields: Sequence[Field], speeds: np.ndarray, pressures: np.ndarray, at: Sequence[str]
+) -> dict[str, tuple[str, Any, dict[str, str]]]:
+    """Coordinates of a map."""
+    found = {f.name: (f.name, list(f.numbers), {"units": f.unit or "1", "long_name": f.path}) for f in fields}
+    return found | {
+        "pressure": ("pressure", pressures, {"units": "Pa", "long_name": "supply pressure, gauge"}),
+        "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
+        "axis": ("axis", ["x", "y"], {}),
+        "reference": ("reference", ["x", "y"], {}),
+        "to": ("to", ["x", "y"], {}),
+        "at": ("at", list(at), {"long_name": "whirl frequency"}),
+    }
+
+
+def label(
+    tables: dict[str, np.ndarray], coords: dict[str, Any], fields: Sequence[Field], attrs: dict[str, Any]
+) -> xr.Dataset:
+    """The Dataset of tables (fields..., pressure, speed, ...)."""
+    import xarray as xr
+
+    over = (*(f.name for f in fields), "pressure", "speed")
+    variables = {}
+    for key in (k for k in VARIABLES if k in tables):
+        dims, unit, text = VARIABLES[key]
+        variables[key] = ((*over, *dims), tables[key], {"units": unit, "long_name": text})
+    modes = tables["wn"].shape[-1] if "wn" in tables else 0
+    extra = {"mode": ("mode", np.arange(1, modes + 1), {"long_name": "mode, by frequency"})} if modes else {}
+    used = {d for dims, *_ in variables.values() for d in dims}
+    return xr.Dataset(variables, {k: v for k, v in (coords | extra).items() if k in used}, attrs)
+
+
+def plain(text: str) -> str:
+    """Text that can be a file's name."""
+    return re.sub(r"[^\w.-]+", "_", text).strip("_")

@@ -1,0 +1,52 @@
+"""Mode shapes of the coupled machine along its shaft, for drawing: complex displacements of every node."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rotorsim.plant import Plant
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
+    """The modes next to the first critical speeds, at `speed` [rad/s] and gauge `pressure` [Pa].
+
+    `shape_re`, `shape_im` (mode, node, axis): x = Re(X exp(st)), the largest displacement of a mode is 1; wn [rad/s],
+    zeta, whirl by mode; radius [m] of the shaft beside each node; z [m] of the nodes;
+    node and radius of the discs.
+    """
+    import xarray as xr
+
+    a = plant.assembly
+    model = plant.linearise(speed, pressure)
+    reduced, nodes = a.mesh.reduced, a.mesh.nodes
+    q = model.shapes[: reduced.Phi.shape[1]]
+    shape = np.stack([reduced.Phi[axis::4] @ q for axis in range(2)], axis=-1).transpose(1, 0, 2)[:, : len(nodes)]
+    size = np.abs(shape).reshape(len(shape), -1)
+    shape = shape / (shape.reshape(len(shape), -1)[np.arange(len(shape)), size.argmax(axis=1)])[:, None, None]
+    discs = [d for d in plant.machine.discs if d.mass > 0]
+    over = ("mode", "node", "axis")
+    return xr.Dataset(
+        {
+            "shape_re": (over, shape.real, {"units": "1", "long_name": "mode shape, real part"}),
+            "shape_im": (over, shape.imag, {"units": "1", "long_name": "mode shape, imaginary part"}),
+            "wn": ("mode", model.wn, {"units": "rad/s", "long_name": "natural frequency"}),
+            "zeta": ("mode", model.zeta, {"units": "1", "long_name": "damping ratio"}),
+            "whirl": ("mode", list(model.whirl), {"long_name": "sense of whirl at the disc"}),
+            "radius": ("node", _radii(plant), {"units": "m", "long_name": "radius of the shaft"}),
+            "disc_node": ("disc", [a.mesh.node(d.position) for d in discs], {"long_name": "node of the disc"}),
+            "disc_radius": ("disc", [(2 * d.polar_inertia / d.mass) ** 0.5 for d in discs], {"units": "m"}),
+        },
+        {"z": ("node", nodes, {"units": "m", "long_name": "position along the shaft"}), "axis": ["x", "y"]},
+        plant.provenance() | {"kind": "modes", "speed": float(speed), "pressure": float(pressure)},
+    )
+
+
+def _radii(plant: Plant) -> np.ndarray:
+    """Outer radius of the element to the right of each node (the last node: to the left)."""
+    radii = [0.5 * e.odl for e in plant.assembly.mesh.rotor.shaft_elements]
+    return np.array([*radii, radii[-1]])

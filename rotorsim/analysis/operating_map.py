@@ -1,0 +1,122 @@
+"""The map: every operating point of a grid of speed, pressure and fields of the machine file, as one Dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.analysis import labels
+from rotorsim.analysis.axes import MOST, Field, checked
+from rotorsim.analysis.point import AT, MODES, numbers
+from rotorsim.analysis.workers import spread, useful
+from rotorsim.errors import DataError
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def operating_map(
+    plant: Plant,
+    speeds: Sequence[float] | np.ndarray,
+    pressures: Sequence[float] | np.ndarray,
+    fields: Sequence[Field] = (),
+    frequencies: Sequence[float] | None = None,
+    workers: int | None = 1,
+    told: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Equilibrium, modes, gains, delays and film coefficients over the grid.
+
+    Parameters
+    ----------
+    speeds, pressures : (n_speed,) [rad/s], (n_pressure,) [Pa, gauge]
+        Ascending.
+    fields : sequence of Field
+        Further axes: fields of the machine file.
+    frequencies : (n_at,), optional
+        Whirl frequencies of K and C [rad/s]; else 0 and those of the two lowest modes.
+    workers : int or None
+        Processes; None for as many as pay.
+    told : callable, optional
+        Called with (points done, points in all).
+
+    Returns
+    -------
+    Dataset over (fields..., pressure, speed); NaN and `lifted` = 0 where the film does not carry the rotor. After an
+    interrupt `ended` is "interrupted" and `done` is 0 where nothing was computed.
+
+    Raises
+    ------
+    DataError
+        If a grid is empty, not finite, not ascending or too large, or a pressure is below vacuum.
+    """
+    speeds, pressures = checked("map: speeds [rad/s]", speeds), checked("map: pressures [Pa]", pressures)
+    _check(plant, pressures, frequencies)
+    shape = (*(len(f.values) for f in fields), len(pressures), len(speeds))
+    if np.prod(shape) > MOST:
+        raise DataError(f"map: {np.prod(shape)} points; at most {MOST} are computed, take a coarser grid")
+    machines = [_varied(plant.machine, fields, values) for values in product(*(f.values for f in fields))]
+    jobs = [(m.text, speeds, p, frequencies) for m in machines for p in pressures]
+    total, done, ended = int(np.prod(shape)), 0, "complete"
+    rows: dict[int, list[dict[str, np.ndarray]]] = {}
+    try:
+        for number, row in spread(_row, jobs, useful(workers, total)):
+            rows[number] = row
+            done += len(row)
+            if told:
+                told(done, total)
+    except KeyboardInterrupt:
+        ended = "interrupted"
+    tables = _tables(rows, len(jobs), shape)
+    coords = labels.coordinates(fields, speeds, pressures, AT if frequencies is None else _names(frequencies))
+    return labels.label(tables, coords, fields, plant.provenance() | {"kind": "map", "ended": ended})
+
+
+def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | None) -> None:
+    ambient = plant.machine.gas.ambient_pressure
+    if pressures[0] <= -ambient:
+        raise DataError(f"map: pressure {pressures[0]:g} Pa gauge is below vacuum; give more than {-ambient:g} Pa")
+    if frequencies is not None and (not len(frequencies) or not np.all(np.isfinite(frequencies))):
+        raise DataError("map: the whirl frequencies are empty or not finite; give numbers in rad/s")
+
+
+def _varied(machine: Machine, fields: Sequence[Field], values: Sequence[Any]) -> Machine:
+    for field, value in zip(fields, values, strict=True):
+        machine = machine.replace(field.path, value)
+    return machine
+
+
+@lru_cache(maxsize=2)
+def _plant(text: str) -> Plant:
+    return Plant(Machine.from_text(text))
+
+
+def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[float] | None) -> list[dict]:
+    """The points of one pressure of one machine."""
+    plant = _plant(text)
+    return [numbers(plant, float(speed), float(pressure), frequencies) for speed in speeds]
+
+
+def _names(frequencies: Sequence[float]) -> tuple[str, ...]:
+    return tuple(f"{f / (2 * np.pi):.6g} Hz" for f in frequencies)
+
+
+def _tables(rows: dict[int, list[dict]], n_jobs: int, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Arrays (*shape, ...) of everything that any point has, NaN where a point has it not."""
+    sizes = {key: value.shape for row in rows.values() for point in row for key, value in point.items()}
+    tables = {key: np.full((n_jobs, shape[-1], *size), np.nan) for key, size in sizes.items()}
+    done = np.zeros((n_jobs, shape[-1]))
+    for number, row in rows.items():
+        done[number] = 1.0
+        for k, point in enumerate(row):
+            for key, value in point.items():
+                tables[key][number, k] = value
+    return {key: table.reshape(*shape, *table.shape[2:]) for key, table in (tables | {"done": done}).items()}
+
+
+__all__ = ["MODES", "operating_map"]

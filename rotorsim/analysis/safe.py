@@ -1,0 +1,34 @@
+"""Which operating points are safe: carried by the film, stable, not within 15 % of a critical speed (the thesis)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rotorsim.analysis.critical import MODES, interpolated
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MARGIN = 0.15
+
+
+def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
+    """`critical_speed` (..., mode) [rad/s], interpolated in the map, and `safe` (..., speed) added to a map."""
+    if "wn" not in found:
+        return found.assign(safe=found["lifted"].copy() * 0.0)
+    order = [d for d in found["lifted"].dims if d != "speed"]
+    wn = found["wn"].transpose(*order, "mode", "speed").values[..., :MODES, :]
+    speeds = found["speed"].values
+    critical = np.apply_along_axis(lambda row: interpolated(speeds, row), -1, wn)
+    with np.errstate(invalid="ignore"):
+        near = np.abs(speeds / critical[..., None] - 1) < margin
+        stable = found["zeta_least"].transpose(*order, "speed").values > 0
+    lifted = found["lifted"].transpose(*order, "speed").values == 1
+    safe = lifted & stable & ~near.any(axis=-2)
+    text = f"lifted, stable and not within {100 * margin:g} % of a critical speed"
+    return found.assign(
+        critical_speed=((*order, "mode_critical"), critical, {"units": "rad/s", "long_name": "critical speed"}),
+        safe=((*order, "speed"), safe.astype(float), {"units": "1", "long_name": text}),
+    ).assign_attrs(safe_margin=margin)

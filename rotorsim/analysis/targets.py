@@ -1,0 +1,218 @@
+"""Targets of a calibration, from a TOML file: free parameters with bounds, operating points, what was measured.
+
+A parameter is one number; `fields` are what depends on it, each scale * value + offset. A target is either a range, the
+smallest and the largest value over all operating points (`low`, `high`), or a `value` at one speed and pressure.
+Targets with role = "predict" are reported and not fitted.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.analysis.axes import NUMBER, checked
+from rotorsim.analysis.figures import BARE, UNITS
+from rotorsim.errors import DataError
+from rotorsim.machine.units import parse
+
+ROLES = ("fit", "predict")
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of the machine file that follows a parameter: scale * value + offset, in the parameter's unit."""
+
+    path: str
+    scale: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A free number between `low` and `high`, in `unit` (empty for pure numbers); `start` NaN: the machine's own."""
+
+    name: str
+    start: float
+    low: float
+    high: float
+    unit: str
+    fields: tuple[Field, ...]
+
+    def text(self, value: float) -> Any:
+        """A value as a machine file has it."""
+        return f"{value:.12g} {self.unit}" if self.unit else value
+
+
+@dataclass(frozen=True)
+class Target:
+    """A measured or published figure in SI: `low` and `high` of a range, or the same value twice at an `at`."""
+
+    name: str
+    quantity: str
+    low: float
+    high: float
+    tolerance: float
+    role: str
+    at: tuple[float, float] | None
+    source: str
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Everything a calibration needs beside the machine; speeds [rad/s], pressures [Pa]."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    targets: tuple[Target, ...]
+    speeds: np.ndarray
+    pressures: np.ndarray
+
+
+def read_targets(path: str | Path) -> Targets:
+    """Targets of a file, or of a shipped one by name; raises DataError with one sentence."""
+    file = _found(path)
+    try:
+        told = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DataError(f"{path}: is no TOML file ({error}); correct it") from error
+    try:
+        return _targets(told, str(file.stem))
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from error
+
+
+def shipped() -> dict[str, Path]:
+    """Targets that come along, by name."""
+    folder = Path(__file__).parent / "shipped"
+    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
+
+
+def _found(path: str | Path) -> Path:
+    known = shipped()
+    if str(path) in known:
+        return known[str(path)]
+    if not Path(path).is_file():
+        raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
+    return Path(path)
+
+
+def _targets(told: dict[str, Any], name: str) -> Targets:
+    grid = _table(told, "operating_points", "")
+    speeds = checked("operating_points.speeds", _numbers(grid, "speeds", "rad/s"))
+    pressures = checked("operating_points.pressures", _numbers(grid, "pressures", "Pa"))
+    parameters = tuple(_parameter(n, t) for n, t in _table(told, "parameters", "").items())
+    entries = told.get("targets")
+    if not isinstance(entries, list) or not entries or not parameters:
+        raise DataError("there is nothing to fit; give [parameters.NAME] tables and [[targets]]")
+    targets = tuple(_target(t, k) for k, t in enumerate(entries))
+    if not any(t.role == "fit" for t in targets):
+        raise DataError("no target has role = 'fit'; give at least one")
+    return Targets(str(told.get("name", name)), parameters, targets, speeds, pressures)
+
+
+def _table(told: dict[str, Any], key: str, where: str) -> dict[str, Any]:
+    if not isinstance(told.get(key), dict):
+        raise DataError(f"{where}{key}: is missing or no table; see 'rotorsim machine calibrate --help'")
+    return dict(told[key])
+
+
+def _numbers(table: dict[str, Any], key: str, unit: str) -> list[float]:
+    values = table.get(key)
+    if not isinstance(values, list):
+        raise DataError(f"operating_points.{key}: give a list of texts with units")
+    return [_quantity(f"operating_points.{key}", v, unit) for v in values]
+
+
+def _quantity(where: str, value: Any, unit: str) -> float:
+    if unit == "1":
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise DataError(f"{where}: {value!r} is not a finite number")
+        return float(value)
+    try:
+        number = float(parse(value, unit))
+    except (ValueError, TypeError, AttributeError) as error:
+        raise DataError(f"{where}: {error}") from error
+    if not np.isfinite(number):
+        raise DataError(f"{where}: {value!r} is not a finite number")
+    return number
+
+
+def _parameter(name: str, table: dict[str, Any]) -> Parameter:
+    where = f"parameters.{name}"
+    keys = ("low", "high", "start") if "start" in table else ("low", "high")
+    values = {key: split(f"{where}.{key}", table.get(key)) for key in keys}
+    units = {unit for _, unit in values.values()}
+    if len(units) != 1:
+        raise DataError(f"{where}: {', '.join(keys)} have the units {sorted(units)}; write all in one unit")
+    low, high = values["low"][0], values["high"][0]
+    start = values["start"][0] if "start" in table else float("nan")
+    if not low < high or not (low <= start <= high or np.isnan(start)):
+        raise DataError(f"{where}: start {start:g} is not between low {low:g} and high {high:g}; correct the bounds")
+    unit = units.pop()
+    fields = table.get("fields", [name])
+    if not isinstance(fields, list) or not fields:
+        raise DataError(f"{where}.fields: give a list of paths of the machine file")
+    return Parameter(name, start, low, high, unit, tuple(_field(where, f, unit) for f in fields))
+
+
+def _field(where: str, told: Any, unit: str) -> Field:
+    if isinstance(told, str):
+        return Field(told, 1.0, 0.0)
+    if not isinstance(told, dict) or not isinstance(told.get("path"), str):
+        raise DataError(f"{where}.fields: {told!r} has no path; write e.g. {{path = 'probe.position', scale = 1}}")
+    offset, own = split(f"{where}.fields.offset", told.get("offset", f"0 {unit}" if unit else 0))
+    if own != unit:
+        raise DataError(f"{where}.fields.offset: unit '{own}' is not the parameter's, '{unit}'; write it in that")
+    return Field(told["path"], float(told.get("scale", 1.0)), offset)
+
+
+def split(where: str, value: Any) -> tuple[float, str]:
+    """Number and unit of a text, or a pure number."""
+    if isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
+        return float(value), ""
+    match = NUMBER.match(value) if isinstance(value, str) else None
+    if not match or not match[2]:
+        raise DataError(f"{where}: {value!r} is no number with a unit and no pure number")
+    return float(match[1]), match[2]
+
+
+def _target(told: dict[str, Any], number: int) -> Target:
+    name = str(told.get("name", f"target {number + 1}"))
+    where, quantity, role = f"target '{name}'", told.get("quantity"), told.get("role", "fit")
+    if quantity not in UNITS:
+        raise DataError(f"{where}: quantity {quantity!r} does not exist; there are {', '.join(UNITS)}")
+    if role not in ROLES:
+        raise DataError(f"{where}: role {role!r}; choose 'fit' or 'predict'")
+    unit = UNITS[quantity]
+    single = "value" in told
+    if single == ("low" in told and "high" in told):
+        raise DataError(f"{where}: give either a value or low and high")
+    low, high = (_quantity(f"{where}.{k}", told[k], unit) for k in (("value",) * 2 if single else ("low", "high")))
+    if low > high:
+        raise DataError(f"{where}: low is above high; exchange them")
+    tolerance = _quantity(f"{where}.tolerance", told.get("tolerance"), unit)
+    if not tolerance > 0:
+        raise DataError(f"{where}.tolerance: must be positive; it says what deviation counts as one")
+    at = _at(where, told, quantity) if single else None
+    return Target(name, quantity, low, high, tolerance, role, at, str(told.get("source", "")))
+
+
+def _at(where: str, told: dict[str, Any], quantity: str) -> tuple[float, float]:
+    pressure = _quantity(f"{where}.pressure", told.get("pressure"), "Pa") if quantity != "lift_off" else 0.0
+    speed = 0.0 if quantity in BARE else _quantity(f"{where}.speed", told.get("speed"), "rad/s")
+    return speed, pressure
+
+
+def value_at(text: str, path: str) -> Any:
+    """The value at a dotted path of a machine file's text; raises DataError where there is none."""
+    value: Any = tomllib.loads(text)
+    for key in path.split("."):
+        try:
+            value = value[int(key)] if isinstance(value, list) else value[key]
+        except (KeyError, IndexError, ValueError, TypeError) as error:
+            raise DataError(f"{path}: the machine file has no such value; check the path or give a start") from error
+    return value

@@ -1,0 +1,45 @@
+"""Pure jobs on several processes, results as they come; on one process without any of that."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from typing import Any
+
+WORTH = 60
+"""Points that make one more process worth its start."""
+
+
+def useful(workers: int | None, points: int) -> int:
+    """Processes for a number of points: all cores when None, but none that would not pay for its start."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, min(workers or cores, points // WORTH))
+
+
+def spread(job: Callable[..., Any], jobs: Sequence[tuple], workers: int) -> Iterator[tuple[int, Any]]:
+    """(number of the job, result) in the order of completion."""
+    if workers <= 1:
+        for number, arguments in enumerate(jobs):
+            yield number, job(*arguments)
+        return
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_quiet)
+    try:
+        waiting = {pool.submit(job, *arguments): number for number, arguments in enumerate(jobs)}
+        while waiting:
+            done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield waiting.pop(future), future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _quiet() -> None:
+    """One thread of linear algebra a process; an interrupt is the parent's business."""
+    import signal
+
+    from threadpoolctl import threadpool_limits
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits(1)

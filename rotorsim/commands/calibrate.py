@@ -1,0 +1,146 @@
+"""`rotorsim machine calibrate`: free numbers of a machine file fitted to figures, with what they are worth."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rotorsim.analysis.calibrate import Calibration
+    from rotorsim.machine import Machine
+
+EXAMPLE = "Example: rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml"
+
+
+def calibrate_command(
+    machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
+    targets: Annotated[str, typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.")],
+    grid: Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
+    passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
+    out: Annotated[Path | None, typer.Option(help="Machine file to write; default MACHINE-calibrated.toml.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Fit named parameters within bounds to measured or published figures and write a new machine file.
+
+    Every target is shown before and after; rows with the role 'predict' take no part in the fit. Correlations and
+    directions that the targets do not determine are named: numbers along them are not to be believed one by one.
+    """
+    from rotorsim.analysis import calibrate, read_targets
+    from rotorsim.commands.options import make_plant
+    from rotorsim.errors import MachineFileError
+
+    asked = read_targets(targets)
+    loaded = make_plant(machine, None, None, []).machine
+    path = out or Path(f"{Path(machine).stem}-calibrated.toml")
+    if path.exists() and not force:
+        raise MachineFileError(f"{path}: is there already; choose another --out or add --force")
+    coarse = loaded if grid is None else make_plant(machine, grid, None, []).machine
+    told = None if as_json or not sys.stderr.isatty() else _tell
+    found = calibrate(coarse, asked, passes, told)
+    if told:
+        print(file=sys.stderr)
+    _save(found, asked.name, path, loaded)
+    if as_json:
+        typer.echo(json.dumps(numbers(found) | {"file": str(path)}, indent=2))
+    else:
+        _print(found)
+        typer.echo(f"{path}: written")
+    if found.ended != "complete":
+        print("interrupted: the best values so far are written", file=sys.stderr)
+        raise typer.Exit(130)
+
+
+def _tell(count: int, cost: float) -> None:
+    print(f"\r{count} evaluations, cost {cost:.4g} ", end="", file=sys.stderr, flush=True)
+
+
+def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
+    """The machine with the new values, its comments kept, and a remark at its head."""
+    from rotorsim.machine.toml import write_text
+
+    values = ", ".join(
+        f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
+    )
+    before, after, total = found.met()
+    head = (
+        f"# Calibrated, not predicted: fitted to '{name}': {values}.\n"
+        f"# Targets met: {before} before, {after} after, of {total}.\n"
+    )
+    machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
+    write_text(path, head + (machine._source or machine.text))
+
+
+def numbers(found: Calibration) -> dict[str, Any]:
+    """Everything as plain numbers in SI, parameters in their own unit."""
+    return {
+        "ended": found.ended,
+        "cost": list(found.cost),
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "start": p.start, "value": v, "sd": s, "at_bound": bool(b)}
+            for p, v, s, b in zip(
+                found.parameters, found.values.tolist(), found.sd.tolist(), found.at_bound, strict=True
+            )
+        ],
+        "correlation": found.correlation.tolist(),
+        "singular_values": found.singular_values.tolist(),
+        "not_identifiable": list(found.unidentifiable),
+        "targets": [
+            {"name": r.target.name, "role": r.target.role, "target": [r.target.low, r.target.high],
+             "before": list(r.before), "after": list(r.after), "verdicts": list(r.verdicts)}
+            for r in found.rows
+        ],
+        "met": dict(zip(("before", "after", "of"), found.met(), strict=True)),
+    }  # fmt: skip
+
+
+def _print(found: Calibration) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table("target", "role", "asked", "before", "", "after", "", box=None, pad_edge=False)
+    for row in found.rows:
+        t = row.target
+        asked = _range(t.low, t.high, t.quantity)
+        table.add_row(t.name, t.role + ("ted" if t.role == "fit" else "ed"), asked,
+                      _range(*row.before, t.quantity), row.verdicts[0],
+                      _range(*row.after, t.quantity), row.verdicts[1])  # fmt: skip
+    console.print(table)
+    values = Table("parameter", "start", "value", "+-", "", box=None, pad_edge=False)
+    for p, v, s, b in zip(found.parameters, found.values, found.sd, found.at_bound, strict=True):
+        values.add_row(p.name, f"{p.start:.5g}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
+    console.print(values)
+    console.print("correlations above 0.8: " + (", ".join(strong(found)) or "none"))
+    for text in found.unidentifiable:
+        console.print(f"not identifiable from these targets: {text}")
+    for role in ("fit", "predict"):
+        before, after, total = found.met(role)
+        console.print(f"{role}: {before} of {total} met before, {after} after")
+
+
+def strong(found: Calibration) -> list[str]:
+    """Pairs of parameters that cannot be told apart well."""
+    names = [p.name for p in found.parameters]
+    return [
+        f"{names[i]} and {names[j]} {found.correlation[i, j]:+.2f}"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(found.correlation[i, j]) > 0.8
+    ]
+
+
+SCALES = {"rad/s": (1.0, "rad/s"), "s": (1e3, "ms"), "m/V": (1e6, "um/V"), "m": (1e6, "um"), "Pa": (1e-6, "MPa")}
+
+
+def _range(low: float, high: float, quantity: str) -> str:
+    from rotorsim.analysis.figures import UNITS
+
+    scale, unit = SCALES.get(UNITS[quantity], (1.0, UNITS[quantity].replace("1", "")))
+    low, high = (0.0 if abs(v * scale) < 1e-9 else v * scale for v in (low, high))
+    text = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    return f"{text} {unit}".strip()

@@ -1,0 +1,104 @@
+"""Maps, modes and calibration on the command line: files, numbers for scripts, sentences."""
+
+import json
+
+import pytest
+import xarray as xr
+
+RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
+
+
+@pytest.fixture
+def run(monkeypatch, tmp_path, capsys):
+    """Run in this process: exit code, what was printed, what was said on stderr."""
+    from rotorsim.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as end:
+            main(list(arguments))
+        return int(end.value.code or 0), *capsys.readouterr()
+
+    return call
+
+
+def test_a_map_ends_in_a_file_a_report_and_numbers(run, tmp_path):
+    options = ["--speed", "0 rpm:6000 rpm:3", "--pressure", "0.4 MPa, 0.6 MPa", "--lift-off", "--campbell", "--json"]
+    code, out, _ = run("map", *RIG, *options, "--out", "m")
+    told = json.loads(out)
+    assert code == 0 and told["points"] == told["lifted"] == 6
+    assert 0.1 < told["lift_off_mpa"][0] < 0.3
+    with xr.open_dataset(tmp_path / "m" / "map.nc", engine="h5netcdf") as found:
+        assert found.sizes["speed"] == 3 and found["wn"].attrs["units"] == "rad/s"
+        assert found["crossing_speed"].sizes["order"] == 3 and "dtu_gas_bearing" in found.attrs["machine"]
+    page = (tmp_path / "m" / "report.html").read_text()
+    assert "Campbell diagram" in page and "Operating map" in page
+    code, _, said = run("map", *RIG, *options, "--out", "m")
+    assert code == 2 and "is there already" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["map", "--speed", "3000 rpm, 1000 rpm"], "is not above the one before"),
+        (["map", "--speed", ""], "the grid is empty"),
+        (["map", "--over", "bearings.1.clearance=20 um:30 mm:3"], "one and the same unit"),
+        (["map", "plain_rotor", "--whirl-onset"], "the machine has no gas film"),
+        (["map", "plain_rotor", "--lift-off"], "the machine has no injectors"),
+        (["map", "--frequency", "120"], "--frequency"),
+        (["modes", "--pressure", "0.05 MPa", "--speed", "0 rpm", *RIG], "no lift-off"),
+        (["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"], "no such targets file"),
+    ],
+)
+def test_bad_input_ends_in_one_sentence_and_code_2(run, tmp_path, arguments, sentence):
+    code, _, said = run(*arguments)
+    assert code == 2 and sentence in said and len(said.strip().splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_modes_are_told_and_kept(run, tmp_path):
+    code, out, _ = run("modes", *RIG, "--no-pictures", "--json", "--out", "modes")
+    told = json.loads(out)["modes"]
+    assert code == 0 and [m["whirl"] for m in told[:2]] == ["backward", "forward"]
+    assert 100 < told[0]["frequency_hz"] < told[1]["frequency_hz"] < 140
+    assert (tmp_path / "modes" / "modes.nc").exists()
+
+
+def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
+    pytest.importorskip("pyvista")
+    code, _, said = run("modes", *RIG, "--count", "1", "--out", "modes")
+    if "cannot draw here" in said:
+        pytest.skip("no off-screen rendering on this computer")
+    assert code == 0 and (tmp_path / "modes" / "mode_1.png").stat().st_size > 5000
+
+
+TARGETS = """
+[operating_points]
+speeds = ["0 rpm"]
+pressures = ["0.5 MPa"]
+[parameters."injection.pin_discharge"]
+low = 0.1
+high = 0.15
+[[targets]]
+name = "f"
+quantity = "wn_x"
+value = "735 rad/s"
+tolerance = "1 rad/s"
+speed = "0 rpm"
+pressure = "0.5 MPa"
+"""
+
+
+def test_a_calibration_writes_a_machine_file_that_meets_its_targets(run, tmp_path):
+    (tmp_path / "t.toml").write_text(TARGETS)
+    code, out, _ = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--grid", "16x4", "--json",
+                       "--out", "new.toml")  # fmt: skip
+    told = json.loads(out)
+    assert code == 0 and told["met"] == {"before": 0, "after": 1, "of": 1}
+    text = (tmp_path / "new.toml").read_text()
+    assert text.startswith("# Calibrated, not predicted") and "# DTU thesis, App. H" in text
+    assert run("machine", "check", "new.toml")[0] == 0
+    code, _, said = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--out", "new.toml")
+    assert code == 2 and "is there already" in said
