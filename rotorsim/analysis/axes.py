@@ -53,7 +53,7 @@ def read_axis(option: str, text: str, unit: str) -> np.ndarray:
         numbers = [float(parse(end, unit)) for end in ends]
     except ValueError as error:
         raise DataError(f"--{option}: {error}") from error
-    return checked(f"--{option} '{text}' in {unit}", np.linspace(*numbers, count) if count else numbers)
+    return checked(f"--{option} '{text}' in {unit}", np.linspace(numbers[0], numbers[1], count) if count else numbers)
 
 
 def read_field(text: str) -> Field:
@@ -68,7 +68,7 @@ def read_field(text: str) -> Field:
         raise DataError(f"--over: '{values.strip()}' needs numbers with one and the same unit, e.g. '20 um:30 um:5'")
     unit = units.pop()
     numbers = [float(match[1]) for match in found if match]
-    grid = checked(f"--over {path.strip()}", np.linspace(*numbers, count) if count else numbers)
+    grid = checked(f"--over {path.strip()}", np.linspace(numbers[0], numbers[1], count) if count else numbers)
     said = tuple(f"{v:.12g} {unit}" if unit else (int(v) if v == int(v) else float(v)) for v in grid)
     return Field(path.strip(), said, tuple(map(float, grid)), unit)
 

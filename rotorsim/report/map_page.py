@@ -46,8 +46,8 @@ def blocks(one: xr.Dataset) -> list[Block]:
     return [*out, Block("Point by point", said, HEADS, rows[:MOST_ROWS])]
 
 
-def _rows(one: xr.Dataset) -> list[tuple]:
-    rows = []
+def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
+    rows: list[tuple[object, ...]] = []
     for i, pressure in enumerate(one["pressure"].values):
         for j, speed in enumerate(one["speed"].values):
             p = one.isel(pressure=i, speed=j)
