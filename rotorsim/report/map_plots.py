@@ -159,8 +159,9 @@ def onset_figure(found: xr.Dataset) -> go.Figure:
     """Whirl onset over pressure and lift-off pressure over speed, as far as they were computed."""
     figure = go.Figure()
     if "onset_speed" in found:
-        figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * RPM), y=compact(found["pressure"].values * MPA),
-                                    mode="lines+markers", name="whirl onset", line={"color": UNSAFE}))  # fmt: skip
+        figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * RPM), mode="lines+markers",
+                                    y=compact(found["pressure"].values * MPA), name="whirl onset",
+                                    line={"color": UNSAFE}))  # fmt: skip
     if "lift_off_pressure" in found:
         figure.add_trace(go.Scatter(x=compact(found["speed"].values * RPM), mode="lines+markers", name="lift-off",
                                     y=compact(found["lift_off_pressure"].values * MPA),
