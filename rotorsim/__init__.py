@@ -14,12 +14,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rotorsim import experiments
+    from rotorsim.control import load_law
     from rotorsim.machine import Machine, load_machine
     from rotorsim.plant import Plant
 
-__all__ = ["Machine", "Plant", "experiments", "load_machine"]
+__all__ = ["Machine", "Plant", "experiments", "load_law", "load_machine"]
 
-_HOMES = {"load_machine": "rotorsim.machine", "Machine": "rotorsim.machine", "Plant": "rotorsim.plant"}
+_HOMES = {
+    "load_law": "rotorsim.control",
+    "load_machine": "rotorsim.machine",
+    "Machine": "rotorsim.machine",
+    "Plant": "rotorsim.plant",
+}
 
 
 def __getattr__(name: str) -> Any:

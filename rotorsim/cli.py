@@ -8,10 +8,12 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands import bench, campaign, data, experiment, fmu, machine, study
+from rotorsim.commands import bench, campaign, data, experiment, fmu, machine, study, study_control
+from rotorsim.commands import design as design_command
 from rotorsim.commands import identify as identification_command
 from rotorsim.commands import map as map_module
 from rotorsim.commands import modes as modes_module
+from rotorsim.commands import verify as verify_command
 from rotorsim.commands.runup import EXAMPLE, runup
 from rotorsim.errors import RotorsimError
 
@@ -30,9 +32,13 @@ app.add_typer(campaign.app, name="campaign")
 app.add_typer(machine.app, name="machine")
 app.add_typer(data.app, name="data")
 app.add_typer(fmu.app, name="fmu")
+study.app.command(epilog=study_control.EXAMPLE)(study_control.control)
+study.app.command(epilog=study_control.WHOLE_EXAMPLE)(study_control.whole)
 app.add_typer(study.app, name="study")
 app.command(epilog=bench.EXAMPLE)(bench.bench)
 app.command(epilog=identification_command.EXAMPLE)(identification_command.identify)
+app.command(epilog=design_command.EXAMPLE)(design_command.design)
+app.command(epilog=verify_command.EXAMPLE)(verify_command.verify)
 
 
 @app.callback()

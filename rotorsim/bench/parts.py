@@ -50,6 +50,7 @@ PARTS: dict[str, Part] = {
     ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
     "fmu": Part(("unit.unit",), cold=("unit.export_cold",)),
+    "control": Part(("control.runtime",)),
     "rig": Part(()),
 }
 

@@ -1,0 +1,82 @@
+"""`rotorsim design`: a control law from an identified model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rotorsim.control import Law
+
+EXAMPLE = "Example: rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json"
+
+
+def design(
+    name: Annotated[str, typer.Argument(help="p, lead, placement, lqr, hinf, lpv, h2_scheduled or youla.")],
+    model: Annotated[Path, typer.Argument(help="Model that 'rotorsim identify' wrote.")],
+    spec: Annotated[list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated.")] = None,
+    preset: Annotated[str, typer.Option("--preset", help="Named specification, e.g. 'hardening' of lead.")] = "",
+    bias: Annotated[str, typer.Option("--bias", help="Constant references x,y in V.")] = "0,0",
+    zero_dc: Annotated[float, typer.Option("--zero-dc", help="Corner in Hz below which the law does nothing.")] = 0.0,
+    out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
+    report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop beside the law.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Design a control law on an identified model and check its loop over the model's range."""
+    from identification import ModelError, load_model
+    from rotorsim.control.designs import design as make
+    from rotorsim.control.variants import biased, without_dc
+    from rotorsim.errors import DataError
+
+    target = out or Path(f"{name}.json")
+    if target.exists() and not force:
+        raise DataError(f"{target}: is there already; choose another --out or add --force")
+    try:
+        loaded = load_model(model)
+    except ModelError as error:
+        raise DataError(str(error)) from error
+    law = make(name, loaded, spec or (), preset)
+    if zero_dc:
+        law = without_dc(law, zero_dc)
+    volts = _pair(bias)
+    law = biased(law, volts) if any(volts) else law
+    law.save(target)
+    findings = _findings(law, loaded) | {"law": str(target)}
+    if report:
+        from rotorsim.report.design import write_design
+
+        findings["report"] = str(write_design(law, loaded, target.with_suffix(".html")))
+    _print(findings, as_json)
+
+
+def _pair(text: str) -> tuple[float, float]:
+    from rotorsim.errors import DataError
+
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise DataError(f"--bias: '{text}' is no pair of voltages; write e.g. --bias 0.5,0") from error
+    return x, y
+
+
+def _findings(law: Law, model: Any) -> dict[str, Any]:
+    """What a user wants to know about the loop with the model."""
+    from rotorsim.control.analysis import overview
+
+    return overview(law, model)
+
+
+def _print(findings: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(findings, indent=2))
+        return
+    from rotorsim.commands.options import print_table
+
+    files: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report") if key in findings}
+    shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
+    rows = [(key.replace("_", " "), value) for key, value in shown.items()]
+    print_table(rows, files)

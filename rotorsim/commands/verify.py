@@ -1,0 +1,90 @@
+"""`rotorsim verify`: a law on the nonlinear plant of a machine, pass or fail."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rotorsim.commands.options import Changes, Force, GridSize, MachineName, TimeStep
+
+if TYPE_CHECKING:
+    from rotorsim.verify import Verification
+
+EXAMPLE = "Example: rotorsim verify hinf.json dtu_gas_bearing --out verification"
+FAILED = 1
+
+
+def verify(
+    law: Annotated[Path, typer.Argument(help="Law that 'rotorsim design' wrote.")],
+    machine: MachineName = "dtu_gas_bearing",
+    quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
+    safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for report and table.")] = None,
+    grid: GridSize = None,
+    time_step: TimeStep = None,
+    changes: Changes = None,
+    force: Force = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
+) -> None:
+    """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
+    from rotorsim.commands.options import fresh_folder, make_plant
+    from rotorsim.control import load_law
+    from rotorsim.verify import closed_loop, safe_speed
+
+    loaded = load_law(law)
+    plant = make_plant(machine, grid, time_step, changes or [])
+    folder = (out if force else fresh_folder(out)) if out else fresh_folder(Path("verification"))
+    result = closed_loop(loaded, plant, quick=quick, tell=_tell())
+    if safe:
+        pair = [safe_speed(plant, one) for one in (None, loaded)]
+        result.runs["safe_speed"] = pair
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "table.json").write_text(json.dumps(_plain(result), indent=1) + "\n", encoding="utf-8")
+    report = result.report(folder / "report.html")
+    _print(result, str(report), as_json)
+    raise typer.Exit(0 if result.passed else FAILED)
+
+
+def _tell() -> Callable[[str], None] | None:
+    """Steps on a terminal, silence in a pipe."""
+    return (lambda step: print(f"{step} ...", file=sys.stderr)) if sys.stderr.isatty() else None
+
+
+def _plain(result: Verification) -> dict[str, object]:
+    told: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
+    told["rows"] = [
+        {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
+    ]
+    if "safe_speed" in result.runs:
+        alone, held = result.runs["safe_speed"]
+        told["safe_speed_rpm"] = {"open": alone.speed * 9.549296585513721, "closed": held.speed * 9.549296585513721}
+    return told
+
+
+def _print(result: Verification, report: str, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(_plain(result) | {"report": report}, indent=2))
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("criterion", "measured", "bound", "", "remark", box=None, pad_edge=False)
+    for row in result.rows:
+        words = {True: "pass", False: "FAIL", None: "-"}[row.passed]
+        bound = "" if row.bound is None else f"{row.bound:.3g}"
+        table.add_row(*map(escape, (row.check, f"{row.measured:.3g} {row.unit}", bound, words, row.remark)))
+    console = Console(highlight=False)
+    console.print(table)
+    if "safe_speed" in result.runs:
+        alone, held = result.runs["safe_speed"]
+        console.print(
+            f"safe speed: open {alone.speed * 9.5493:.0f} rpm, closed {held.speed * 9.5493:.0f} rpm ({held.why})"
+        )
+    console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")
+    console.print(f"report: {report}", soft_wrap=True)

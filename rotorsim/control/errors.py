@@ -1,0 +1,13 @@
+"""What can be wrong with a design or a law, as one sentence: thing, value, limit and way out."""
+
+from __future__ import annotations
+
+from rotorsim.errors import RotorsimError
+
+
+class DesignError(RotorsimError):
+    """A specification that no controller meets, or a model that a design cannot use; says what binds."""
+
+
+class LawError(RotorsimError):
+    """A control law that cannot be read, or does not fit the plant it is to run on."""

@@ -1,0 +1,250 @@
+r"""`Law`: the one run-time form of every controller, a discrete state space scheduled over speed and pressure.
+
+.. math:: x_{k+1} = A(q) x_k + B(q) (y_k - y_c), \qquad u_k = C(q) x_k + D(q) (y_k - y_c)
+
+y [m] is the measured disc, y_c the position that asks for nothing, u [V] the reference, which the plant receives one
+sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.runtime.kernels` for a sample.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rotorsim.control.errors import LawError
+from rotorsim.control.runtime.layout import Layout, make_layout
+from rotorsim.sampling import SAMPLE
+
+MATRICES = ("A", "B", "C", "D", "W")
+LIMIT = 5.0
+"""Range of the reference [V]."""
+MOST_STATES = 400
+
+
+class Settings(NamedTuple):
+    """What a running law needs beside its table; times in samples."""
+
+    refresh: float
+    start: float
+    average: float
+    fade: float
+    limit: float
+    bias_x: float
+    bias_y: float
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Scheduled discrete controller with saturation, anti-windup and a switch-on without a jump.
+
+    Parameters
+    ----------
+    A, B, C, D, W : arrays (s, p, n, n), (s, p, n, 2), (s, p, 2, n), (s, p, 2, 2), (s, p, n, 2)
+        Matrices over speeds and pressures; y in m, u in V. W is the anti-windup gain.
+    speeds, pressures : arrays (s,), (p,)
+        Grid of the table [rad/s], [Pa, gauge], ascending; one of each for a law that is not scheduled.
+    Ts : float
+        Sampling time [s].
+    refresh : int
+        The table is read every so many samples.
+    limit : float
+        Largest |u| [V].
+    bias : (float, float)
+        Constant part of u [V].
+    start, average, fade : float
+        Seconds until the law wakes, during which it then seeks y_c as the mean of y, and in which its output then
+        rises from nothing to all.
+    centre : (float, float) or None
+        y_c [m] where it is known; None seeks it if `average` is positive and takes zero if not.
+    gamma : float or None
+        Bound that the design has proved, where it has one.
+    about : dict
+        What it was designed from, as plain values.
+    """
+
+    name: str
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    W: np.ndarray
+    speeds: np.ndarray
+    pressures: np.ndarray
+    Ts: float = SAMPLE
+    refresh: int = 1
+    limit: float = LIMIT
+    bias: tuple[float, float] = (0.0, 0.0)
+    start: float = 0.0
+    average: float = 0.0
+    fade: float = 0.0
+    centre: tuple[float, float] | None = None
+    gamma: float | None = None
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in (*MATRICES, "speeds", "pressures"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), float))
+        _check_shapes(self)
+        _check_numbers(self)
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return int(self.A.shape[-1])
+
+    @property
+    def scheduled(self) -> bool:
+        """Whether the matrices depend on the operating point."""
+        return self.speeds.size * self.pressures.size > 1
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Offsets in table and memory."""
+        return make_layout(self.order, self.speeds.size, self.pressures.size)
+
+    @cached_property
+    def table(self) -> np.ndarray:
+        """All matrices as one flat array, block after block; pressure runs fastest."""
+        parts = [getattr(self, name).reshape(self.speeds.size, self.pressures.size, -1) for name in MATRICES]
+        return np.ascontiguousarray(np.concatenate(parts, axis=2).ravel())
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Speeds, then pressures."""
+        return np.concatenate([self.speeds, self.pressures])
+
+    @cached_property
+    def settings(self) -> Settings:
+        """Times in samples, limits, bias."""
+        average = 0 if self.centre is not None else round(self.average / self.Ts)
+        values = (self.refresh, round(self.start / self.Ts), average, round(self.fade / self.Ts), self.limit)
+        return Settings(*map(float, values), *map(float, self.bias))
+
+    @cached_property
+    def memory(self) -> np.ndarray:
+        """The running law's one flat memory; copy it to save, write it back to restore."""
+        w = np.zeros(self.layout.size)
+        w[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
+        return w
+
+    @cached_property
+    def _out(self) -> np.ndarray:
+        return np.zeros(2)
+
+    def reset(self) -> None:
+        """Forget the past; raises LawError if the law has another sampling time than the plant."""
+        check_sampling(self)
+        self.memory[:] = 0.0
+        self.memory[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
+
+    def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
+        """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample."""
+        from rotorsim.control.runtime.kernels import step
+
+        if len(measured) != 2:
+            raise LawError(f"law {self.name}: measured has {len(measured)} channels and the law 2; give disc x and y")
+        x, y = float(measured[0]), float(measured[1])
+        step(self.memory, self.table, self.axes, self.layout, self.settings, x, y, speed, pressure, self._out)
+        return self._out.copy()
+
+    def at(self, speed: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """A, B, C, D as they run at an operating point."""
+        from rotorsim.control.runtime.kernels import refresh
+
+        w, L, n = np.zeros(self.layout.size), self.layout, self.order
+        refresh(w, self.table, self.axes, L, float(speed), float(pressure))
+        return (
+            w[: L.B].reshape(n, n), w[L.B : L.C].reshape(n, 2), w[L.C : L.D].reshape(2, n), w[L.D : L.W].reshape(2, 2)
+        )  # fmt: skip
+
+    def with_(self, **changes: Any) -> Law:
+        """The same law with other settings, at rest."""
+        return replace(self, **changes)
+
+    def attrs(self) -> dict[str, Any]:
+        """Name, order and fingerprint for a record's attributes."""
+        return {"law": self.name, "law_order": self.order, "law_hash": self.hash}
+
+    @cached_property
+    def hash(self) -> str:
+        """Fingerprint of everything that decides what the law does."""
+        told = self.table.tobytes() + self.axes.tobytes() + repr((self.Ts, self.settings, self.centre)).encode()
+        return hashlib.sha256(told).hexdigest()[:16]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists for JSON."""
+        data: dict[str, Any] = {"kind": "law"}
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            data[name] = value.tolist() if isinstance(value, np.ndarray) else value
+        return data
+
+    def save(self, path: str | Path) -> None:
+        """Write the law as JSON; numbers come back bit for bit."""
+        Path(path).write_text(json.dumps(self.to_dict()) + "\n", encoding="utf-8")
+
+
+def load_law(path: str | Path) -> Law:
+    """Law of a JSON file that `Law.save` or `rotorsim design` wrote; raises LawError for any other file."""
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if data.pop("kind") != "law":
+            raise KeyError("kind is not 'law'")
+        for name in ("bias", "centre"):
+            data[name] = None if data[name] is None else tuple(data[name])
+        return Law(**data)
+    except FileNotFoundError as error:
+        raise LawError(f"{path}: is not there; give a file that 'rotorsim design' wrote") from error
+    except (ValueError, KeyError, TypeError, AttributeError, IsADirectoryError) as error:
+        raise LawError(f"{path}: is no law ({error}); give a file that 'rotorsim design' wrote") from error
+
+
+def check_sampling(law: Law) -> None:
+    """Raise LawError unless the law's sampling time is the plant's."""
+    if abs(law.Ts / SAMPLE - 1) > 1e-9:
+        raise LawError(
+            f"law {law.name}: Ts = {law.Ts * 1e3:g} ms, and the plant samples every {SAMPLE * 1e3:g} ms; "
+            f"design it with Ts = {SAMPLE:g} s"
+        )
+
+
+def _check_shapes(law: Law) -> None:
+    grid = (law.speeds.size, law.pressures.size)
+    n = law.A.shape[-1] if law.A.ndim == 4 else -1
+    if law.B.ndim == 4 and law.C.ndim == 4 and (law.B.shape[-1] != 2 or law.C.shape[-2] != 2):
+        raise LawError(
+            f"law {law.name}: {law.B.shape[-1]} measured and {law.C.shape[-2]} driven channels; "
+            "the plant has disc x, y and reference x, y: two each"
+        )
+    shapes = {"A": (n, n), "B": (n, 2), "C": (2, n), "D": (2, 2), "W": (n, 2)}
+    for name, shape in shapes.items():
+        found = getattr(law, name).shape
+        if found != (*grid, *shape):
+            raise LawError(f"law {law.name}: {name} has shape {found}; expected {(*grid, *shape)}")
+        if not np.all(np.isfinite(getattr(law, name))):
+            raise LawError(f"law {law.name}: {name} holds NaN or infinite numbers; design it again")
+    if n > MOST_STATES:
+        raise LawError(f"law {law.name}: {n} states; give at most {MOST_STATES}, reduce it")
+    for name in ("speeds", "pressures"):
+        if np.any(np.diff(getattr(law, name)) <= 0) or not np.all(np.isfinite(getattr(law, name))):
+            raise LawError(f"law {law.name}: {name} do not ascend; sort them and give each once")
+
+
+def _check_numbers(law: Law) -> None:
+    if not 0 < law.Ts < 1:
+        raise LawError(f"law {law.name}: Ts = {law.Ts} s; give a time between 0 and 1 s, e.g. {SAMPLE:g}")
+    if law.refresh < 1 or law.refresh != int(law.refresh):
+        raise LawError(f"law {law.name}: refresh = {law.refresh}; give a whole number of samples, 1 or more")
+    if not law.limit > 0:
+        raise LawError(f"law {law.name}: limit = {law.limit} V; give a positive voltage")
+    if max(map(abs, law.bias)) >= law.limit:
+        raise LawError(f"law {law.name}: bias = {law.bias} V leaves no room below the limit of {law.limit:g} V")
+    if min(law.start, law.average, law.fade) < 0:
+        raise LawError(f"law {law.name}: start, average and fade are times; give 0 s or more")

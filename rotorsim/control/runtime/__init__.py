@@ -1,0 +1,1 @@
+"""What a law does in a sample: one allocation-free kernel on one flat memory."""

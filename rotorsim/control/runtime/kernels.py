@@ -1,0 +1,108 @@
+r"""One sample of a scheduled discrete law.
+
+.. math:: v = C x + D (y - y_c), \quad u = sat(f (v + b)), \quad x^+ = A x + B (y - y_c) + W (sat(v + b) - v - b)
+
+The matrices are interpolated bilinearly in the table at every refresh; outside the table its edge holds. f rises from 0
+to 1 while the law fades in. W is the anti-windup gain.
+"""
+
+from __future__ import annotations
+
+from reynolds.jit import inlined, kernel
+
+
+@inlined
+def cell_of(axis, first, count, value):
+    """Index of the cell of a grid that holds a value, for the interpolation weight of its upper end."""
+    k = 0
+    while k < count - 2 and value >= axis[first + k + 1]:
+        k += 1
+    return k
+
+
+@inlined
+def weight_of(axis, first, count, k, value):
+    """Weight of the upper end of cell k; 0 to 1, also beyond the grid."""
+    if count < 2:
+        return 0.0
+    low, high = axis[first + k], axis[first + k + 1]
+    return min(max((value - low) / (high - low), 0.0), 1.0)
+
+
+@kernel
+def refresh(w, table, axes, L, speed, pressure):
+    """Write the block of the operating point to the front of the memory w."""
+    i = cell_of(axes, 0, L.speeds, speed)
+    j = cell_of(axes, L.speeds, L.pressures, pressure)
+    a = weight_of(axes, 0, L.speeds, i, speed)
+    b = weight_of(axes, L.speeds, L.pressures, j, pressure)
+    right = L.block if L.pressures > 1 else 0
+    down = L.block * L.pressures if L.speeds > 1 else 0
+    at = (i * L.pressures + j) * L.block
+    w00, w01, w10, w11 = (1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b
+    for k in range(L.block):
+        w[k] = (
+            w00 * table[at + k]
+            + w01 * table[at + right + k]
+            + w10 * table[at + down + k]
+            + w11 * table[at + down + right + k]
+        )
+
+
+@inlined
+def clip(value, limit):
+    """The value within +- limit."""
+    return min(max(value, -limit), limit)
+
+
+@kernel
+def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
+    """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
+
+    S: settings, see `rotorsim.control.law.Settings`.
+    """
+    count = w[L.done]
+    w[L.done] = count + 1.0
+    if count % S.refresh == 0.0:
+        refresh(w, table, axes, L, speed, pressure)
+    since = count - S.start
+    if since < S.average:
+        if since >= 0.0:
+            w[L.sums] += measured_x
+            w[L.sums + 1] += measured_y
+            w[L.centre] = w[L.sums] / (since + 1.0)
+            w[L.centre + 1] = w[L.sums + 1] / (since + 1.0)
+        out[0] = 0.0
+        out[1] = 0.0
+        return
+    y0, y1 = measured_x - w[L.centre], measured_y - w[L.centre + 1]
+    n = L.n
+    v0 = w[L.D] * y0 + w[L.D + 1] * y1 + S.bias_x
+    v1 = w[L.D + 2] * y0 + w[L.D + 3] * y1 + S.bias_y
+    for k in range(n):
+        v0 += w[L.C + k] * w[L.x + k]
+        v1 += w[L.C + n + k] * w[L.x + k]
+    lost0, lost1 = clip(v0, S.limit) - v0, clip(v1, S.limit) - v1
+    for i in range(n):
+        total = w[L.B + 2 * i] * y0 + w[L.B + 2 * i + 1] * y1
+        total += w[L.W + 2 * i] * lost0 + w[L.W + 2 * i + 1] * lost1
+        row = i * n
+        for k in range(n):
+            total += w[row + k] * w[L.x + k]
+        w[L.new + i] = total
+    for i in range(n):
+        w[L.x + i] = w[L.new + i]
+    fade = 1.0
+    if since - S.average < S.fade:
+        fade = (since - S.average) / S.fade
+    out[0] = clip(fade * v0, S.limit)
+    out[1] = clip(fade * v1, S.limit)
+
+
+@kernel
+def steps(w, table, axes, L, S, measured, speed, pressure, out):
+    """As many samples as `measured` (2 n,) holds pairs, into `out` (2 n,); speed and pressure are constant."""
+    pair = out[:2]
+    for k in range(measured.shape[0] // 2):
+        pair = out[2 * k : 2 * k + 2]
+        step(w, table, axes, L, S, measured[2 * k], measured[2 * k + 1], speed, pressure, pair)

@@ -1,0 +1,7 @@
+"""Verification: a law on the nonlinear plant it never saw, a table of declared criteria, pass or fail."""
+
+from rotorsim.verify.closed_loop import Verification, closed_loop
+from rotorsim.verify.criteria import Criteria
+from rotorsim.verify.safe_speed import SafeSpeed, safe_speed
+
+__all__ = ["Criteria", "SafeSpeed", "Verification", "closed_loop", "safe_speed"]

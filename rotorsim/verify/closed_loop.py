@@ -1,0 +1,190 @@
+"""`closed_loop`: a law against the declared criteria on a nonlinear plant, and on plants that differ from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.control.errors import LawError
+from rotorsim.control.law import Law, check_sampling
+from rotorsim.errors import RotorsimError
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
+from rotorsim.verify import transients
+from rotorsim.verify.criteria import Criteria, Row, at_most, holds
+from rotorsim.verify.impacts import KRPM, POINTS, Energies, impact_energies
+
+SHIPPED = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
+"""Calibrations A, B, C."""
+CORNERS = ((0.0, 0.3e6), (0.0, 0.7e6), (6 * KRPM, 0.3e6), (6 * KRPM, 0.7e6), (3 * KRPM, 0.5e6))
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """Rows of a verification, and the impact energies behind them."""
+
+    law: Law
+    machine: str
+    rows: tuple[Row, ...]
+    open: tuple[Energies, ...]
+    closed: tuple[Energies, ...]
+    settings: dict[str, Any] = field(default_factory=dict)
+    runs: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every judged row passed."""
+        return all(row.passed is not False for row in self.rows)
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """The rows as plain values."""
+        return [asdict(row) for row in self.rows]
+
+    @property
+    def ratios(self) -> np.ndarray:
+        """Closed over open impact energy (points, 2)."""
+        return np.array([np.divide(c.response, o.response) for c, o in zip(self.closed, self.open, strict=True)])
+
+    def report(self, path: str | Path) -> Path:
+        """Write the HTML report."""
+        made: Path = import_module("rotorsim.report.verification").write_verification(self, Path(path))
+        return made
+
+
+def closed_loop(
+    law: Law, plant: Plant, criteria: Criteria | None = None, quick: bool = False, tell: Told | None = None,
+    open_loop: tuple[Energies, ...] | None = None,
+) -> Verification:  # fmt: skip
+    """Verify a law on a plant.
+
+    Parameters
+    ----------
+    law : Law
+        As it is to run, with the way it finds its centre (`average` or `centre`).
+    plant : Plant
+        With a gas film and actuators.
+    criteria : Criteria, optional
+        What it must reach.
+    quick : bool
+        Five impact points in place of twenty, no other machines, a quicker run-up.
+    tell : callable, optional
+        Called with the name of each step before it starts.
+    open_loop : energies, optional
+        Of the plant without law at the same points, if they are known.
+
+    Raises
+    ------
+    LawError, DataError
+        If law and plant do not go together.
+    """
+    criteria = criteria or Criteria()
+    check_sampling(law)
+    if plant.assembly.film_model is None or plant.machine.actuators is None:
+        raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
+    say = tell or (lambda _: None)
+    points = CORNERS if quick else POINTS
+    say("impacts, open loop")
+    before = open_loop or tuple(impact_energies(plant, None, *q) for q in points)
+    say("impacts, closed loop")
+    after = tuple(impact_energies(plant, law, *q) for q in points)
+    runs: dict[str, Any] = {}
+    rows = [*_impact_rows(before, after, criteria)]
+    say("noise")
+    rows.append(at_most("noise in the reference at rest", transients.noise(plant, law).max(), criteria.noise, "V"))
+    say("run-up and coast-down")
+    rows += _runup_rows(plant, law, criteria, runs, quick)
+    say("ramps, steps, saturation, sensor faults")
+    rows += _transient_rows(plant, law, criteria)
+    if not quick:
+        for name, other in other_machines(plant):
+            say(f"robustness: {name}")
+            rows.append(_robustness(name, other, law, criteria))
+    return Verification(law, plant.machine.name, tuple(rows), before, after, {"criteria": asdict(criteria)}, runs)
+
+
+def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], criteria: Criteria) -> Iterator[Row]:
+    ratio = np.array([np.divide(c.response, o.response) for c, o in zip(after, before, strict=True)])
+    for axis, name in enumerate("xy"):
+        yield at_most(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean, "of open loop")
+    worst = int(ratio.max(axis=1).argmax())
+    where = f"{after[worst].speed / KRPM:.3g} krpm, {after[worst].pressure / 1e6:.3g} MPa"
+    yield at_most("impact energy, worst point", ratio.max(), criteria.worst, "of open loop", where)
+    effort = np.array([c.effort for c in after])
+    yield at_most("control energy, mean", effort.mean(), None, "V/N")
+    yield at_most("largest reference in a hit", max(c.largest for c in after), criteria.effort, "V")
+    lift = min(c.damping for c in after) / min(o.damping for o in before)
+    yield Row(
+        "smallest damping ratio, closed", min(c.damping for c in after), None, "", None, f"{lift:.1f} x open loop"
+    )
+    yield holds(
+        "no contact in the hits", not any(c.touched for c in after), "; ".join(c.ended for c in after if c.ended)
+    )
+
+
+def _runup_rows(plant: Plant, law: Law, criteria: Criteria, runs: dict[str, Any], quick: bool) -> Iterator[Row]:
+    stop, rate = 6 * KRPM, (1.5 if quick else 0.5) * KRPM
+    pair = [transients.runup(plant, one, rate, 0.7e6, stop) for one in (None, law)]
+    runs["runup"] = pair
+    half = len(pair[0].table) // 2
+    first, last = half - round(0.35 / SAMPLE), half
+    if any(run.ended for run in pair):
+        yield holds("run-up and coast-down", False, pair[1].ended or pair[0].ended)
+        return
+    ratio = transients.amplitude(pair[1], first, last) / transients.amplitude(pair[0], first, last)
+    yield at_most("imbalance amplitude at 6 krpm, 0.7 MPa", ratio, criteria.amplitude, "of open loop")
+    yield holds("run-up and coast-down without contact", not pair[1].touched)
+
+
+def _transient_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]:
+    cases = {
+        "speed ramp of 60 krpm/s": lambda one: transients.speed_ramp(plant, one, 60 * KRPM),
+        "pressure step 0.3 to 0.7 MPa": lambda one: transients.pressure_step(plant, one),
+        "pressure ramp 0.7 to 0.3 MPa": lambda one: transients.pressure_ramp(plant, one),
+        "hit of 100 N (saturation)": lambda one: transients.overload(plant, one, 100.0),
+        "sensor x hangs": lambda one: transients.frozen_sensor(plant, one, 0),
+        "sensor y hangs": lambda one: transients.frozen_sensor(plant, one, 1),
+    }
+    for name, case in cases.items():
+        run, alone = case(law), case(None)
+        moved = np.inf if run.ended else transients.excursion(run)
+        saturated = 100 * float(np.mean(np.abs(run.reference).max(axis=1) >= law.limit))
+        remark = f"open loop {1e6 * transients.excursion(alone):.1f} um; limited in {saturated:.1f} % of the samples"
+        bound = None if criteria.transient is None else max(criteria.transient, 1.2 * transients.excursion(alone))
+        row = at_most(name, moved * 1e6, None if bound is None else bound * 1e6, "um", remark)
+        if run.touched and not alone.touched:
+            row = Row(row.check, row.measured, row.bound, row.unit, False, f"contact; {remark}")
+        yield row
+
+
+def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
+    """The shipped calibrations, where the machine is one of them, and clearances 10 % off."""
+    if plant.machine.name in SHIPPED:
+        for name in SHIPPED:
+            if name != plant.machine.name:
+                yield name, Plant(load_machine(name))
+    gas = next(i for i, one in enumerate(plant.machine.bearings) if getattr(one, "kind", "") == "gas_film")
+    clearance = float(plant.machine.bearings[gas].clearance)  # type: ignore[union-attr]
+    for factor in (0.9, 1.1):
+        changed = plant.machine.replace(f"bearings.{gas}.clearance", f"{clearance * factor * 1e6:.9g} um")
+        yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)
+
+
+def _robustness(name: str, plant: Plant, law: Law, criteria: Criteria) -> Row:
+    worst, lost = 0.0, []
+    for q in CORNERS:
+        try:
+            pair = impact_energies(plant, None, *q), impact_energies(plant, law, *q)
+        except RotorsimError as error:
+            lost.append(str(error))
+            continue
+        worst = max(worst, float(np.divide(pair[1].response, pair[0].response).max()))
+    remark = f"{len(lost)} of {len(CORNERS)} points without equilibrium" if lost else "worst of five points"
+    return at_most(f"impact energy on {name}", worst, criteria.disturbed, "of open loop", remark)

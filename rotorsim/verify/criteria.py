@@ -1,0 +1,48 @@
+"""What a law must reach, declared; and the rows of a verification."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """Bounds. Ratios are closed over open loop; a bound of None is reported and not judged.
+
+    mean, worst : impact energy, averaged over the twenty points and at the worst of them.
+    effort : largest reference in the hits [V].
+    noise : standard deviation of the reference at rest [V].
+    amplitude : imbalance amplitude at the end of the run-up.
+    transient : largest deviation [m] of the disc from its equilibrium in ramps and steps.
+    disturbed : impact energy at the worst point of changed machines.
+    """
+
+    mean: float | None = 1.0
+    worst: float | None = 1.0
+    effort: float | None = 5.0
+    noise: float | None = 1.0
+    amplitude: float | None = 1.0
+    transient: float | None = 30e-6
+    disturbed: float | None = 1.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One criterion: what, measured and bound with their unit, whether it passed (None: not judged), a remark."""
+
+    check: str
+    measured: float
+    bound: float | None
+    unit: str
+    passed: bool | None
+    remark: str = ""
+
+
+def at_most(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> Row:
+    """A row that passes up to its bound."""
+    return Row(check, float(measured), bound, unit, None if bound is None else bool(measured <= bound), remark)
+
+
+def holds(check: str, good: bool, remark: str = "") -> Row:
+    """A row that passes or not."""
+    return Row(check, float(good), 1.0, "", bool(good), remark)

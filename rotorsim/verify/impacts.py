@@ -1,0 +1,93 @@
+r"""Impact responses and what they cost (thesis section E.5.1, eqs. E.26 to E.28).
+
+.. math:: V_p = \|p\| / \|f\|, \qquad V_r = \|r\| / \|f\|
+
+over 500 samples from a hit on. Every run has a twin with the same noise and without hits; the difference of the two is
+the answer to the hit alone, where the thesis filters the imbalance out of one record.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.control.law import Law
+from rotorsim.experiments.impact import Impact
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
+from rotorsim.verify.running import run_rows, steady_rows
+
+KRPM = 1000 * np.pi / 30
+POINTS = tuple((w * KRPM, p * 1e6) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))
+"""The twenty operating points of E.5.1 [rad/s, Pa]."""
+LEAD = 0.4
+"""Time [s] before the first hit: a law seeks its centre and wakes."""
+SETTLED = 500
+"""Samples of a response."""
+SPACING = 0.2
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Of hits along x and y at an operating point: V_p (2,) [um/N], V_r (2,) [V/N]; the larger |r| [V]; contact."""
+
+    speed: float
+    pressure: float
+    response: tuple[float, float]
+    effort: tuple[float, float]
+    largest: float
+    touched: bool
+    damping: float
+    ended: str = ""
+
+
+def impact_energies(plant: Plant, law: Law | None, speed: float, pressure: float, peak: float = 20.0) -> Energies:
+    """Hit the disc along x, then along y, and measure."""
+    duration = LEAD + 2 * SPACING
+    quiet = steady_rows(speed, pressure, duration)
+    hit = quiet.copy()
+    for axis in range(2):
+        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=LEAD + axis * SPACING, spacing=SPACING)
+        own = hammer.rows(0, min(hammer.samples, len(hit)))
+        hit[: len(own), 4:6] += own[:, 4:6]
+    with_, without = run_rows(plant, law, hit), run_rows(plant, law, quiet)
+    n = min(len(with_.table), len(without.table))
+    p = (with_.disc[:n] - without.disc[:n]) * 1e6
+    r = with_.reference[:n] - without.reference[:n]
+    ended = with_.ended or without.ended
+    if ended:
+        return Energies(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended)
+    response, effort = [], []
+    for axis in range(2):
+        first = round((LEAD + axis * SPACING) / SAMPLE)
+        part = slice(first, first + SETTLED)
+        force = np.linalg.norm(hit[part, 4:6])
+        response.append(float(np.linalg.norm(p[part]) / force))
+        effort.append(float(np.linalg.norm(r[part]) / force))
+    largest = float(np.abs(with_.reference).max(initial=0.0))
+    return Energies(
+        speed, pressure, (response[0], response[1]), (effort[0], effort[1]), largest,
+        with_.touched, envelope_damping(p[round(LEAD / SAMPLE) :][:SETTLED]),
+    )  # fmt: skip
+
+
+def envelope_damping(p: np.ndarray) -> float:
+    """Damping ratio from the energies of two stretches of equal length L in turn: ln(E1/E2) = 2 zeta omega L.
+
+    L is half the record, or the time in which four fifths of the energy come; the frequency is that of the sign changes
+    of the larger axis within both.
+    """
+    energy = (p**2).sum(axis=1)
+    total = energy.sum()
+    if not total > 0:
+        return 1.0
+    n = max(min(len(p) // 2, int(np.argmax(np.cumsum(energy) >= 0.8 * total))), 2)
+    rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * SAMPLE)
+    axis = int((p**2).sum(axis=0).argmax())
+    changes = np.flatnonzero(np.diff(np.sign(p[: 2 * n, axis])) != 0)
+    if len(changes) < 2:
+        return 1.0
+    half = np.diff(changes).mean() * SAMPLE
+    omega = np.pi / half
+    return float(rate / (2 * np.hypot(omega, rate / 2)))

@@ -1,0 +1,106 @@
+"""Runs of a plant with or without a law, for rows of inputs; what a run leaves behind as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.control.law import Law, check_sampling
+from rotorsim.errors import ConvergenceError
+from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.plant import Plant
+from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.simulation import Simulation
+from rotorsim.sampling import SAMPLE
+from rotorsim.verify.loop_kernel import loop_module
+
+NEVER = 10**15
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Samples of a run; `ended` is empty, or the sentence of what stopped it."""
+
+    table: np.ndarray
+    rows: np.ndarray
+    ended: str = ""
+
+    def column(self, name: str) -> np.ndarray:
+        """One column of the sample table."""
+        return self.table[:, COLUMNS.index(name)]
+
+    def pair(self, name: str) -> np.ndarray:
+        """Columns x and y (n, 2)."""
+        at = COLUMNS.index(f"{name}_x")
+        return self.table[:, at : at + 2]
+
+    @property
+    def disc(self) -> np.ndarray:
+        """Disc (n, 2) [m]."""
+        return self.pair("disc")
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Reference (n, 2) [V] that the actuators got."""
+        return self.rows[:, 2:4]
+
+    @property
+    def touched(self) -> bool:
+        """Whether the journal touched its sleeve."""
+        return bool(self.column("contact").any())
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time (n,) [s]."""
+        return np.arange(len(self.table)) * SAMPLE
+
+
+@dataclass(frozen=True)
+class Frozen:
+    """A sensor that hangs: channel 0 or 1, from `time` [s] on."""
+
+    channel: int
+    time: float
+
+
+def run_rows(plant: Plant, law: Law | None, rows: np.ndarray, seed: int = 0, fault: Frozen | None = None) -> Run:
+    """Run from the equilibrium of the first row: columns as `Simulation.advance` takes them, (n, 6).
+
+    A step without solution ends the run; what was simulated is kept. Raises NoLiftOffError, DataError, LawError.
+    """
+    rows = np.array(rows, float)
+    simulation = plant.start(float(rows[0, 0]), float(rows[0, 1]), seed=seed)
+    if law is None:
+        try:
+            return Run(simulation.advance(rows), rows)
+        except ConvergenceError as error:
+            table = error.where["table"]
+            return Run(table, rows[: len(table)], str(error))
+    return run_law(simulation, law, rows, fault)
+
+
+def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | None = None) -> Run:
+    """Go on with a simulation under a law at rest."""
+    check_sampling(law)
+    law.reset()
+    a = simulation.assembly
+    used = rows.copy()
+    used[:, 1] += a.machine.gas.ambient_pressure
+    out = np.zeros((len(rows), simulation.columns))
+    row, line = np.zeros((1, 6)), np.zeros((1, simulation.columns))
+    frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / SAMPLE), fault.channel)
+    done = loop_module(a).run_loop(
+        simulation.w, a.ix, a.P, used, out, a.steps_per_sample, row, line, law.memory, law.table, law.axes,
+        law.layout, law.settings, np.zeros(2), REFERENCE_LIMIT, frozen, channel, np.zeros(2),
+    )  # fmt: skip
+    used[:, 1] -= a.machine.gas.ambient_pressure
+    ended = "" if done == len(rows) else f"no solution of the step at t = {done * SAMPLE:.4f} s"
+    return Run(out[:done], used[:done], ended)
+
+
+def steady_rows(speed: float, pressure: float, duration: float) -> np.ndarray:
+    """Rows at constant speed [rad/s] and pressure [Pa]."""
+    rows = np.zeros((round(duration / SAMPLE), 6))
+    rows[:, 0], rows[:, 1] = speed, pressure
+    return rows

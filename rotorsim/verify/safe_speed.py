@@ -1,0 +1,51 @@
+r"""How far a machine can be run up before its disc leaves the safety circle (thesis Paper F, eq. F.1).
+
+.. math:: (p_x - c_x)^2 + (p_y - c_y)^2 < r^2
+
+The thesis' circle has r = 20 um about (10, -3) um in the coordinates of its sensors, whose signs it leaves open. Here
+the circle lies about the disc's equilibrium at the start, moved by `centre`, zero unless told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.control.law import Law
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
+from rotorsim.verify.running import Run, run_rows
+from rotorsim.verify.transients import changing
+
+KRPM = 1000 * np.pi / 30
+CONFIRM = 3
+"""A circle is left when as many samples in a row lie outside."""
+
+
+@dataclass(frozen=True, eq=False)
+class SafeSpeed:
+    """Speed [rad/s] at which the circle was left, or the last one reached; why the run ended; the run."""
+
+    speed: float
+    left: bool
+    why: str
+    run: Run
+
+
+def safe_speed(
+    plant: Plant, law: Law | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
+    rate: float = 1 * KRPM, radius: float = 20e-6, centre: tuple[float, float] = (0.0, 0.0), seed: int = 0,
+) -> SafeSpeed:  # fmt: skip
+    """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and tell where the circle is left for good or bad."""
+    rows = changing((start, stop), (pressure, pressure), (stop - start) / rate)
+    run = run_rows(plant, law, rows, seed)
+    quiet = round(0.4 / SAMPLE)
+    middle = run.disc[:quiet].mean(axis=0) + np.asarray(centre)
+    outside = np.hypot(*(run.disc - middle).T) > radius
+    long = np.flatnonzero(np.convolve(outside, np.ones(CONFIRM), mode="valid") == CONFIRM)
+    speeds = run.column("speed")
+    if long.size:
+        at = int(long[0])
+        return SafeSpeed(float(speeds[at]), True, f"left the circle of {radius * 1e6:g} um", run)
+    return SafeSpeed(float(speeds[-1]), bool(run.ended), run.ended or "reached the end of the ramp", run)

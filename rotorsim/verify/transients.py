@@ -1,0 +1,86 @@
+"""Runs through which the operating point, the sensors or the actuators' range leave the law's comfort."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rotorsim.control.law import Law
+from rotorsim.experiments.impact import Impact
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
+from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
+
+KRPM = 1000 * np.pi / 30
+REST = 0.4
+"""Time [s] at constant values before and after a change."""
+
+
+def changing(speeds: tuple[float, float], pressures: tuple[float, float], duration: float) -> np.ndarray:
+    """Rows that stay, go straight from the first to the second values within `duration` [s], and stay."""
+    rest, n = round(REST / SAMPLE), max(round(duration / SAMPLE), 1)
+    part = np.concatenate([np.zeros(rest), np.arange(1, n + 1) / n, np.ones(rest)])
+    rows = np.zeros((len(part), 6))
+    rows[:, 0] = speeds[0] + (speeds[1] - speeds[0]) * part
+    rows[:, 1] = pressures[0] + (pressures[1] - pressures[0]) * part
+    return rows
+
+
+def speed_ramp(plant: Plant, law: Law | None, rate: float) -> Run:
+    """From rest to 6 krpm at 0.5 MPa at a rate [rad/s^2]."""
+    return run_rows(plant, law, changing((0.0, 6 * KRPM), (0.5e6, 0.5e6), 6 * KRPM / rate))
+
+
+def pressure_step(plant: Plant, law: Law | None, low: float = 0.3e6, high: float = 0.7e6) -> Run:
+    """From one pressure to the other from one sample to the next, at 3 krpm."""
+    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), SAMPLE))
+
+
+def pressure_ramp(plant: Plant, law: Law | None, low: float = 0.7e6, high: float = 0.3e6) -> Run:
+    """From one pressure to the other within half a second, at 3 krpm."""
+    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), 0.5))
+
+
+def overload(plant: Plant, law: Law | None, peak: float) -> Run:
+    """A hit that drives the references to their limits, at 3 krpm and 0.5 MPa."""
+    rows = steady_rows(3 * KRPM, 0.5e6, 1.0)
+    hammer = Impact(peak=peak, angle=np.pi / 4, lead=REST, spacing=0.5)
+    own = hammer.rows(0, hammer.samples)
+    rows[: len(own), 4:6] += own[:, 4:6]
+    return run_rows(plant, law, rows)
+
+
+def frozen_sensor(plant: Plant, law: Law | None, channel: int) -> Run:
+    """A displacement sensor that hangs, at 3 krpm and 0.5 MPa."""
+    return run_rows(plant, law, steady_rows(3 * KRPM, 0.5e6, 1.2), fault=Frozen(channel, REST))
+
+
+def noise(plant: Plant, law: Law, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
+    """Standard deviation (2,) [V] of the reference when nothing happens."""
+    run = run_rows(plant, law, steady_rows(speed, pressure, 0.8))
+    return run.reference[round(REST / SAMPLE) :].std(axis=0)
+
+
+def runup(plant: Plant, law: Law | None, rate: float, pressure: float, stop: float) -> Run:
+    """From rest to `stop` [rad/s] and down again, at a rate [rad/s^2]."""
+    up = changing((0.0, stop), (pressure, pressure), stop / rate)
+    return run_rows(plant, law, np.vstack([up, up[::-1]]))
+
+
+def amplitude(run: Run, first: int, last: int, name: str = "disc") -> float:
+    """Amplitude [m] at the shaft's frequency of the larger axis, over samples first to last.
+
+    A law with a notch removes what its sensors show: `disc_measured`, of which runout is a part, and not `disc`.
+    """
+    angle = run.column("angle")[first:last]
+    basis = np.column_stack([np.cos(angle), np.sin(angle), np.ones(last - first)])
+    found = np.linalg.lstsq(basis, run.pair(name)[first:last], rcond=None)[0]
+    return float(np.hypot(found[0], found[1]).max())
+
+
+def excursion(run: Run) -> float:
+    """Largest distance [m] of the disc from a moving mean over 0.1 s."""
+    window = round(0.1 / SAMPLE)
+    kernel = np.ones(window) / window
+    padded = np.pad(run.disc, ((window // 2, window - window // 2 - 1), (0, 0)), mode="edge")
+    mean = np.column_stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(2)])
+    return float(np.linalg.norm(run.disc - mean, axis=1).max())

@@ -1,0 +1,181 @@
+"""Every design on the rig's identified model: stable sampled loops, the promised damping, refusals."""
+
+import numpy as np
+import pytest
+
+from rotorsim.control import DesignError, h2_scheduled, hinf, lead, lqr, p, placement, youla
+from rotorsim.control.designs import DESIGNS, make_spec, module_of
+from rotorsim.control.interpolation import held_out
+from rotorsim.control.loops import (
+    bode_integral,
+    closed_poles,
+    law_system,
+    loop_of,
+    model_loop,
+    root_locus,
+    smallest_damping,
+    stable_gains,
+    sweep,
+)  # fmt: skip
+from rotorsim.control.plants import KRPM, sampled_plant
+from rotorsim.control.variants import biased, without_dc
+from rotorsim.sampling import SAMPLE
+
+POINT = (0.0, 0.5e6)
+SPEEDS, PRESSURES = np.linspace(0, 6 * KRPM, 40), np.linspace(0.3e6, 0.7e6, 15)
+
+
+def open_damping(model, speed, pressure):
+    return smallest_damping(np.linalg.eigvals(sampled_plant(model, speed, pressure).A), SAMPLE)
+
+
+def closed_damping(law, model, speed, pressure):
+    return smallest_damping(
+        closed_poles(sampled_plant(model, speed, pressure), law_system(law, speed, pressure)), SAMPLE
+    )
+
+
+@pytest.mark.parametrize("design", [p.design, lqr.design, hinf.design, lead.design])
+def test_no_point_of_a_fine_grid_is_unstable(model, design):
+    assert sweep(design(model), model, SPEEDS[::4], PRESSURES[::3]).unstable == 0
+
+
+def test_the_published_p_gains_raise_the_smallest_damping_fivefold_and_the_other_sign_destabilises(model):
+    law = p.design(model)
+    for q in (POINT, (3 * KRPM, 0.5e6), (6 * KRPM, 0.7e6)):
+        assert closed_damping(law, model, *q) > 5 * open_damping(model, *q)
+    with pytest.raises(DesignError, match=r"unstable at 0 krpm, 0\.5 MPa"):
+        p.design(model, p.Spec(kappa_x=-1.125, kappa_y=-0.99))
+
+
+def test_the_root_locus_starts_at_the_open_loop_and_bounds_the_gain(model):
+    plant, K = sampled_plant(model, *POINT), law_system(p.design(model), *POINT)
+    rows = root_locus(plant, K, np.linspace(0, 1.2, 7))
+    np.testing.assert_allclose(
+        np.sort(np.abs(rows[0]))[-4:], np.sort(np.abs(np.linalg.eigvals(plant.A)))[-4:], rtol=1e-9
+    )
+    low, high = stable_gains(plant, K, np.linspace(-1, 2, 301))
+    assert -0.3 < low < 0 < 1 < high < 1.3
+
+
+def test_placement_halves_the_imaginary_parts(model):
+    spec = placement.Spec()
+    law = placement.design(model, spec)
+    plant = sampled_plant(model, spec.speed, spec.pressure)
+    poles = np.linalg.eigvals(plant.A)
+    found = closed_poles(plant, law_system(law, spec.speed, spec.pressure))
+    for wanted in placement.target(poles, 0.5, 0.3)[np.abs(poles) > 0.1]:
+        assert np.abs(found - wanted).min() < 1e-5
+    assert closed_damping(law, model, spec.speed, spec.pressure) > 3 * open_damping(model, spec.speed, spec.pressure)
+
+
+def test_bodes_integral_holds_for_a_sampled_loop(model):
+    plant = sampled_plant(model, *POINT)
+    for law in (lqr.design(model), hinf.design(model)):
+        left, right = bode_integral(plant, law_system(law, *POINT), SAMPLE)
+        assert left == pytest.approx(right, abs=2e-3)
+
+
+def test_the_disk_margin_is_met_by_gain_and_phase(model):
+    law = lqr.design(model)
+    loop = model_loop(law, model, *POINT)
+    plant, K = sampled_plant(model, *POINT), law_system(law, *POINT)
+    for factor in (loop.gain_margin, 1 / loop.gain_margin):
+        scaled = (
+            K._replace(C=0.999 * factor * K.C, D=0.999 * factor * K.D)
+            if factor > 1
+            else K._replace(C=K.C * factor, D=K.D * factor)
+        )
+        assert np.abs(closed_poles(plant, scaled)).max() < 1
+    assert loop.peak >= 1
+
+
+def test_tustin_refuses_poles_beyond_its_reach(model):
+    with pytest.raises(DesignError, match=r"fastest pole.*exceeds 10/Ts"):
+        p.design(model, p.Spec(low_pass=1e5))
+    with pytest.raises(DesignError, match="is no sampling time"):
+        p.design(model, p.Spec(Ts=0.0))
+
+
+def test_a_law_without_dc_has_no_gain_at_rest_and_keeps_its_damping(model):
+    law = p.design(model, p.Spec(kappa_x=0.375, kappa_y=0.33))
+    quiet = without_dc(law, 5.0)
+    low, at = (
+        loop_of(sampled_plant(model, *POINT), law_system(quiet, *POINT), SAMPLE, np.array([f])) for f in (0.01, 119)
+    )
+    assert np.abs(low.K).max() < 3e-3 * np.abs(at.K).max()
+    assert closed_damping(quiet, model, *POINT) > 0.8 * closed_damping(law, model, *POINT)
+
+
+def test_a_biased_law_asks_for_its_bias_at_the_centre(model):
+    law = biased(p.design(model), (0.5, -0.25)).with_(average=0.0, fade=0.0)
+    law.reset()
+    np.testing.assert_allclose(law.step([0.0, 0.0], 0.0, 5e5), (0.5, -0.25))
+
+
+@pytest.fixture(scope="module")
+def scheduled(model):
+    return h2_scheduled.design(model)
+
+
+def test_the_interpolated_h2_law_keeps_the_notch_between_its_designs_and_youla_does_not(model, scheduled):
+    spec = youla.Spec()
+    q = spec.speed, spec.pressure
+    laws = {"interpolated": scheduled, "local": h2_scheduled.local(model, *q), "youla": youla.design(model, spec)}
+    at = {name: h2_scheduled.imbalance_response(model, law_system(law, *q), *q) for name, law in laws.items()}
+    assert at["interpolated"] <= 1.1 * at["local"]
+    assert at["youla"] >= 1.5 * at["interpolated"]
+    assert at["local"] < 0.1 * h2_scheduled.imbalance_response(model, None, *q)
+
+
+def test_the_interpolated_h2_law_is_stable_on_the_fine_grid_and_was_measured_on_held_out_designs(scheduled, model):
+    speeds = np.linspace(KRPM, 6 * KRPM, 40)
+    assert sweep(scheduled, model, speeds, PRESSURES).unstable == 0
+    assert (scheduled.about["designs"], scheduled.about["held_out"]) == (100, int(held_out(10, 10).sum()))
+    assert scheduled.order == 16
+
+
+def test_an_order_of_interpolation_that_fails_the_gate_is_refused(model):
+    with pytest.raises(DesignError, match=r"h2_scheduled: with order 0 .*allow higher orders"):
+        h2_scheduled.design(model, h2_scheduled.Spec(orders=(0,), fine=(8, 5)))
+
+
+def test_a_point_outside_the_models_range_is_refused(model):
+    for module, spec in ((hinf, hinf.Spec(speed=9 * KRPM)), (lqr, lqr.Spec(pressure=0.9e6))):
+        with pytest.raises(DesignError, match="lies outside the 0 to 6 krpm"):
+            module.design(model, spec)
+
+
+def test_a_model_of_one_point_has_no_schedule(model):
+    with pytest.raises(DesignError, match="holds for one operating point"):
+        h2_scheduled.design(model.at(300.0, 5e5))
+
+
+@pytest.mark.parametrize(("name", "word"), [("B", "uncontrollable"), ("C", "unobservable")])
+def test_a_mode_that_cannot_be_moved_or_seen_is_named(model, name, word):
+    """Motion along y decoupled from x, and then neither driven nor measured."""
+    from dataclasses import replace
+
+    one = model.at(0.0, 5e5)
+    A, B, C = one.A.copy(), one.B.copy(), one.C.copy()
+    A[2, [1, 3, 5]] = A[3, [0, 2, 4]] = 0.0
+    if name == "B":
+        A[3, 5] = 0.0
+    else:
+        C[1] = C[0]
+    with pytest.raises(DesignError, match=f"Hz is {word}"):
+        lqr.design(replace(one, A=A, B=B, C=C))
+
+
+def test_every_design_has_a_name_and_text_changes_its_specification():
+    for name in DESIGNS:
+        assert module_of(name).Spec() == make_spec(name)
+    spec = make_spec("hinf", ["speed=4000 rpm", "pressure=0.4 MPa", "weights.k_0=0.7", "order=auto"])
+    assert spec.speed == pytest.approx(4 * KRPM)
+    assert (spec.pressure, spec.weights.k_0, spec.order) == (0.4e6, 0.7, None)
+    assert make_spec("lpv", ["grid=4x3"]).grid == (4, 3)
+    for text, word in (("k_0=1", "no field"), ("speed", "is not FIELD=VALUE"), ("backoff=x", "no value like")):
+        with pytest.raises(DesignError, match=word):
+            make_spec("hinf", [text])
+    with pytest.raises(DesignError, match="did you mean 'hinf'"):
+        module_of("hinv")

@@ -1,0 +1,75 @@
+"""A law on the plant: the compiled loop is the experiment's bit for bit; impacts, faults, the safety circle."""
+
+import numpy as np
+import pytest
+
+from rotorsim.control import LawError, lqr, p
+from rotorsim.experiments import Impact, controlled
+from rotorsim.plant import Plant
+from rotorsim.verify import closed_loop, safe_speed
+from rotorsim.verify.closed_loop import other_machines
+from rotorsim.verify.impacts import envelope_damping, impact_energies
+from rotorsim.verify.running import Frozen, run_rows, steady_rows
+
+pytestmark = pytest.mark.slow
+POINT = (314.0, 0.5e6)
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return Plant("dtu_gas_bearing")
+
+
+def test_the_compiled_loop_is_the_experiments_bit_for_bit(plant, model):
+    law = lqr.design(model).with_(average=0.02, fade=0.01)
+    hammer = Impact(*POINT, peak=20.0, lead=0.05, spacing=0.05)
+    record = controlled(plant, law, *POINT, duration=0.1, excitations=[hammer])
+    rows = steady_rows(*POINT, 0.1)
+    rows[:, 4:6] += hammer.rows(0, len(rows))[:, 4:6]
+    run = run_rows(plant, law, rows)
+    np.testing.assert_array_equal(run.disc, record.disc.values)
+    np.testing.assert_array_equal(run.reference, record.reference.values)
+    assert np.abs(run.reference).max() > 0.1
+
+
+def test_control_lowers_the_energy_of_hits_in_both_directions(plant, model):
+    law = lqr.design(model)
+    for q in ((0.0, 0.3e6), POINT):
+        before, after = impact_energies(plant, None, *q), impact_energies(plant, law, *q)
+        assert np.all(np.divide(after.response, before.response) < 0.8)
+        assert after.damping > 2.5 * before.damping
+        assert not after.touched
+
+
+def test_a_hanging_sensor_holds_its_last_value(plant, model):
+    law = p.design(model, p.Spec(kappa_x=0.375, kappa_y=0.33)).with_(average=0.02, fade=0.0)
+    run = run_rows(plant, law, steady_rows(*POINT, 0.12), fault=Frozen(0, 0.08))
+    late = run.reference[round(0.09 / 2e-4) :]
+    assert late[:, 0].std() < 0.05 * late[:, 1].std()
+
+
+def test_a_machine_without_actuators_is_refused(model):
+    with pytest.raises(LawError, match="has no actuators that a law could drive"):
+        closed_loop(lqr.design(model), Plant("plain_rotor"))
+
+
+def test_the_damping_of_a_decay_is_found():
+    t = np.arange(500) * 2e-4
+    for zeta in (0.02, 0.1, 0.3):
+        decay = np.exp(-zeta * 750 * t) * np.sin(np.sqrt(1 - zeta**2) * 750 * t)
+        assert envelope_damping(np.column_stack([decay, 0 * t])) == pytest.approx(zeta, rel=0.2)
+
+
+def test_a_tight_circle_is_left_at_once_and_a_wide_one_never(plant):
+    ramp = {"start": 300.0, "stop": 330.0, "rate": 300.0}
+    assert safe_speed(plant, None, radius=1e-7, **ramp).left
+    wide = safe_speed(plant, None, radius=1e-3, **ramp)
+    assert (wide.left, wide.why) == (False, "reached the end of the ramp")
+    assert wide.speed == pytest.approx(330.0, rel=1e-3)
+
+
+def test_robustness_is_asked_on_the_other_calibrations_and_clearances(plant):
+    others = dict(other_machines(plant))
+    assert list(others) == ["dtu_gas_bearing_b", "dtu_gas_bearing_c", "clearance -10 %", "clearance +10 %"]
+    clearances = [other.machine.bearings[1].clearance for other in list(others.values())[2:]]
+    np.testing.assert_allclose(clearances, (22.5e-6, 27.5e-6))

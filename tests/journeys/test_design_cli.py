@@ -1,0 +1,77 @@
+"""`rotorsim design` and `rotorsim verify` as a new user would use them."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rotorsim.cli import main
+from rotorsim.control import load_law
+
+MODEL = Path(__file__).parent.parent / "control" / "rig_model.json"
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command; exit code, stdout, stderr."""
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as caught:
+            main([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        return caught.value.code or 0, out, err
+
+    return call
+
+
+def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
+    out = tmp_path / "hinf.json"
+    code, text, err = run("design", "hinf", MODEL, "--preset", "rig", "--out", out, "--report", "--json")
+    assert (code, err) == (0, "")
+    told = json.loads(text)
+    assert told["unstable_points"] == "0 of 600"
+    assert told["gamma"] == pytest.approx(1.02 * told["optimal_gamma"])
+    assert load_law(out).order == 12
+    assert "Sensitivities" in out.with_suffix(".html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("hinv", MODEL), "did you mean 'hinf'"),
+        (("hinf", "nothing.json"), "is not there"),
+        (("hinf", MODEL, "--spec", "speed=12000 rpm"), "lies outside the 0 to 6 krpm"),
+        (("hinf", MODEL, "--spec", "weights.k_1=3"), "no field 'k_1'"),
+        (("hinf", MODEL, "--spec", "Ts=1e-2"), "exceeds 10/Ts"),
+        (("p", MODEL, "--spec", "kappa_x=-1.125"), "the loop with the model is unstable"),
+        (("p", MODEL, "--bias", "9,0"), "leaves no room below the limit"),
+        (("p", MODEL, "--bias", "much"), "is no pair of voltages"),
+        (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(run, tmp_path, arguments, word):
+    code, out, err = run("design", *arguments, "--out", tmp_path / "law.json")
+    assert (code, out) == (2, "")
+    assert word in err
+    assert "Traceback" not in err
+    assert not (tmp_path / "law.json").exists()
+
+
+def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
+    run("design", "p", MODEL, "--spec", "Ts=1e-4", "--spec", "check=false", "--out", tmp_path / "p.json")
+    code, _, err = run("verify", tmp_path / "p.json", "--out", tmp_path / "v")
+    assert code == 2
+    assert "the plant samples every 0.2 ms" in err
+
+
+@pytest.mark.slow
+def test_a_law_is_verified_on_the_machine(run, tmp_path):
+    run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
+    code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--out", tmp_path / "v")
+    told = json.loads(text)
+    rows = {row["check"]: row for row in told["rows"]}
+    assert err == ""
+    assert code == (0 if told["passed"] else 1)
+    assert rows["impact energy, worst point"]["measured"] < 0.9
+    assert rows["no contact in the hits"]["passed"]
+    assert "Impact energies" in (tmp_path / "v" / "report.html").read_text()
