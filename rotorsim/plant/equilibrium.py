@@ -41,7 +41,7 @@ def rows(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:
 def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
     """Modal stiffness (n, n) at rest where w stands: with the tangent of forces that depend on the motion."""
     w = w.copy()
-    a.module.static_terms(w, a.P, speed)
+    a.module.static_terms(w, a.P, speed, True)
     return matrix(a, a.rotor.KT, w)
 
 

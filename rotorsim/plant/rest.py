@@ -3,8 +3,8 @@ r"""Static equilibrium of rotor, film and plena.
 With K_s = K + k_n Phi_b' Phi_b (k_n the nominal spring, which makes K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
 X_f = Phi_b K_s^-1 f, the journal's equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The film is settled
 by pseudo-transient continuation (reynolds.steady). Forces that depend on the motion (a bearing's clearance, a rub)
-enter with their tangent, which is renewed until the rotor rests; a supply line is settled together with the flow it
-carries.
+enter with their tangent, which is renewed until the rotor rests: first without them, then in steps of bounded length,
+because a bearing within its clearance carries nothing. A supply line is settled together with the flow it carries.
 
 This file is a template as `step` is.
 """
@@ -34,14 +34,16 @@ from rotorsim.plant.step import factorise, solve_film
 DAMPING = 2e3
 """Damper [N s/m] on the journal while it settles."""
 MOST_PASSES = 60
+LONGEST = 10.0
+"""Longest step of a pass, in displacements of the rotor before it."""
 SETTLED, BEYOND_STROKE, NO_LIFT_OFF, RESTLESS = 1, -1, -2, -3
 """What `settle` returns: an actuator cannot hold its pin at the bias; the film does not carry the rotor; supply line or
 motion-dependent forces find no rest."""
 
 
 @kernel
-def static_terms(w, P, speed):
-    """Steady modal force into f and modal stiffness into KT, with motion-dependent forces linearised at rest at q."""
+def static_terms(w, P, speed, moving):
+    """Steady modal force into f and stiffness into KT; with `moving` motion-dependent forces, linearised at rest at q."""
     for e in range(ROTOR.n * ROTOR.n):
         w[ROTOR.KT + e] = w[ROTOR.K + e]
     if ROTOR.turning == 1:
@@ -51,7 +53,8 @@ def static_terms(w, P, speed):
     for m in range(ROTOR.n):
         w[ROTOR.f + m] = 0.0
     steady_forces(w, P, speed)
-    motion_tangent(w, P, speed)
+    if moving:
+        motion_tangent(w, P, speed)
 
 
 @kernel
@@ -149,6 +152,19 @@ def restart(w, initial):
 
 
 @inlined
+def shorten(w):
+    """Bound the way from q_old to q, which leads far off where the tangent is almost singular."""
+    moved, size = 0.0, 0.0
+    for m in range(ROTOR.n):
+        moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
+        size = max(size, abs(w[ROTOR.q_old + m]))
+    if moved > LONGEST * size and size > 0.0:
+        share = LONGEST * size / moved
+        for m in range(ROTOR.n):
+            w[ROTOR.q + m] = w[ROTOR.q_old + m] + share * (w[ROTOR.q + m] - w[ROTOR.q_old + m])
+
+
+@inlined
 def rests(w, flow, carried):
     """Whether the last pass moved neither the rotor nor the flow in the supply line."""
     moved, size = 0.0, 0.0
@@ -170,11 +186,11 @@ def settle(w, initial, ix, P, speed, supply):
     resting = False
     for m in range(ROTOR.n):
         w[ROTOR.q + m] = 0.0
-    for _ in range(MOST_PASSES):
+    for number in range(MOST_PASSES):
         restart(w, initial)
         if prepare(w, P, speed, supply, flow) == 0:
             return BEYOND_STROKE
-        static_terms(w, P, speed)
+        static_terms(w, P, speed, number > 0)
         if ROTOR.has_film == 0:
             free_statics(w)
         else:
@@ -206,10 +222,12 @@ def settle(w, initial, ix, P, speed, supply):
         if ROTOR.has_film == 1:
             lift_rotor(w, P)
         solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
+        if RIG.n_motion > 0:
+            shorten(w)
         carried, flow = flow, 0.0
         for k in range(FILM.n_inj):
             flow += w[FILM.film_flow + k]
-        if rests(w, flow, carried):
+        if rests(w, flow, carried) and (number > 0 or RIG.n_motion == 0):
             resting = True
             break
     if not resting:
