@@ -10,6 +10,8 @@ import typer
 
 from rotorsim.commands import bench, campaign, data, experiment, fmu, machine, study, study_control
 from rotorsim.commands import design as design_command
+from rotorsim.commands import diagnose as diagnosis_command
+from rotorsim.commands import hide as hiding_command
 from rotorsim.commands import identify as identification_command
 from rotorsim.commands import map as map_module
 from rotorsim.commands import modes as modes_module
@@ -39,6 +41,8 @@ app.command(epilog=bench.EXAMPLE)(bench.bench)
 app.command(epilog=identification_command.EXAMPLE)(identification_command.identify)
 app.command(epilog=design_command.EXAMPLE)(design_command.design)
 app.command(epilog=verify_command.EXAMPLE)(verify_command.verify)
+app.command(epilog=diagnosis_command.EXAMPLE)(diagnosis_command.diagnose)
+app.command(epilog=hiding_command.EXAMPLE)(hiding_command.hide)
 
 
 @app.callback()

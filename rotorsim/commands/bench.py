@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -20,17 +21,25 @@ EXAMPLE = "Example: rotorsim bench speed"
 def bench(
     part: Annotated[
         str | None,
-        typer.Argument(metavar="[PART]", help=f"What to measure: {', '.join(PARTS)}; all when not given."),
+        typer.Argument(
+            metavar="[PART]", help=f"What to measure: {', '.join(PARTS)}, diagnose; all but diagnose when not given."
+        ),
     ] = None,
     cold: Annotated[bool, typer.Option("--cold", help="Also time what starts with an empty cache.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Also run what takes many minutes.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
+    cases: Annotated[int, typer.Option("--cases", min=1, help="diagnose: number of hidden cases.")] = 200,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="diagnose: first seed; 100000 and on report.")] = 100_000,
+    keep: Annotated[Path | None, typer.Option("--keep", help="diagnose: file of cases done, to go on with.")] = None,
 ) -> None:
     """Measure speed and accuracy and print each figure beside its bound; times depend on what else runs."""
     from rotorsim.errors import DataError
 
+    if part == "diagnose":
+        _diagnose(cases, seed, keep, as_json)
+        return
     if part is not None and part not in PARTS:
-        raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}")
+        raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}, diagnose")
     figures = _measure(part, cold, full)
     if as_json:
         typer.echo(json.dumps({"figures": [asdict(f) | {"met": f.met} for f in figures], "rig": _rig(part)}, indent=2))
@@ -47,6 +56,26 @@ def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
             figures.append(figure)
             print(_line(figure), file=sys.stderr)
     return figures
+
+
+def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
+    """Hidden cases one after another, then the table and the rates."""
+    from rotorsim.bench.diagnose import cases, confusion, figures
+
+    found = []
+    for case in cases(count, seed, keep):
+        found.append(case)
+        hidden, said = ", ".join(case.hidden) or case.kind, ", ".join(case.named)
+        text = f"{case.number} {case.kind}: {hidden} -> {case.status} {said}: {case.verdict}, {case.seconds:.0f} s"
+        print(text, file=sys.stderr, flush=True)
+    rates = list(figures(found))
+    if as_json:
+        told = {"cases": [asdict(c) for c in found], "figures": [asdict(f) | {"met": f.met} for f in rates]}
+        typer.echo(json.dumps(told, indent=2))
+        return
+    typer.echo(confusion(found))
+    for figure in rates:
+        typer.echo(_line(figure))
 
 
 def _line(figure: Figure) -> str:

@@ -1,0 +1,159 @@
+"""`rotorsim diagnose MACHINE RECORDS`: which physical effect is missing in a machine file."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rotorsim.commands.options import AsJson, WithReport
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+
+EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
+STAGES = {
+    "calibrate": "re-calibrating", "prove": "proving the solver", "screen": "screening candidates",
+    "name": "re-fitting candidates", "show": "showing the gap",
+}  # fmt: skip
+
+
+def diagnose(
+    machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
+    records: Annotated[
+        list[Path] | None, typer.Argument(metavar="RECORDS", help="Records to fit: files, or a folder of .nc.")
+    ] = None,
+    held_out: Annotated[
+        list[Path] | None, typer.Option("--held-out", help="Record at another operating point that chooses the effect.")
+    ] = None,
+    untouched: Annotated[
+        list[Path] | None, typer.Option("--untouched", help="Record that only shows the gap; may be repeated.")
+    ] = None,
+    mapping: Annotated[Path | None, typer.Option("--mapping", help="Columns of files that are not .nc.")] = None,
+    effect: Annotated[
+        list[str] | None, typer.Option("--effect", help="Only these effects are candidates; may be repeated.")
+    ] = None,
+    tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the verdict.")] = Path("diagnosis"),
+    seed: Annotated[int, typer.Option("--seed", help="Kept with the verdict; nothing is drawn.")] = 0,
+    self_test: Annotated[
+        bool, typer.Option("--self-test", help="Print which effects the campaign cannot tell apart, and stop.")
+    ] = False,
+    report: WithReport = True,
+    as_json: AsJson = False,
+) -> None:
+    """Find the missing effect, write it into a new machine file and show the gap before and after.
+
+    Exit code: 0 no disagreement, 10 an effect is named, 11 a tie or a partial explanation, 12 unknown, 2 bad input.
+    Records of one folder may say in their attribute `role` what they are for: fit, held_out or untouched. What was
+    computed is kept, so that a diagnosis that was interrupted goes on where it was.
+    """
+    from rotorsim.discrepancy import diagnose as find
+    from rotorsim.errors import DataError
+
+    if self_test:
+        _self_test(machine, records, mapping, as_json)
+        return
+    if not records:
+        raise DataError("diagnose: no records; name files or a folder, or give --self-test")
+    if not 0 < tolerance < 1:
+        raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
+    diagnosis = find(
+        machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say
+    )  # fmt: skip
+    files = _write(diagnosis, out, report)
+    if as_json:
+        typer.echo(json.dumps(diagnosis.told() | {"files": files}, indent=2, default=float))
+    else:
+        _print(diagnosis, files)
+    raise typer.Exit(diagnosis.exit_code)
+
+
+class Stages:
+    """Progress by stage on a terminal; silent in a pipe."""
+
+    def __init__(self) -> None:
+        self.stage, self.steps, self.begin = "", 0, time.monotonic()
+
+    def say(self, stage: str) -> None:
+        """Note one step of a stage."""
+        self.steps = self.steps + 1 if stage == self.stage else 1
+        new, self.stage = stage != self.stage, stage
+        if sys.stderr.isatty():
+            elapsed = time.monotonic() - self.begin
+            text = f"{STAGES.get(stage, stage)}: step {self.steps}, {elapsed:.0f} s"
+            print(("\n" if new and elapsed > 0.5 else "\r") + text, end="", file=sys.stderr, flush=True)
+
+
+def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
+    """Verdict, gap, new machine file and report."""
+    from rotorsim.discrepancy.adding import difference
+
+    out.mkdir(parents=True, exist_ok=True)
+    files = {"verdict": out / "diagnosis.json", "gap": out / "gap.nc"}
+    files["verdict"].write_text(json.dumps(diagnosis.told(), indent=2, default=float), encoding="utf-8")
+    diagnosis.gap.to_netcdf(files["gap"], engine="h5netcdf")
+    if diagnosis.effects:
+        files["machine"], files["difference"] = out / "machine.toml", out / "machine.diff"
+        after = diagnosis.apply()
+        after.save(files["machine"])
+        files["difference"].write_text(difference(diagnosis.machine, after) + "\n", encoding="utf-8")
+    if report:
+        files["report"] = out / "report.html"
+        diagnosis.report(files["report"])
+    return {kind: str(path) for kind, path in files.items()}
+
+
+def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
+    from rotorsim.discrepancy.gap import reduction
+
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
+    typer.echo(diagnosis.sentence)
+    for found in diagnosis.effects:
+        numbers = ", ".join(
+            f"{p} = {v:.4g}" + (f" +- {found.sd[p]:.2g}" if p in found.sd else "") for p, v in found.parameters.items()
+        )
+        typer.echo(f"  {found.form}: {numbers} (SI)")
+        others = [k for k in found.tie_class if k != found.form]
+        if others:
+            typer.echo(f"    no record tells it from: {', '.join(others)}")
+    for flag in diagnosis.localisation[:6]:
+        typer.echo(
+            f"  {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * 1e6:.3g} um over a floor of "
+            f"{flag.floor * 1e6:.2g} um"
+        )
+    share = reduction(diagnosis.gap)
+    if diagnosis.effects and share == share:
+        typer.echo(f"  gap on untouched records, re-calibrated to with effect: {100 * share:.0f} % gone")
+    if diagnosis.unknown:
+        for line in diagnosis.unknown["lines"][:3]:
+            typer.echo(
+                f"  equivalent force {line['force_n']:.3g} N at {line['frequency_hz']:.4g} Hz, {line['direction']}, "
+                f"{line['point']}"
+            )
+    if diagnosis.next_experiment:
+        n = diagnosis.next_experiment
+        typer.echo(
+            f"  next experiment: {n['experiment']} ({n['speed_hz']:.0f} Hz, {n['pressure_mpa']:.2g} MPa): chi-square "
+            f"{n['chi2_after_refit']:.3g} after re-fitting the rival"
+        )
+    for note in diagnosis.notes:
+        typer.echo(f"  note: {note}")
+    if "difference" in files:
+        typer.echo(Path(files["difference"]).read_text(encoding="utf-8"))
+    for kind, path in files.items():
+        typer.echo(f"{kind}: {path}")
+
+
+def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, as_json: bool) -> None:
+    from rotorsim.discrepancy.alias import alias_matrix, markdown
+
+    matrix = alias_matrix(machine, records or None, mapping, Stages().say)
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
+    typer.echo(json.dumps(matrix.told(), indent=2) if as_json else markdown(matrix))

@@ -1,0 +1,48 @@
+"""`rotorsim hide MACHINE`: records in which an effect is hidden, to try `rotorsim diagnose` on."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rotorsim.commands.options import AsJson
+
+EXAMPLE = "Example: rotorsim hide dtu_gas_bearing --effect coupling.second --seed 3 --out puzzle"
+
+
+def hide(
+    machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
+    effect: Annotated[
+        list[str] | None, typer.Option("--effect", help="What to hide, e.g. runout or runout.second; may be repeated.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Draws size, phase, calibration and noise.")] = 0,
+    out: Annotated[Path, typer.Option("--out", help="Folder for records and the sealed truth.")] = Path("hidden"),
+    as_json: AsJson = False,
+) -> None:
+    """Record a campaign of a machine in which effects are hidden; without --effect nothing is.
+
+    Records go to OUT/records; the truth to OUT/sealed/truth.json, which `rotorsim diagnose` never opens.
+    """
+    from rotorsim.discrepancy import hide as record_hidden
+    from rotorsim.errors import DataError
+
+    if not 0 <= seed < 2**31:
+        raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
+    if (out / "records").exists() or (out / "sealed").exists():
+        raise DataError(f"{out}: has hidden records already; choose another --out")
+    show = sys.stderr.isatty()
+
+    def told(done: int, of: int) -> None:
+        if show:
+            print(f"\rrecord {done} of {of}", end="\n" if done == of else "", file=sys.stderr, flush=True)
+
+    records = record_hidden(machine, tuple(effect or ()), seed, out, progress=told)
+    files = [str(out / "records" / f"{r.attrs['record']}.nc") for r in records]
+    if as_json:
+        typer.echo(json.dumps({"records": files, "sealed": str(out / "sealed" / "truth.json")}, indent=2))
+        return
+    typer.echo(f"{len(files)} records: {out / 'records'}; the truth, sealed: {out / 'sealed' / 'truth.json'}")

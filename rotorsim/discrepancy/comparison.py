@@ -1,0 +1,147 @@
+"""Measured against simulated: the twin runs every trial's inputs, in parallel threads, and residuals are whitened."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from rotorsim.discrepancy.floor import floor, repeat_scatter
+from rotorsim.discrepancy.groups import Layout, make_layout
+from rotorsim.discrepancy.knobs import Knob, contributions, setting
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
+
+THREADS = min(2, os.cpu_count() or 1)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A place in parameter space: values of knobs, and absolute numbers that are held."""
+
+    values: Mapping[Knob, float] = field(default_factory=dict, hash=False)
+    fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def moved(self, knobs: Sequence[Knob], changes: np.ndarray) -> Point:
+        """With changes added to knobs."""
+        new = dict(self.values)
+        for knob, change in zip(knobs, changes, strict=True):
+            new[knob] = new.get(knob, 0.0) + float(change)
+        return replace(self, values=new)
+
+    def holding(self, fixed: Mapping[str, float]) -> Point:
+        """With further numbers held."""
+        return replace(self, fixed={**self.fixed, **fixed})
+
+
+@dataclass(eq=False)
+class Comparison:
+    """Trials and the twin that answers them; sigma (n,) [m] whitens, correction (n,) [m] is the solver's error."""
+
+    twin: Twin
+    trials: list[Trial]
+    threads: int = THREADS
+    sigma: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    correction: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    evaluations: int = 0
+    told_scatter: bool = True
+    scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+    directions: dict[str, np.ndarray] = field(default_factory=dict)
+    """Data vectors [m] that knobs add without a simulation: the sensors' zeros, the mesh, the injectors' law."""
+
+    def __post_init__(self) -> None:
+        self.layout: Layout = make_layout(self.trials)
+        slow = (self.layout.frequency == 0) & ~self.layout.drift
+        for i, axis in enumerate("xy"):
+            self.directions[f"offset_{axis}"] = (slow & (self.layout.channel == i)).astype(float)
+        self.measured = np.concatenate([t.vector(t.spectra) for t in self.trials])
+        self.correction = np.zeros_like(self.measured)
+        self.sigma = np.ones_like(self.measured)
+
+    def spectra(self, point: Point, twin: Twin | None = None) -> list[np.ndarray]:
+        """Simulated blocks' DFTs of the trials [m]."""
+        twin = twin or self.twin
+        twin.assembly  # noqa: B018  (built once, before threads)
+        first = self._first_of_repeats()
+        numbers = sorted(set(first))
+        self.evaluations += len(numbers)
+        if self.threads < 2 or len(numbers) < 2:
+            found = [simulate(twin, self.trials[i], point) for i in numbers]
+        else:
+            with ThreadPoolExecutor(self.threads) as pool:
+                found = list(pool.map(lambda i: simulate(twin, self.trials[i], point), numbers))
+        done = dict(zip(numbers, found, strict=True))
+        return [done[i] for i in first]
+
+    def _first_of_repeats(self) -> list[int]:
+        """For every trial the first one with the same inputs: repeats are simulated once."""
+        seen: dict[tuple[str, float], int] = {}
+        return [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
+
+    def predict(self, point: Point, twin: Twin | None = None) -> np.ndarray:
+        """Simulated data vector (n,) [m] without the correction of the solver's error."""
+        found = self.spectra(point, twin)
+        y = np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
+        return self._shifted(y, point)
+
+    def _shifted(self, y: np.ndarray, point: Point) -> np.ndarray:
+        """With what knobs add without a simulation."""
+        for knob, value in point.values.items():
+            if knob.key in self.directions:
+                y = y + value * self.directions[knob.key]
+        return y
+
+    def residual(self, point: Point) -> np.ndarray:
+        """Whitened measured less simulated (n,)."""
+        return np.asarray((self.measured - self.predict(point) - self.correction) / self.sigma)
+
+    def column(self, point: Point, knob: Knob, here: np.ndarray, say: Callable[[], None] | None = None) -> np.ndarray:
+        """Whitened derivative (n,) of the simulated response by a knob, by a finite step away from `point`."""
+        if knob.key in self.directions:
+            return np.asarray(self.directions[knob.key] / self.sigma)
+        base = point.values.get(knob, 0.0)
+        step = knob.step if base + knob.step <= knob.high else -knob.step
+        moved = self.predict(point.moved([knob], np.array([step])))
+        if say is not None:
+            say()
+        return np.asarray((moved - here) / step / self.sigma)
+
+    def jacobian(
+        self, point: Point, knobs: Sequence[Knob], here: np.ndarray | None = None, say: Callable[[], None] | None = None
+    ) -> np.ndarray:
+        """Whitened derivatives (n, k); trends cost no runs of their own."""
+        here = self.predict(point) if here is None else here
+        found: dict[str, np.ndarray] = {}
+        columns = []
+        for knob in knobs:
+            if knob.key not in found:
+                found[knob.key] = self.column(point, replace(knob, trend=""), here, say)
+            share = np.array([knob.share(t.speed, t.pressure) for t in self.trials])
+            columns.append(found[knob.key] * (share[self.layout.record] if knob.trend else 1.0))
+        return np.column_stack(columns) if columns else np.zeros((len(here), 0))
+
+    def set_floor(self, point: Point, fine: Twin | None, tolerance: float) -> np.ndarray:
+        """Measure scatter and the solver's error at `point`; returns that error (n,) [m]."""
+        found = self.spectra(point)
+        residuals = [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
+        scatter, means, drifts, self.told_scatter = repeat_scatter(self.trials, residuals)
+        self.scatter = (scatter, means, drifts)
+        response = np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
+        error = np.zeros_like(response) if fine is None else self.predict(point, fine) - self._shifted(response, point)
+        self.correction = error
+        if fine is not None:
+            self.directions["mesh"] = error
+        self.sigma = floor(self.trials, self.layout, scatter, means, drifts, response, error, tolerance)
+        return error
+
+
+def simulate(twin: Twin, trial: Trial, point: Point) -> np.ndarray:
+    """Blocks' DFTs (blocks, 2, lines) [m] of a trial at a point; 1 m everywhere where the twin finds no solution."""
+    values = setting(twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    table = twin.run(values, trial.used, trial.pressure, trial.angle)
+    if not np.all(np.isfinite(table)):
+        return np.full(trial.spectra.shape, 1e-3, complex)
+    return trial.lines(table[:, :2])

@@ -1,0 +1,110 @@
+r"""The equivalent force of what no effect explains: the force on the disc that would make the residual.
+
+.. math:: f(\omega) = Z(\omega)\, r(\omega), \qquad Z = G^{-1}
+
+G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors. Its largest lines are told
+with frequency, order, direction (forward, backward, along an axis) and the exponents with which the force grows over
+speed, pressure and amplitude. Source: Platz & Markert (2001), fault models for on-line identification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rotorsim.discrepancy.comparison import Comparison, Point
+from rotorsim.discrepancy.knobs import contributions, setting
+from rotorsim.discrepancy.localise import Flag
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.linearise import linearise
+
+MOST_LINES = 8
+
+
+def equivalent_force(
+    comparison: Comparison, point: Point, residual: np.ndarray, flags: Sequence[Flag]
+) -> dict[str, Any]:
+    """Lines of the equivalent force in flagged records, its direction and growth laws."""
+    lines = []
+    for i in sorted({f.number for f in flags}):
+        trial = comparison.trials[i]
+        groups = {f.group for f in flags if f.number == i}
+        lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
+    lines.sort(key=lambda x: -x["residual_um"])
+    return {
+        "where": "at the disc, as far as one measuring plane tells",
+        "lines": lines[:MOST_LINES],
+        "growth": _growth(comparison, residual, flags),
+        "groups": sorted({f.group for f in flags}),
+    }
+
+
+def _of_record(
+    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+) -> list[dict[str, Any]]:
+    layout, found = comparison.layout, []
+    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
+    half = len(own[0]) // 2
+    metres = residual * comparison.sigma
+    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
+    white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
+    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups])
+    values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    a = comparison.twin.set(values)
+    plant = linearise(a, settle(a, trial.speed, trial.pressure), trial.speed)
+    turns = trial.speed / (2 * np.pi)
+    for k in np.argsort(-white * inside)[:3]:
+        f = float(trial.frequencies[1 + k])
+        G = plant.transfer(2j * np.pi * f)[:, 2:4]
+        force = np.linalg.solve(G, r[:, k])
+        forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
+        order = f / turns if turns > 0.1 else float("nan")
+        found.append(
+            {
+                "record": trial.name,
+                "point": trial.point,
+                "frequency_hz": f,
+                "order": order if abs(order - round(order)) < 0.02 or order < 1 else None,
+                "force_n": float(np.linalg.norm(force)),
+                "direction": _direction(forward, backward, force),
+                "residual_um": float(np.linalg.norm(r[:, k])) * 1e6,
+            }
+        )
+    return found
+
+
+def _direction(forward: float, backward: float, force: np.ndarray) -> str:
+    if forward > 2 * backward:
+        return "turns forward"
+    if backward > 2 * forward:
+        return "turns backward"
+    angle = np.degrees(
+        0.5 * np.arctan2(2 * (force[0] * np.conj(force[1])).real, abs(force[0]) ** 2 - abs(force[1]) ** 2)
+    )
+    return f"along {angle:.0f} deg from x"
+
+
+def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag]) -> dict[str, float]:
+    """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
+    if not flags:
+        return {}
+    layout, trials = comparison.layout, comparison.trials
+    group = flags[0].group
+    metres = residual * comparison.sigma
+    rows: list[list[float]] = []
+    sizes: list[float] = []
+    for i, t in enumerate(trials):
+        own = (layout.record == i) & (layout.group == layout.groups.index(group))
+        if own.any() and t.speed > 1:
+            rows.append([1.0, np.log(t.speed), np.log(max(t.pressure, 1.0)), np.log(max(t.amplitude, 1e-3))])
+            sizes.append(float(np.log(max(float(np.linalg.norm(metres[own])), 1e-12))))
+    names = ("", "speed", "pressure", "amplitude")
+    A = np.array(rows)
+    vary = [k for k in range(4) if k == 0 or (len(A) and np.ptp(A[:, k]) > 0.1)]
+    if len(rows) < len(vary) + 1:
+        return {}
+    x = np.linalg.lstsq(A[:, vary], np.array(sizes), rcond=None)[0]
+    return {names[k]: float(v) for k, v in zip(vary, x, strict=True) if k}

@@ -1,0 +1,285 @@
+"""`diagnose`: localise, re-calibrate, name, go on, show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.discrepancy.calibrate import MOST_RENEWALS, Calibrated, recalibrate, renewed
+from rotorsim.discrepancy.candidates import Form, candidates
+from rotorsim.discrepancy.comparison import THREADS, Comparison, Point
+from rotorsim.discrepancy.fit import Fit
+from rotorsim.discrepancy.floor import TOLERANCE
+from rotorsim.discrepancy.gap import gap_dataset, gap_of
+from rotorsim.discrepancy.intake import data_hash, limits, make_trials, open_records
+from rotorsim.discrepancy.knobs import Knob, contributions, setting
+from rotorsim.discrepancy.localise import Flag, excess, flagged, table
+from rotorsim.discrepancy.naming import Search
+from rotorsim.discrepancy.next_experiment import next_experiment
+from rotorsim.discrepancy.result import Diagnosis, Found
+from rotorsim.discrepancy.sanity import check
+from rotorsim.discrepancy.shown import spectra_of
+from rotorsim.discrepancy.store import columns
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
+from rotorsim.discrepancy.unknown import equivalent_force
+from rotorsim.discrepancy.verdict import Verdict, judge
+from rotorsim.errors import DataError
+from rotorsim.machine import Machine, load_machine
+
+GRID, STEP = (32, 8), 2e-4
+FINE_GRID, FINE_STEP = (32, 16), 1e-4
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """A machine's twins, compiled once: the one that fits and the finer one that proves it."""
+
+    twin: Twin
+    fine: Twin | None
+
+    @classmethod
+    def of(cls, machine: Machine, effects: Iterable[str] | None = None) -> Workshop:
+        """Twins of a machine with all effects of the catalogue, or these, as candidates."""
+        only = None if effects is None else tuple(sorted(set(effects)))
+        fine_grid = GRID if machine.film is None else FINE_GRID
+        return cls(Twin(machine, GRID, STEP, only=only), Twin(machine, fine_grid, FINE_STEP, only=only))
+
+
+def diagnose(
+    machine: Machine | str | Path,
+    records: Iterable[Any],
+    held_out: Iterable[Any] | None = None,
+    untouched: Iterable[Any] | None = None,
+    effects: Iterable[str] | None = None,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    mapping: Any = None,
+    workshop: Workshop | None = None,
+    threads: int = THREADS,
+    progress: Say = lambda stage: None,
+) -> Diagnosis:
+    """Find out where a machine file and measured records disagree, and which effect is missing.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+        The machine as it is believed to be.
+    records : Datasets or paths
+        Records at constant operating points. Where `held_out` and `untouched` are not given, their attribute `role`
+        says what they are for; without one they are fitted.
+    held_out, untouched :
+        Records at other operating points that choose the effect, and that only show the gap.
+    effects : names
+        Effects that are candidates; the whole catalogue when not given.
+    seed : int
+        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    progress : function of a stage's name
+        Called as the work goes on.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    DataError
+        If the records cannot be used, with one sentence.
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    opened = open_records(records, mapping)
+    if opened and all("speed" in record.dims for _, record in opened):
+        from rotorsim.discrepancy.vectors import diagnose_vectors
+
+        return diagnose_vectors(machine, opened, effects, tolerance, progress)
+    trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
+    trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
+    trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
+    return work_on(machine, trials, effects, tolerance, progress, workshop, threads)
+
+
+def work_on(
+    machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Say,
+    workshop: Workshop | None = None, threads: int = THREADS,
+) -> Diagnosis:  # fmt: skip
+    """Diagnose trials."""
+    effects = None if effects is None else sorted(set(effects))
+    by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
+    if not by_role["fit"]:
+        raise DataError("diagnose: no records to fit; give some, or set the attribute role")
+    workshop = workshop or Workshop.of(machine, effects)
+    parts = {role: Comparison(workshop.twin, own, threads) for role, own in by_role.items() if own}
+    unknown = sorted(set(effects or ()) - set(workshop.twin.slots))
+    if unknown:
+        known = ", ".join(sorted(workshop.twin.slots))
+        raise DataError(f"effects: '{unknown[0]}' cannot be a candidate in {machine.name}; choose among {known}")
+    forms = candidates(workshop.twin, effects)
+    return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+
+
+@dataclass(eq=False)
+class Work:
+    """One diagnosis on its way."""
+
+    machine: Machine
+    workshop: Workshop
+    parts: dict[str, Comparison]
+    forms: tuple[Form, ...]
+    trials: Sequence[Trial]
+    tolerance: float
+    say: Say
+
+    @property
+    def fitted(self) -> Comparison:
+        """The records to fit."""
+        return self.parts["fit"]
+
+    def run(self) -> Diagnosis:
+        """All steps."""
+        self.say("calibrate")
+        calibrated = recalibrate(self.fitted, self.workshop.fine, self.tolerance, lambda: self.say("calibrate"))
+        sweeps = any(t.orders for t in self.fitted.trials)
+        notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
+        notes += self._scatter_note() + [_null_sentence(n) for n in calibrated.null]
+        fitted = self.fitted.measured - calibrated.fit.residual * self.fitted.sigma
+        notes += check(self.fitted, calibrated.nominal, fitted)
+        base = calibrated.fit
+        for _ in range(MOST_RENEWALS):
+            if not flagged(table(self.fitted, base.residual)):
+                break
+            last, base = base.cost, renewed(self.fitted, base, lambda: self.say("calibrate"))
+            if base.cost > 0.95 * last:
+                break
+        flags = flagged(table(self.fitted, base.residual))
+        for role in ("held_out", "untouched"):
+            if role in self.parts:
+                self.say("prove")
+                self.parts[role].set_floor(base.point, self.workshop.fine, self.tolerance)
+        verdict, search = self._name(base, flags)
+        return self._told(calibrated, base, flags, verdict, search, notes)
+
+    def _scatter_note(self) -> list[str]:
+        if self.fitted.told_scatter:
+            return []
+        return ["no repeats and no periods: the floor comes from the quiet lines within the records"]
+
+    def _name(self, base: Fit, flags: list[Flag]) -> tuple[Verdict, Search | None]:
+        if not flags:
+            return Verdict("no_disagreement"), None
+        raw: dict[str, np.ndarray] = {}
+        origin = Point()
+        for form in self.forms:
+            self.say("screen")
+            own = columns(self.fitted, origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
+            raw[form.label] = own / self.fitted.sigma[:, None]
+        held = self.parts.get("held_out")
+        held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
+        usable = tuple(f for f in self.forms if np.all(np.isfinite(raw[f.label])) and np.abs(raw[f.label]).max() > 0)
+        search = Search(self.fitted, held, base, usable, raw, excess(table(self.fitted, base.residual)), held_excess,
+                        lambda: self.say("name"))  # fmt: skip
+        return judge(search), search
+
+    def _told(
+        self, calibrated: Calibrated, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None,
+        notes: list[str],
+    ) -> Diagnosis:  # fmt: skip
+        self.say("show")
+        best = verdict.best
+        final = base if best is None else best.fit
+        unknown: dict[str, Any] = {}
+        if verdict.status in ("unknown", "partial"):
+            left = flagged(table(self.fitted, final.residual)) or flags
+            unknown = equivalent_force(self.fitted, final.point, final.residual, left)
+        ahead: dict[str, Any] = {}
+        if verdict.status == "tie" and best is not None and verdict.rivals:
+            ahead = next_experiment(self.fitted, best, verdict.rivals[0])
+        stages: list[Point | None] = [Point(), base.point, None if best is None else best.fit.point]
+        gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
+        shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
+        return Diagnosis(
+            status=verdict.status,
+            machine=self.machine,
+            localisation=tuple(flags),
+            effects=self._found(verdict),
+            ties=tuple(r.keys for r in verdict.rivals),
+            unknown=unknown,
+            next_experiment=ahead,
+            gap=gap,
+            notes=tuple(notes),
+            calibration=_calibration(final, self.fitted, base.knobs),
+            evidence=_evidence(base, best, search),
+            data_hash=data_hash(self.trials),
+            spectra=shown,
+            tried=tuple(
+                {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out}
+                for h in verdict.tried
+            ),
+        )
+
+    def _found(self, verdict: Verdict) -> tuple[Found, ...]:
+        if verdict.best is None or verdict.status == "unknown":
+            return ()
+        best = verdict.best
+        V = covariance(best.fit, self.fitted.layout.record)
+        classes = dict(zip(best.keys, verdict.classes, strict=False))
+        return tuple(found_of(self.workshop.twin, f, best.fit, V, classes.get(f.key, (f.key,))) for f in best.forms)
+
+
+def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[str, ...]) -> Found:
+    """Parameters of a form with standard deviations, as its table of the machine file has them."""
+    own = {k: fit.point.values.get(k, 0.0) for k in (*form.knobs, *form.refine)}
+    absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
+    parameters = {key.split(".")[2]: value for key, value in absolute.items()}
+    table = next(iter(absolute)).split(".")[1]
+    position = getattr(twin.effect(form.effect, int(table)), "position", None)
+    parameters |= {} if position is None else {"position": position}
+    at = {k: i for i, k in enumerate(fit.knobs)}
+    sd: dict[str, float] = {}
+    if len(form.knobs) == 2 and "~" in form.knobs[0].key:
+        i, j = (at[k] for k in form.knobs)
+        path = form.knobs[0].key[:-2]
+        pair = path.split(".")[2].split("~")
+        name, table = path.split(".")[:2]
+        effect = twin.effect(name, int(table))
+        base = getattr(effect, pair[0]) * np.exp(1j * getattr(effect, pair[1]))
+        c, s = (fit.point.values.get(k, 0.0) for k in form.knobs)
+        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], base)
+    for knob in (*form.knobs, *form.refine):
+        if "~" not in knob.key and knob in at:
+            sd[knob.key.split(".")[2]] = float(np.sqrt(V[at[knob], at[knob]]))
+    return Found(form.effect, form.key, parameters, sd, tie_class)
+
+
+def _calibration(fit: Fit, comparison: Comparison, knobs: Sequence[Knob]) -> dict[str, tuple[float, float]]:
+    V = covariance(fit, comparison.layout.record)
+    at = {k: i for i, k in enumerate(fit.knobs)}
+    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in knobs}
+
+
+def _evidence(base: Fit, best: Any, search: Search | None) -> dict[str, float]:
+    told = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
+    if search is not None:
+        told |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
+    if best is not None:
+        told |= {
+            "chi2_with_effect": best.fit.chi2,
+            "share_gone": best.gone,
+            "held_out_excess_with_effect": best.held_out,
+        }
+    return told
+
+
+def _null_sentence(null: dict[str, float]) -> str:
+    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
+    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
+
+
+__all__ = ["Workshop", "diagnose"]

@@ -1,0 +1,55 @@
+"""A plain rotor with a few candidates and hidden records of it: small, so that a whole diagnosis takes seconds."""
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.design import campaign
+from rotorsim.discrepancy.hidden import Truth, draw, record_of
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.workflow import GRID, Workshop
+from rotorsim.machine import load_machine
+
+NOISE, FINE = 1e-7, 5e-5
+"""Scatter of the readings [m] and step of the records [s]."""
+EFFECTS = ("coupling", "runout", "shaft_bow")
+KEPT = ("fit_1", "fit_2", "fit_3", "fit_5", "fit_2_repeat", "held_out_1", "held_out_2", "untouched_2", "untouched_4")
+
+
+@pytest.fixture(scope="session")
+def machine():
+    """The plain rotor."""
+    return load_machine("plain_rotor")
+
+
+@pytest.fixture(scope="session")
+def workshop(machine):
+    """Twins with few candidates."""
+    return Workshop.of(machine, EFFECTS)
+
+
+@pytest.fixture(scope="session")
+def truth_plant(machine):
+    """The finer plant that records come from: the kernels of the workshop, a quarter of its step."""
+    return Twin(machine, GRID, FINE, only=tuple(sorted(EFFECTS)))
+
+
+@pytest.fixture(scope="session")
+def recorded(machine, truth_plant):
+    """Records with effects hidden, and the truth."""
+
+    def record(effects=(), seed=0, sizes=(3.0, 6.0), disturb=None) -> tuple[list, Truth]:
+        truth = draw(truth_plant, effects, seed, sizes)
+        plan = [p for p in campaign(machine) if p.name in KEPT]
+        records = [record_of(truth_plant, p, truth.point, seed, disturb) for p in plan]
+        for i, r in enumerate(records):
+            noise = np.random.default_rng([seed, i]).normal(0, NOISE, r.disc_measured.shape)
+            r["disc_measured"] = r.disc_measured.copy(data=r.disc_measured.values + noise)
+        return records, truth
+
+    return record
+
+
+@pytest.fixture
+def rng():
+    """Random numbers that are the same in every run."""
+    return np.random.default_rng(5)

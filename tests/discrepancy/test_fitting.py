@@ -1,0 +1,130 @@
+"""Damped least squares, projection, classes: the numerics of naming without a plant."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.candidates import Form, own_recipes
+from rotorsim.discrepancy.classes import class_of
+from rotorsim.discrepancy.comparison import Point
+from rotorsim.discrepancy.fit import Fit, fit, singular_directions
+from rotorsim.discrepancy.knobs import REFERENCE_SPEED, Knob, contributions
+from rotorsim.discrepancy.projection import screen
+from rotorsim.discrepancy.result import EXIT_CODES
+from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
+from rotorsim.effects import REGISTRY
+
+A, B = Knob("a", 0.1), Knob("b", 0.1)
+
+
+@dataclass
+class Curve:
+    """y = exp(a t) + b t^2, measured without error at a = 0.7, b = -0.4."""
+
+    t: np.ndarray = field(default_factory=lambda: np.linspace(0, 2, 20))
+
+    def residual(self, point):
+        a, b = point.values.get(A, 0.0), point.values.get(B, 0.0)
+        return np.exp(0.7 * self.t) - 0.4 * self.t**2 - np.exp(a * self.t) - b * self.t**2
+
+
+def test_a_nonlinear_fit_with_a_kept_jacobian_converges():
+    t = np.linspace(0, 2, 20)
+    start = float(np.sum(Curve().residual(Point()) ** 2))
+    found = fit(Curve(), Point(), [A, B], np.column_stack([t, t**2]), steps=40)
+    assert found.cost < 0.02 * start
+    better = fit(Curve(), found.point, [A, B], np.column_stack([t * np.exp(found.vector[0] * t), t**2]), steps=40)
+    assert better.cost < 1e-3 * start
+
+
+def test_a_prior_holds_what_the_data_do_not_tell():
+    tight = Knob("a", 0.1, sd=1e-6)
+    t = np.linspace(0, 2, 20)
+    found = fit(Curve(), Point(), [tight, B], np.column_stack([t, t**2]))
+    assert abs(found.point.values[tight]) < 1e-4
+
+
+def test_two_knobs_that_do_the_same_are_a_null_vector(rng):
+    x, y = rng.normal(size=(2, 50))
+    null = singular_directions(np.column_stack([x, y, x + 1e-6 * y]), [A, B, Knob("c", 1.0)])
+    assert len(null) == 1
+    assert set(null[0]) == {"a", "c"}
+    assert not singular_directions(np.column_stack([x, y]), [A, B])
+
+
+def form(name):
+    return Form(name, f"{name}.x", (Knob(f"{name}.0.x", 2.0),))
+
+
+def test_the_drop_of_a_form_is_that_of_a_joint_least_squares(rng):
+    J, S, r = rng.normal(size=(60, 3)), rng.normal(size=(60, 1)), rng.normal(size=60)
+    knobs = tuple(Knob(n, 1.0) for n in "abc")
+    x = np.linalg.lstsq(J, r, rcond=None)[0]
+    base = Fit(knobs, Point(), r - J @ x, J, 0.0)
+    view = screen(base, [form("f")], [S])
+    joint = np.linalg.lstsq(np.column_stack([J, S]), r, rcond=None)
+    drop, steps = view.drop(0)
+    assert drop == pytest.approx(base.chi2 - float(joint[1][0]), rel=1e-8)
+    assert steps[0] * 2.0 == pytest.approx(joint[0][3], rel=1e-8)
+
+
+def test_a_form_that_the_calibration_imitates_explains_nothing(rng):
+    J = rng.normal(size=(60, 2))
+    base = Fit((A, B), Point(), rng.normal(size=60), J, 0.0)
+    view = screen(base, [form("f"), form("g")], [J @ [[1.0], [2.0]], rng.normal(size=(60, 1))])
+    assert view.drop(0)[0] == 0.0
+    assert view.survives(0) < 1e-6 < view.survives(1)
+
+
+def test_forms_with_the_same_signature_are_alike(rng):
+    J, s = rng.normal(size=(60, 2)), rng.normal(size=(60, 2))
+    base = Fit((A, B), Point(), rng.normal(size=60), J, 0.0)
+    two = Form("f", "f.x", (Knob("f.0.x~p.c", 1.0), Knob("f.0.x~p.s", 1.0)))
+    view = screen(base, [two, form("g"), form("h")], [s, s[:, :1] + J @ [[3.0], [1.0]], rng.normal(size=(60, 1))])
+    assert view.likeness(0, 1) == pytest.approx(1.0, abs=1e-6)
+    assert view.likeness(0, 2) < 0.7
+
+
+def test_a_bow_is_never_told_from_a_runout_nor_a_blocked_pin_from_a_low_pressure():
+    third = "unequal_pressure.deviation of injector 3"
+    known = {"runout.first", "shaft_bow.bow", "weak_injector.blocked of injector 2",
+             "unequal_pressure.deviation of injector 2", third, "creep.gain"}  # fmt: skip
+    assert class_of("shaft_bow.bow", known) == ("runout.first", "shaft_bow.bow")
+    assert class_of("unequal_pressure.deviation of injector 2", known) == (
+        "weak_injector.blocked of injector 2", "unequal_pressure.deviation of injector 2",
+    )  # fmt: skip
+    assert class_of("creep.gain", known) == ("creep.gain",)
+
+
+def test_a_trend_counts_by_the_operating_point():
+    knob = Knob("discharge_drift.0.drift", 0.1, trend="pressure")
+    sums = contributions({knob: 0.1, Knob("discharge_drift.0.drift", 0.1): 0.02}, REFERENCE_SPEED, 0.75e6)
+    assert sums["discharge_drift.0.drift"] == pytest.approx(0.02 + 0.1 * 0.5)
+
+
+def test_scatter_between_records_widens_a_standard_deviation(rng):
+    n, m = 40, 6
+    J = np.ones((n * m, 1))
+    record = np.repeat(np.arange(m), n)
+    white = Fit((A,), Point(), rng.normal(size=n * m), J, 0.0)
+    together = Fit((A,), Point(), white.residual + 3 * rng.normal(size=m)[record], J, 0.0)
+    plain = 1 / np.sqrt(n * m)
+    assert np.sqrt(covariance(white, record)[0, 0]) == pytest.approx(plain, rel=0.7)
+    assert np.sqrt(covariance(together, record)[0, 0]) > 8 * plain
+
+
+def test_an_amplitude_and_its_phase_get_standard_deviations():
+    a, phi, sd_a, sd_phi = sd_of_polar(0.0, 2.0, np.diag([0.01, 0.04]))
+    assert (a, phi) == pytest.approx((2.0, np.pi / 2))
+    assert (sd_a, sd_phi) == pytest.approx((0.2, 0.05))
+
+
+def test_every_effect_of_the_catalogue_gets_recipes_from_its_own_parameters():
+    assert [r.parameter for r in own_recipes(REGISTRY["creep"])] == ["gain"]
+    own = own_recipes(REGISTRY["unbalance"])
+    assert [(r.parameter, r.phase) for r in own] == [("me", "phase")]
+
+
+def test_exit_codes_are_those_of_the_interface():
+    assert EXIT_CODES == {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}

@@ -1,0 +1,84 @@
+"""Records as trials: periods, lines, groups, and what is refused."""
+
+import numpy as np
+import pytest
+
+from identification import from_arrays
+from rotorsim.discrepancy.floor import repeat_scatter, repeats
+from rotorsim.discrepancy.groups import make_layout
+from rotorsim.discrepancy.intake import limits
+from rotorsim.discrepancy.trial import block_lines, find_period, make_trial
+from rotorsim.errors import DataError
+from rotorsim.experiments import Multisine
+
+RATE = 5000
+SINES = Multisine(2 * np.pi * 40, 0.5e6, 1.0, 2.5, 250.0, 0.8, 3, 4)
+
+
+def record(displacement, speed=2 * np.pi * 40, rows=None, **more):
+    n = len(displacement)
+    rows = SINES.rows(0, n) if rows is None else rows
+    time = np.arange(n) / RATE
+    return from_arrays(time, rows[:, 2:4], displacement, angle=speed * time, speed=speed, pressure=0.5e6, **more)
+
+
+def test_the_period_of_a_multisine_is_found_and_a_random_signal_has_none(rng):
+    rows = SINES.rows(0, SINES.samples)
+    assert find_period(rows[:, 2:4]) == 2000
+    assert find_period(rng.normal(size=(12000, 2))) is None
+
+
+def test_a_sine_is_one_line_of_its_amplitude():
+    t = np.arange(12000) / RATE
+    y = np.column_stack([2e-6 * np.cos(2 * np.pi * 40 * t), 3e-6 + 0 * t])
+    lines = block_lines(y, 4000, 4000, 2, 100)
+    assert np.abs(lines[:, 0, 32]) == pytest.approx(2e-6, rel=1e-9)
+    assert lines[:, 1, 0].real == pytest.approx(3e-6, rel=1e-9)
+    assert np.abs(np.delete(lines[:, 0], 32, axis=1)).max() < 1e-15
+
+
+def test_orders_and_excited_lines_fall_into_different_groups():
+    trial = make_trial(record(np.zeros((12000, 2))))
+    assert (trial.start, trial.length, trial.blocks) == (4000, 2000, 4)
+    layout = make_layout([trial])
+    at = {name: set(layout.frequency[layout.of(0, 0, name)]) for name in layout.groups}
+    assert at["1X"] == {40.0} and at["2X"] == {80.0} and at["3X"] == {120.0}
+    assert at["orders"] == {160.0, 200.0, 240.0, 280.0}
+    assert {2.5, 7.5, 242.5} <= at["low band"] | at["high band"]
+    assert len(layout.frequency) == 2 * (2 + 2 * 120)
+
+
+def test_the_scatter_of_white_noise_is_found_and_repeats_are_recognised(rng):
+    sigma = 0.3e-6
+    trials = [make_trial(record(rng.normal(0, sigma, (12000, 2)))) for _ in range(4)]
+    assert repeats(trials[0], trials[1])
+    scatter, _, _, told = repeat_scatter(trials, [t.spectra for t in trials])
+    # a real part of a line of N samples, averaged over all 4 x 2000, has sigma sqrt(2 / 8000)
+    assert told
+    assert np.median(scatter[:, :, 1:]) == pytest.approx(sigma * np.sqrt(2 / 8000), rel=0.15)
+
+
+def test_a_run_up_is_refused_as_a_record_at_constant_speed():
+    speed = np.linspace(100, 300, 12000)
+    bad = from_arrays(np.arange(12000) / RATE, None, np.zeros((12000, 2)), speed=speed, pressure=0.0)
+    with pytest.raises(DataError, match="run-up as vectors"):
+        make_trial(bad)
+
+
+def test_a_closed_loop_without_its_dither_is_refused():
+    bad = record(np.zeros((12000, 2))).assign_attrs(controller="p")
+    with pytest.raises(DataError, match="closed loop without the dither"):
+        make_trial(bad)
+
+
+def test_another_sampling_rate_is_refused():
+    bad = record(np.zeros((12000, 2)))
+    bad = bad.assign_coords(time=("time", bad.time.values * 2, bad.time.attrs))
+    with pytest.raises(DataError, match="2500 Hz"):
+        make_trial(bad)
+
+
+def test_few_points_and_one_amplitude_are_said_aloud():
+    said = " ".join(limits([make_trial(record(np.zeros((12000, 2))))], True))
+    for words in ("1 operating points", "one speed only", "one excitation amplitude", "one pressure only"):
+        assert words in said
