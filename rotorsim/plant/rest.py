@@ -43,7 +43,7 @@ motion-dependent forces find no rest."""
 
 @kernel
 def static_terms(w, P, speed, moving):
-    """Steady modal force into f and stiffness into KT; `moving`: motion-dependent forces too, linearised at rest at q."""
+    """Steady modal force into f, stiffness into KT; `moving`: motion-dependent forces too, linearised at rest at q."""
     for e in range(ROTOR.n * ROTOR.n):
         w[ROTOR.KT + e] = w[ROTOR.K + e]
     if ROTOR.turning == 1:

@@ -11,7 +11,7 @@ from rotorsim.discrepancy.gap import reduction
 from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
-pytestmark = [pytest.mark.slow, pytest.mark.skip("takes many minutes and is not green yet: the workflow is being built")]
+pytestmark = [pytest.mark.slow, pytest.mark.skip("takes many minutes and is not green yet; work in progress")]
 
 
 @pytest.fixture(scope="module")
