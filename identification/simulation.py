@@ -40,6 +40,69 @@ def respond(F: np.ndarray, G: np.ndarray, H: np.ndarray, E: np.ndarray, x0: np.n
     return y
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _begin(x0: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """State and inputs in a row, (n + m,)."""
+    z = np.empty(len(x0) + w.shape[1])
+    z[: len(x0)] = x0
+    return z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _used(d: np.ndarray) -> np.ndarray:
+    """Which elements (rows, columns) have a derivative by any parameter: the others cost nothing."""
+    used = np.zeros(d.shape[:2], np.bool_)
+    for r in range(d.shape[0]):
+        for c in range(d.shape[1]):
+            used[r, c] = np.any(d[r, c] != 0)
+    return used
+
+
+@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _value(row: np.ndarray, through: np.ndarray, z: np.ndarray) -> float:
+    """[row through] z."""
+    value, n = 0.0, len(row)
+    for c in range(n):
+        value += row[c] * z[c]
+    for c in range(len(through)):
+        value += through[c] * z[n + c]
+    return value
+
+
+@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _slope(row: np.ndarray, d: np.ndarray, used: np.ndarray, S: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
+    """Write the derivatives (q,) of `_value` into `out`; S (n, q) are those of the state."""
+    q = out.shape[0]
+    out[:] = 0.0
+    for c in range(len(row)):
+        if row[c] != 0:
+            for i in range(q):
+                out[i] += row[c] * S[c, i]
+    for c in range(len(z)):
+        if used[c]:
+            for i in range(q):
+                out[i] += d[c, i] * z[c]
+
+
+@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _advance(
+    F: np.ndarray,
+    G: np.ndarray,
+    dF: np.ndarray,
+    used: np.ndarray,
+    S: np.ndarray,
+    T: np.ndarray,
+    z: np.ndarray,
+    x: np.ndarray,
+) -> None:
+    """Take the state in z one sample on; its derivatives follow in T, x (n,) is room."""
+    n = F.shape[0]
+    for r in range(n):
+        x[r] = _value(F[r], G[r], z)
+        _slope(F[r], dF[r], used[r], S, z, T[r])
+    z[:n] = x
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def respond_with_sensitivities(
     F: np.ndarray,
@@ -56,55 +119,16 @@ def respond_with_sensitivities(
 
     dF (n, n + m, q) and dH (p, n + m, q) hold the derivatives of [F G] and [H E]; dx0 (n, q) that of the state x0.
     """
-    n, m, p, q, samples = F.shape[0], w.shape[1], H.shape[0], dx0.shape[1], w.shape[0]
-    z, S, T = np.empty(n + m), dx0.copy(), np.empty((n, q))
+    n, p, q, samples = F.shape[0], H.shape[0], dx0.shape[1], w.shape[0]
+    z, x, S, T = _begin(x0, w), np.empty(n), dx0.copy(), np.empty((n, q))
     y, J = np.empty((samples, p)), np.empty((samples, p, q))
-    used_F, used_H = np.zeros((n, n + m), np.bool_), np.zeros((p, n + m), np.bool_)
-    for r in range(n):
-        for c in range(n + m):
-            used_F[r, c] = np.any(dF[r, c] != 0)
-    for r in range(p):
-        for c in range(n + m):
-            used_H[r, c] = np.any(dH[r, c] != 0)
-    z[:n] = x0
-    x = x0.copy()
+    used_F, used_H = _used(dF), _used(dH)
     for k in range(samples):
-        z[:n] = x
         z[n:] = w[k]
         for r in range(p):
-            value = 0.0
-            for c in range(n):
-                value += H[r, c] * z[c]
-            for c in range(m):
-                value += E[r, c] * z[n + c]
-            y[k, r] = value
-            for i in range(q):
-                J[k, r, i] = 0.0
-            for c in range(n):
-                if H[r, c] != 0:
-                    for i in range(q):
-                        J[k, r, i] += H[r, c] * S[c, i]
-            for c in range(n + m):
-                if used_H[r, c]:
-                    for i in range(q):
-                        J[k, r, i] += dH[r, c, i] * z[c]
-        for r in range(n):
-            value = 0.0
-            for c in range(n):
-                value += F[r, c] * z[c]
-            for c in range(m):
-                value += G[r, c] * z[n + c]
-            x[r] = value
-            for i in range(q):
-                T[r, i] = 0.0
-            for c in range(n):
-                if F[r, c] != 0:
-                    for i in range(q):
-                        T[r, i] += F[r, c] * S[c, i]
-            for c in range(n + m):
-                if used_F[r, c]:
-                    for i in range(q):
-                        T[r, i] += dF[r, c, i] * z[c]
+            y[k, r] = _value(H[r], E[r], z)
+            _slope(H[r], dH[r], used_H[r], S, z, J[k, r])
+        _advance(F, G, dF, used_F, S, T, z, x)
         S, T = T, S
     return y, J
 
@@ -127,35 +151,15 @@ def normal_matrices(
 
     Q (n, h) are regressors. Nothing of the record's length is stored.
     """
-    n, m, p, q, samples, h = F.shape[0], w.shape[1], H.shape[0], dx0.shape[1], w.shape[0], Q.shape[1]
-    z, x, S, T, j = np.empty(n + m), x0.copy(), dx0.copy(), np.empty((n, q)), np.empty(q)
+    n, p, q, samples, h = F.shape[0], H.shape[0], dx0.shape[1], w.shape[0], Q.shape[1]
+    z, x, S, T, j = _begin(x0, w), np.empty(n), dx0.copy(), np.empty((n, q)), np.empty(q)
     N, g, QJ, Qr, cost = np.zeros((q, q)), np.zeros(q), np.zeros((p, h, q)), np.zeros((p, h)), 0.0
-    used_F, used_H = np.zeros((n, n + m), np.bool_), np.zeros((p, n + m), np.bool_)
-    for r in range(n):
-        for c in range(n + m):
-            used_F[r, c] = np.any(dF[r, c] != 0)
-    for r in range(p):
-        for c in range(n + m):
-            used_H[r, c] = np.any(dH[r, c] != 0)
+    used_F, used_H = _used(dF), _used(dH)
     for k in range(samples):
-        z[:n] = x
         z[n:] = w[k]
         for r in range(p):
-            value = y[k, r]
-            for c in range(n):
-                value -= H[r, c] * z[c]
-            for c in range(m):
-                value -= E[r, c] * z[n + c]
-            for i in range(q):
-                j[i] = 0.0
-            for c in range(n):
-                if H[r, c] != 0:
-                    for i in range(q):
-                        j[i] += H[r, c] * S[c, i]
-            for c in range(n + m):
-                if used_H[r, c]:
-                    for i in range(q):
-                        j[i] += dH[r, c, i] * z[c]
+            value = y[k, r] - _value(H[r], E[r], z)
+            _slope(H[r], dH[r], used_H[r], S, z, j)
             cost += value * value
             for a in range(q):
                 g[a] += j[a] * value
@@ -165,22 +169,6 @@ def normal_matrices(
                 Qr[r, a] += Q[k, a] * value
                 for i in range(q):
                     QJ[r, a, i] += Q[k, a] * j[i]
-        for r in range(n):
-            value = 0.0
-            for c in range(n):
-                value += F[r, c] * z[c]
-            for c in range(m):
-                value += G[r, c] * z[n + c]
-            x[r] = value
-            for i in range(q):
-                T[r, i] = 0.0
-            for c in range(n):
-                if F[r, c] != 0:
-                    for i in range(q):
-                        T[r, i] += F[r, c] * S[c, i]
-            for c in range(n + m):
-                if used_F[r, c]:
-                    for i in range(q):
-                        T[r, i] += dF[r, c, i] * z[c]
+        _advance(F, G, dF, used_F, S, T, z, x)
         S, T = T, S
     return N, g, QJ, Qr, cost

@@ -1,7 +1,7 @@
 """The process in which cases run, one after the other: a case that hangs or crashes takes nothing else with it.
 
-Orders come as lines of JSON on stdin, answers leave as lines of JSON on stdout: first "ready", when the machine code
-is there and the time limit starts to count, then what came out. The process ends with its stdin.
+Orders come as lines of JSON on stdin, answers leave as lines of JSON on stdout. Of a case it says first "ready", when
+the machine code is there and the time limit starts to count, then what came out. The process ends with its stdin.
 """
 
 from __future__ import annotations
@@ -35,7 +35,13 @@ def main() -> None:
     say(answers, {"versions": versions()})
     while True:
         order = json.loads(orders.get())
-        say(answers, run(order, answers))
+        say(answers, load(order["warm"]) if "warm" in order else run(order, answers))
+
+
+def load(physics: str) -> dict[str, Any]:
+    """Import what cases need, before there are any."""
+    import_module(PHYSICS[physics])
+    return {"warm": True}
 
 
 def say(answers: Any, told: dict[str, Any]) -> None:

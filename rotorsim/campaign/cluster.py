@@ -72,7 +72,7 @@ def _local(workers: int | None, most: int) -> Iterator[Any]:
         except (OSError, RuntimeError) as error:
             raise ClusterError(
                 f"workers: cannot be started on this machine ({_reason(error)}); check free memory, processes and "
-                "space for temporary files"
+                "space for temporary files; a script that runs a campaign does so under if __name__ == '__main__'"
             ) from error
         yield client
 
@@ -162,6 +162,14 @@ def _about(folder: str, name: str) -> str:
     with suppress(OSError):
         sees = (place / name).read_text() == name
     return json.dumps({"versions": versions(), "sees": sees})
+
+
+def warm_workers(client: Any, run: str, physics: str) -> list[Any]:
+    """Let every worker load its libraries while the first case makes the machine code; tasks to hold on to."""
+    from rotorsim.campaign.worker import warm
+
+    addresses = enumerate(client.nthreads())
+    return [client.submit(warm, run, physics, workers=[a], key=f"{run}-warm-{n}", pure=False) for n, a in addresses]
 
 
 def free_workers(client: Any, run: str) -> None:

@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rotorsim.campaign.cluster import Tls, check_workers, cluster, free_workers
+from rotorsim.campaign.cluster import Tls, check_workers, cluster, free_workers, warm_workers
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
 from rotorsim.campaign.plan import Plan
@@ -156,10 +156,12 @@ class Campaign:
             cluster(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as client,
         ):
             check_workers(client, self.store.folder, token)
+            warming = warm_workers(client, self._id, chosen.physics)
             try:
                 with bar(chosen.show, len(self.store.plan), self.counts[DONE]) as progress:
                     self._loop(Pump(client, self._id), iter(numbers), stop, progress)
             finally:
+                client.cancel(warming)
                 free_workers(client, self._id)
 
     def _loop(self, pump: Pump, waiting: Iterator[int], stop: Stop, progress: Any) -> None:
