@@ -24,7 +24,7 @@ from fe_shaft.rotor import Rotor
 from fe_shaft.shaft import Material, ShaftElement, steel
 from fe_shaft.stability import StabilityResult
 from fe_shaft.static import StaticResult
-from fe_shaft.transient import TimeResult
+from fe_shaft.transient import TimeResult, Unbalance
 from fe_shaft.ucs import UcsResult
 
 __all__ = [
@@ -44,6 +44,7 @@ __all__ = [
     "StaticResult",
     "TimeResult",
     "UcsResult",
+    "Unbalance",
     "modal_reduction",
     "steel",
 ]

@@ -182,12 +182,18 @@ class Rotor:
         return response.run_freq_response(self, frequency, speed, inputs, outputs)
 
     def run_time_response(
-        self, speed: float, F: ArrayLike, t: ArrayLike, initial: ArrayLike | None = None
+        self,
+        speed: float,
+        F: ArrayLike | None,
+        t: ArrayLike,
+        initial: ArrayLike | None = None,
+        unbalance: Sequence[transient.Unbalance] = (),
+        gravity: float = 0.0,
     ) -> transient.TimeResult:
         """Motion under forces `F` (n_t, ndof) [N, N m] at times `t` [s]; see transient.run_time_response."""
         from fe_shaft import transient
 
-        return transient.run_time_response(self, speed, F, t, initial)
+        return transient.run_time_response(self, speed, F, t, initial, unbalance, gravity)
 
     @classmethod
     def from_ross(cls, rotor: Any) -> Rotor:

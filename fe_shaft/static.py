@@ -64,15 +64,20 @@ def run_static(rotor: Rotor, gravity: float = GRAVITY, force: ArrayLike | None =
     """
     block = np.ix_(rotor.free, rotor.free)
     K = rotor.K()
-    _check_supported(rotor, K)
-    down = np.where(rotor.layout.axes == 1, -gravity, 0.0)
-    down[4 * rotor.n_nodes : 4 * (rotor.n_nodes + len(rotor.layout.internal))] = 0.0
-    load = rotor.parts.M @ down + (0.0 if force is None else np.asarray(force, dtype=float))
+    _check_supported(rotor)
+    load = weight(rotor, gravity) + (0.0 if force is None else np.asarray(force, dtype=float))
     q = np.zeros(rotor.ndof)
     q[rotor.free] = np.linalg.solve(K[block], load[rotor.free])
     return StaticResult(
         q, np.array([_reaction(rotor, bearing, q) for bearing in rotor.bearing_elements]), rotor.nodes_pos
     )
+
+
+def weight(rotor: Rotor, gravity: float = GRAVITY) -> NDArray[np.float64]:
+    """Force (ndof,) [N, N m] of the weight of every mass, `gravity` [m/s2] along -y."""
+    down = np.where(rotor.layout.axes == 1, -gravity, 0.0)
+    down[4 * rotor.n_nodes : 4 * (rotor.n_nodes + len(rotor.layout.internal))] = 0.0
+    return np.asarray(rotor.parts.M @ down)
 
 
 def _reaction(rotor: Rotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float64]:  # type: ignore[no-untyped-def]
@@ -84,22 +89,28 @@ def _reaction(rotor: Rotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(-bearing.stiffness_at(0.0) @ relative)
 
 
-def _check_supported(rotor: Rotor, K: NDArray[np.float64]) -> None:
-    """The supports must resist the four rigid-body motions: two shifts and two tilts."""
-    motions = rigid_motions(rotor)
+def loose_motions(rotor: Rotor) -> list[str]:
+    """Names of the rigid-body motions, two shifts and two tilts, that the supports do not resist."""
     if rotor.clamped:
-        return
-    resist = motions.T @ (K - rotor.parts.K) @ motions
+        return []
+    motions = rigid_motions(rotor)
+    resist = motions.T @ (rotor.K() - rotor.parts.K) @ motions
     for node in rotor.pinned:
         rows = motions[4 * node : 4 * node + 2]
         resist += np.abs(rotor.parts.K).max() * rows.T @ rows
-    if np.linalg.matrix_rank(resist) < 4:
-        values, vectors = np.linalg.eigh((resist + resist.T) / 2)
-        loose = [list(_RIGID)[int(np.abs(vectors[:, i]).argmax())] for i in np.argsort(np.abs(values))]
-        missing = 4 - np.linalg.matrix_rank(resist)
+    missing = 4 - int(np.linalg.matrix_rank(resist))
+    values, vectors = np.linalg.eigh((resist + resist.T) / 2)
+    size = np.abs(vectors) * np.array([1.0, 1.0, 1.001, 1.001])[:, None]  # to turn about a bearing at an end is a tilt
+    loose = [list(_RIGID)[int(size[:, i].argmax())] for i in np.argsort(np.abs(values))]
+    return sorted(set(loose[:missing]))
+
+
+def _check_supported(rotor: Rotor) -> None:
+    loose = loose_motions(rotor)
+    if loose:
         raise ValueError(
             f"static: {len(rotor.bearing_elements)} bearing(s) leave the shaft free to fall or tilt "
-            f"({', '.join(sorted(set(loose[:missing])))}); support x and y at two nodes at least."
+            f"({', '.join(loose)}); support x and y at two nodes at least."
         )
 
 

@@ -5,8 +5,11 @@ With A the state matrix and B what a force does, over a step h from force f_0 to
 .. math:: x_1 = e^{Ah} x_0 + \Gamma_0 B f_0 + \Gamma_1 B f_1
 
 with the three matrices out of one exponential of an augmented matrix; no step is too long for accuracy or stability.
-The recurrence runs in blocks: all blocks advance together from zero, in matrix products, then the few true starts of
-the blocks are found one after the other, and added.
+The recurrence runs in blocks: what the forces of a block do from rest, and what its start does, are matrix products
+over all blocks at once; only the starts of the blocks are found one after the other.
+
+Unbalance is no sampled force: at constant speed its steady whirl q_u is known in closed form, so that the rest q - q_u
+is moved by the other forces alone, from what the initial state leaves. Gravity is a constant force.
 
 Source: C. Van Loan, IEEE Trans. Autom. Control 23 (1978) 395.
 Assumes: constant speed and matrices.
@@ -14,15 +17,17 @@ Assumes: constant speed and matrices.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
-from fe_shaft import modal
+from fe_shaft import modal, static
 from fe_shaft.labelled import dataset
+from fe_shaft.response import run_unbalance_response
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +35,15 @@ if TYPE_CHECKING:
     from fe_shaft.rotor import Rotor
 
 Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Unbalance:
+    """Mass times eccentricity `magnitude` [kg m] on node `node`, at `phase` [rad] from x towards y at t = 0."""
+
+    node: int
+    magnitude: float
+    phase: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +71,58 @@ class TimeResult:
 
 
 def run_time_response(
-    rotor: Rotor, speed: float, F: ArrayLike, t: ArrayLike, initial: ArrayLike | None = None
+    rotor: Rotor,
+    speed: float,
+    F: ArrayLike | None,
+    t: ArrayLike,
+    initial: ArrayLike | None = None,
+    unbalance: Sequence[Unbalance] = (),
+    gravity: float = 0.0,
 ) -> TimeResult:
     """Motion of `rotor` at `speed` [rad/s].
 
     Parameters
     ----------
-    F : array (n_t, ndof)
+    F : array (n_t, ndof) or None
         Forces and moments [N, N m], linear between the times.
     t : array (n_t,)
-        Times [s], evenly spaced.
+        Times [s], evenly spaced; the shaft's angle is speed t.
     initial : array (ndof,) or (2 ndof,), optional
         Displacements, or displacements and velocities, at t[0]; at rest without it.
+    unbalance : sequence of Unbalance
+        Turns with the shaft; exact at any step.
+    gravity : float
+        Along -y [m/s2].
 
     Raises
     ------
     ValueError
         If the shapes do not fit, times are uneven or something is not finite.
     """
-    t, F, start = _checked(rotor, t, F, initial)
+    t = np.atleast_1d(np.asarray(t, dtype=float))
+    t, F, start = _checked(rotor, t, np.zeros((len(t), rotor.ndof)) if F is None else F, initial)
+    if gravity:
+        F = F + static.weight(rotor, gravity)
+    whirl = _whirl(rotor, speed, unbalance)
+    turned = whirl * np.exp(1j * speed * t[0])
+    rest = _forced(rotor, speed, F, t, start - np.concatenate([turned.real, (1j * speed * turned).real]))
+    if not unbalance:
+        return rest
+    last = whirl * np.exp(1j * speed * t[-1])
+    yout = rest.yout + (np.exp(1j * speed * t)[:, None] * whirl).real
+    return replace(rest, yout=yout, last=rest.last + np.concatenate([last.real, (1j * speed * last).real]))
+
+
+def _whirl(rotor: Rotor, speed: float, unbalance: Sequence[Unbalance]) -> NDArray[np.complex128]:
+    """Steady whirl (ndof,) [m, rad] of all unbalances together."""
+    if not unbalance or not speed:
+        return np.zeros(rotor.ndof, dtype=complex)
+    nodes, sizes, phases = zip(*((u.node, u.magnitude, u.phase) for u in unbalance), strict=True)
+    return run_unbalance_response(rotor, nodes, sizes, phases, speed).response[:, 0]
+
+
+def _forced(rotor: Rotor, speed: float, F: Matrix, t: Matrix, start: Matrix) -> TimeResult:
+    """Motion under sampled forces from a state (2 ndof,)."""
     if len(t) == 1:
         return TimeResult(t, start[None, : rotor.ndof], start, rotor.nodes_pos)
     free, scale = rotor.free, _frequency(rotor)
@@ -84,12 +131,12 @@ def run_time_response(
     A = modal.state_matrix(M, D, K)
     A[:n, n:] *= scale  # velocities in units that make the state well scaled for the exponential
     A[n:, :n] /= scale
-    used = np.flatnonzero(np.any(F[:, free] != 0, axis=0))
+    used = np.flatnonzero(np.any(F != 0, axis=0)[free])
     B = np.vstack([np.zeros((n, len(used))), np.linalg.solve(M, np.eye(n)[:, used]) / scale])
     step, now, after = _exponentials(A, B, h)
     loads = F[:, free[used]]
     x0 = np.concatenate([start[free], start[rotor.ndof + free] / scale])
-    states = _recurrence(step, loads[:-1] @ now.T + loads[1:] @ after.T, x0, n)
+    states = _recurrence(step, np.hstack([now, after]), np.hstack([loads[:-1], loads[1:]]), x0, n)
     yout = np.zeros((len(t), rotor.ndof))
     yout[:, free] = states[0]
     last = np.zeros(2 * rotor.ndof)
@@ -132,28 +179,43 @@ def _exponentials(A: Matrix, B: Matrix, h: float) -> tuple[Matrix, Matrix, Matri
     return grown[:n, :n], held - ramp, ramp
 
 
-def _recurrence(step: Matrix, push: Matrix, x0: Matrix, n: int) -> tuple[Matrix, Matrix]:
-    """Displacements (n_t, n) and last state (2n,) of x_k+1 = step x_k + push_k."""
-    count = len(push)
-    length = max(1, int(np.sqrt(count)))
+def _recurrence(step: Matrix, push: Matrix, u: Matrix, x0: Matrix, n: int) -> tuple[Matrix, Matrix]:
+    """Displacements (n_t, n) and last state (2n,) of x_k+1 = step x_k + push u_k, u (n_t - 1, m)."""
+    count, m = u.shape
+    length = max(1, min(int(np.sqrt(count / 8)), 4 * n // max(m, 1)))  # short where a block has many forces
     blocks = -(-count // length)
-    flat_push = np.zeros((blocks * length, len(x0)))
-    flat_push[:count] = push
-    padded = flat_push.reshape(blocks, length, -1)
-    transposed = np.ascontiguousarray(step.T)
-    state = np.zeros((blocks, len(x0)))
-    for j in range(length):
-        state = state @ transposed + padded[:, j]
-    leap = np.linalg.matrix_power(transposed, length)
-    starts = np.empty((blocks, len(x0)))
-    x = x0
+    padded = np.zeros((blocks * length, m))
+    padded[:count] = u
+    steps = padded.reshape(blocks, length * m)
+    free, answers = _powers(step, push, length, n)
+    pushed = steps @ answers[::-1].reshape(length * m, len(x0))
+    starts = np.empty((blocks + 1, len(x0)))
+    starts[0] = x0
+    leap = np.linalg.matrix_power(step, length)
     for b in range(blocks):
-        starts[b] = x
-        x = x @ leap + state[b]
-    states = np.empty((length, blocks, len(x0)))
-    state = starts
-    for j in range(length):
-        state = state @ transposed + padded[:, j]
-        states[j] = state
-    flat = states.transpose(1, 0, 2).reshape(blocks * length, -1)[:count]
-    return np.vstack([x0[None, :n], flat[:, :n]]), flat[-1]
+        starts[b + 1] = leap @ starts[b] + pushed[b]
+    moved = starts[:-1] @ free.T + steps @ _causal(answers[:, :, :n])
+    flat = moved.reshape(blocks * length, n)[:count]
+    last = starts[count // length]
+    for k in range(count - count % length, count):
+        last = step @ last + push @ u[k]
+    return np.vstack([x0[None, :n], flat]), last
+
+
+def _powers(step: Matrix, push: Matrix, length: int, n: int) -> tuple[Matrix, Matrix]:
+    """Displacements (length n, 2n) after 1 to `length` steps of a state; states (length, m, 2n) after a push."""
+    free, answers = np.empty((length, n, len(step))), np.empty((length, push.shape[1], len(step)))
+    free[0], answers[0] = step[:n], push.T
+    for j in range(1, length):
+        free[j] = free[j - 1] @ step
+        answers[j] = answers[j - 1] @ step.T
+    return free.reshape(length * n, -1), answers
+
+
+def _causal(answers: Matrix) -> Matrix:
+    """Displacements (length m, length n) at every step of a block for a push at every step of it."""
+    length, m, n = answers.shape
+    table = np.zeros((length, m, length, n))
+    for i in range(length):
+        table[i, :, i:] = answers[: length - i].transpose(1, 0, 2)
+    return table.reshape(length * m, length * n)

@@ -183,8 +183,11 @@ def _area_weights(grid: Grid, injector: Injector, samples: int = 400) -> dict[tu
     inside = y**2 + z**2 <= radius**2
     line = np.rint((injector.angle * grid.radius + y[inside]) / grid.dy).astype(int) % grid.n_theta
     node = np.rint((injector.offset + grid.length / 2 + z[inside]) / grid.dz).astype(int)
-    pairs, counts = np.unique(np.stack([line, node]), axis=1, return_counts=True)
-    return {(int(i), int(j)): float(n) / inside.sum() for (i, j), n in zip(pairs.T, counts, strict=True)}
+    first, wide = node.min(), int(np.ptp(node)) + 1  # one number for a pair: pairs are sorted twenty times slower
+    pairs, counts = np.unique(line * wide + (node - first), return_counts=True)
+    return {
+        (int(p // wide), int(p % wide + first)): float(n) / inside.sum() for p, n in zip(pairs, counts, strict=True)
+    }
 
 
 def _neighbours(grid: Grid, i: int, j: int) -> list[tuple[tuple[int, int], float]]:

@@ -1,6 +1,6 @@
 """The coupled machine without time simulation: maps over operating points, onsets, mode shapes, calibration."""
 
-from rotorsim.analysis.calibrate import Calibration, calibrate
+from rotorsim.analysis.calibrate import Calibration, calibrate, judge
 from rotorsim.analysis.critical import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.mode_shapes import mode_shapes
@@ -15,6 +15,7 @@ __all__ = [
     "Point",
     "calibrate",
     "critical_speeds",
+    "judge",
     "lift_off",
     "mode_shapes",
     "operating_map",

@@ -5,13 +5,17 @@ With J the Jacobian at the end, the covariance of the scaled parameters is (J'J)
 deviations); a right singular vector of J with singular value below `WEAK` moves across half its bounds before the
 targets notice: it is called not identifiable.
 
+A faint pull towards the start (`PULL`) keeps a parameter that no target feels where it was; without it the trust region
+of a matrix that lacks rank makes every step too long, and the fit ends early. It moves the others by PULL^2 / s^2.
+
 A fit to ranges is a calibration and no prediction; what is predicted are the targets of that role.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -19,12 +23,13 @@ from scipy.optimize import least_squares
 from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
 from rotorsim.errors import DataError, NoLiftOffError, RotorsimError
-from rotorsim.machine.edit import with_value
+from rotorsim.machine.edit import with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
 WEAK = 2.0
 STEP = 1e-3
+PULL = 1e-3
 LOST = 30.0
 """Residual of every target where the machine is not lifted or not valid."""
 
@@ -86,6 +91,12 @@ def verdict(target: Target, ends: tuple[float, float]) -> str:
     return "inside" if low >= target.low - slack and high <= target.high + slack else "not met"
 
 
+def judge(machine: Machine, targets: Targets) -> dict[str, str]:
+    """The verdict on every target by name, of a machine as it is."""
+    ends = _read(machine, targets, targets.targets)
+    return {t.name: verdict(t, e) for t, e in zip(targets.targets, ends, strict=True)}
+
+
 def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told | None = None) -> Calibration:
     """Fit the parameters of `targets`, from their start values; `told` hears (evaluations, cost).
 
@@ -98,11 +109,13 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told |
     targets = replace(targets, parameters=parameters)
     state = _Fit(machine, targets, told)
     begin = np.array([(p.start - p.low) / (p.high - p.low) for p in targets.parameters])
-    before = [_ends(t, state.point_values(machine), Plant(machine), targets) for t in targets.targets]
+    before = _read(machine, targets, targets.targets)
     first = state.residual(begin, strict=True)
     try:
-        fit = least_squares(state.residual, np.clip(begin, 1e-6, 1 - 1e-6), state.jacobian, bounds=(0, 1),
-                            max_nfev=passes, xtol=1e-6, ftol=1e-6)  # fmt: skip
+        fit = least_squares(lambda x: np.concatenate([state.residual(x), PULL * (x - begin)]),
+                            np.clip(begin, 1e-6, 1 - 1e-6),
+                            lambda x: np.concatenate([state.jacobian(x), PULL * np.eye(len(x))]),
+                            bounds=(0, 1), max_nfev=passes, xtol=1e-6, ftol=1e-6)  # fmt: skip
         ended = "complete"
     except KeyboardInterrupt:
         ended = "interrupted"
@@ -130,34 +143,36 @@ def _started(machine: Machine, parameter: Parameter) -> Parameter:
 
 
 class _Fit:
-    """Residuals over scaled parameters, with the best so far."""
+    """Residuals over scaled parameters, each computed once, with the best so far."""
 
     def __init__(self, machine: Machine, targets: Targets, told: Told | None) -> None:
         self.machine, self.targets, self.told = machine, targets, told
         self.count, self.cost = 0, np.inf
         self.best = np.zeros(len(targets.parameters))
         self.fitted = [t for t in targets.targets if t.role == "fit"]
+        self.known: dict[bytes, np.ndarray] = {}
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return np.array([p.low + v * (p.high - p.low) for p, v in zip(self.targets.parameters, x, strict=True)])
 
-    def with_values(self, x: np.ndarray) -> Machine:
-        text = self.machine._source or self.machine.text
-        for parameter, value in zip(self.targets.parameters, self.values(x), strict=True):
-            for field in parameter.fields:
-                text = with_value(text, field.path, parameter.text(field.scale * value + field.offset))
-        return Machine.from_text(text)
-
-    def point_values(self, machine: Machine) -> list[dict[str, float]]:
-        plant = Plant(machine)
-        return [figures(plant, float(s), float(p)) for p in self.targets.pressures for s in self.targets.speeds]
+    def with_parameters(self, x: np.ndarray) -> Machine:
+        changed = {
+            field.path: parameter.text(field.scale * value + field.offset)
+            for parameter, value in zip(self.targets.parameters, self.values(x), strict=True)
+            for field in parameter.fields
+        }
+        return Machine.from_text(with_values(self.machine._source or self.machine.text, changed))
 
     def residual(self, x: np.ndarray, strict: bool = False) -> np.ndarray:
         """Deviations (n,) in tolerances, two for a range and one for a value."""
+        key = x.tobytes()
+        if key not in self.known:
+            self.known[key] = self._residual(x, strict)
+        return self.known[key]
+
+    def _residual(self, x: np.ndarray, strict: bool) -> np.ndarray:
         try:
-            machine = self.with_values(x)
-            points, plant = self.point_values(machine), Plant(machine)
-            ends = [_ends(t, points, plant, self.targets) for t in self.fitted]
+            ends = _read(self.with_parameters(x), self.targets, self.fitted)
         except (NoLiftOffError, RotorsimError) as error:
             if strict:
                 raise DataError(f"calibrate: at the start values {error}; correct start or fields") from error
@@ -181,21 +196,28 @@ class _Fit:
         return np.stack(columns, axis=1)
 
 
-def _ends(target: Target, points: list[dict[str, float]], plant: Plant, targets: Targets) -> tuple[float, float]:
+def _read(machine: Machine, targets: Targets, asked: Sequence[Target]) -> list[tuple[float, float]]:
+    """Smallest and largest value of each asked target's quantity; every operating point is computed once."""
+    from threadpoolctl import threadpool_limits
+
+    plant = Plant(machine)
+    point = cache(lambda speed, pressure: figures(plant, speed, pressure))
+    with threadpool_limits(1):  # the matrices are small
+        return [_ends(target, point, plant, targets) for target in asked]
+
+
+def _ends(
+    target: Target, point: Callable[[float, float], dict[str, float]], plant: Plant, targets: Targets
+) -> tuple[float, float]:
     """Smallest and largest value of a target's quantity over the operating points, or its value at one."""
-    if target.at is not None:
-        value = (
-            bare(plant, target.quantity, *target.at)
-            if target.quantity in BARE
-            else figures(plant, *target.at)[target.quantity]
-        )
-        return value, value
-    if target.quantity in BARE:
-        over = targets.speeds if target.quantity == "lift_off" else targets.pressures
-        grid = [(float(v), 0.0) if target.quantity == "lift_off" else (0.0, float(v)) for v in over]
-        values = [bare(plant, target.quantity, *at) for at in grid]
+    name = target.quantity
+    if name in BARE:
+        over = targets.speeds if name == "lift_off" else targets.pressures
+        grid = [(float(v), 0.0) if name == "lift_off" else (0.0, float(v)) for v in over]
+        values = [bare(plant, name, *at) for at in ([target.at] if target.at else grid)]
     else:
-        values = [point[target.quantity] for point in points]
+        grid = [(float(s), float(p)) for p in targets.pressures for s in targets.speeds]
+        values = [point(*at)[name] for at in ([target.at] if target.at else grid)]
     return min(values), max(values)
 
 
@@ -207,9 +229,8 @@ def _deviation(target: Target, ends: tuple[float, float]) -> np.ndarray:
 def _outcome(
     state: _Fit, targets: Targets, before: list[tuple[float, float]], first: np.ndarray, x: np.ndarray, ended: str
 ) -> Calibration:
-    machine = state.with_values(x)
-    points, plant = state.point_values(machine), Plant(machine)
-    after = [_ends(t, points, plant, targets) for t in targets.targets]
+    machine = state.with_parameters(x)
+    after = _read(machine, targets, targets.targets)
     rows = tuple(Row(*entry) for entry in zip(targets.targets, before, after, strict=True))
     J, last = state.jacobian(x), state.residual(x)
     _, s, V = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])

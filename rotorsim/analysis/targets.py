@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis.axes import NUMBER, checked
-from rotorsim.analysis.figures import BARE, UNITS
+from rotorsim.analysis.figures import UNITS
 from rotorsim.errors import DataError
 from rotorsim.machine.units import parse
 
@@ -203,7 +203,7 @@ def _target(told: dict[str, Any], number: int) -> Target:
 
 def _at(where: str, told: dict[str, Any], quantity: str) -> tuple[float, float]:
     pressure = _quantity(f"{where}.pressure", told.get("pressure"), "Pa") if quantity != "lift_off" else 0.0
-    speed = 0.0 if quantity in BARE else _quantity(f"{where}.speed", told.get("speed"), "rad/s")
+    speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", told.get("speed"), "rad/s")
     return speed, pressure
 
 

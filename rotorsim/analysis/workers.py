@@ -20,9 +20,12 @@ def useful(workers: int | None, points: int) -> int:
 
 def spread(job: Callable[..., Any], jobs: Sequence[tuple], workers: int) -> Iterator[tuple[int, Any]]:
     """(number of the job, result) in the order of completion."""
+    from threadpoolctl import threadpool_limits
+
     if workers <= 1:
-        for number, arguments in enumerate(jobs):
-            yield number, job(*arguments)
+        with threadpool_limits(1):  # the matrices are small: more threads only wait for each other
+            for number, arguments in enumerate(jobs):
+                yield number, job(*arguments)
         return
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_quiet)
     try:

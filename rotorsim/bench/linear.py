@@ -44,17 +44,26 @@ def points() -> Iterator[Figure]:
 
 
 def maps() -> Iterator[Figure]:
-    """The 7 x 5 grid of the thesis, and a map of 40 x 20 on all cores."""
+    """The 7 x 5 grid of the thesis, a map of 40 x 20 on all cores, and how the cost grows on one."""
     plant = Plant("dtu_gas_bearing")
     operating_map(plant, [0.0], [0.5e6])
-    for size, bound in (((7, 5), 1.5), ((14, 10), None), ((40, 20), 20.0)):
-        speeds, pressures = np.linspace(0, 6000, size[0]) * RPM, np.linspace(0.3e6, 0.7e6, size[1])
-        begin, cpu = time.perf_counter(), _cpu()
-        operating_map(plant, speeds, pressures, workers=None)
-        spent, own = time.perf_counter() - begin, _cpu() - cpu
+    for size, bound in (((7, 5), 1.5), ((40, 20), 20.0)):
+        spent, own = _map(plant, size, None)
         yield Figure(f"map of {size[0]} x {size[1]} points, 32x16", spent, "s", bound)
         yield Figure("  a point", spent / (size[0] * size[1]) * 1e3, "ms")
         yield Figure("  CPU time, all processes with their start", own, "s")
+    sizes = ((7, 5), (14, 10), (28, 20))
+    costs = [_map(plant, size, 1)[1] for size in sizes]
+    order = np.polyfit(np.log([a * b for a, b in sizes]), np.log(costs), 1)[0]
+    yield Figure("CPU time of 35, 140, 560 points: power of their number", float(order), "1", 1.1)
+
+
+def _map(plant: Plant, size: tuple[int, int], workers: int | None) -> tuple[float, float]:
+    """Wall and CPU time [s] of a map of the thesis' range."""
+    speeds, pressures = np.linspace(0, 6000, size[0]) * RPM, np.linspace(0.3e6, 0.7e6, size[1])
+    begin, cpu = time.perf_counter(), _cpu()
+    operating_map(plant, speeds, pressures, workers=workers)
+    return time.perf_counter() - begin, _cpu() - cpu
 
 
 def _cpu() -> float:

@@ -17,4 +17,4 @@ class Figure:
     @property
     def met(self) -> bool | None:
         """None when nothing is demanded."""
-        return None if self.bound is None else self.value <= self.bound
+        return None if self.bound is None else bool(self.value <= self.bound)

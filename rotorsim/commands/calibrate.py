@@ -60,7 +60,8 @@ def _tell(count: int, cost: float) -> None:
 
 
 def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
-    """The machine with the new values, its comments kept, and a remark at its head."""
+    """The machine with the new values, its comments kept where they still hold, and a remark at its head."""
+    from rotorsim.machine.edit import remarked, with_value
     from rotorsim.machine.toml import write_text
 
     values = ", ".join(
@@ -72,7 +73,9 @@ def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
         f"# Targets met: {before} before, {after} after, of {total}.\n"
     )
     machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
-    write_text(path, head + (machine._source or machine.text))
+    changed = [f.path for p in found.parameters for f in p.fields]
+    text = remarked(machine._source or machine.text, changed, f"calibrated to '{name}'")
+    write_text(path, head + with_value(text, "name", path.stem))
 
 
 def numbers(found: Calibration) -> dict[str, Any]:

@@ -86,19 +86,30 @@ def _check(plant: Plant, with_lift_off: bool, with_onset: bool) -> None:
 
 
 def _more(plant: Plant, found: xr.Dataset, film: float | None, with_onset: bool, campbell: bool) -> xr.Dataset:
-    """The extra analyses of the machine as its file says, without the further axes."""
+    """The extra analyses of the machine as its file says, without the further axes; an interrupt keeps those before."""
     from rotorsim.analysis import critical_speeds, lift_off, whirl_onset
 
-    pressures = found["pressure"].values
-    if film is not None:
-        unit = {"units": "Pa", "long_name": f"pressure that leaves {film * 1e6:.3g} um of film, gauge"}
-        pressure = lift_off(plant, found["speed"].values, least_film=film)
-        found = found.assign(lift_off_pressure=("speed", pressure, unit))
-    if with_onset:
-        found = found.merge(whirl_onset(plant, pressures))
-    if campbell:
+    pressures, speeds = found["pressure"].values, found["speed"].values
+
+    def lifted() -> dict[str, Any]:
+        unit = {"units": "Pa", "long_name": f"pressure that leaves {(film or 0.0) * 1e6:.3g} um of film, gauge"}
+        return {"lift_off_pressure": ("speed", lift_off(plant, speeds, least_film=film or 0.0), unit)}
+
+    def crossings() -> xr.Dataset:
         extra = critical_speeds(plant, pressures).rename(mode="mode_crossing", critical_speed="crossing_speed")
-        found = found.merge(extra.rename(critical_zeta="crossing_zeta"))
+        return extra.rename(critical_zeta="crossing_zeta")
+
+    asked: list[tuple[bool, Callable[[], Any]]] = [
+        (film is not None, lambda: found.assign(lifted())),
+        (with_onset, lambda: found.merge(whirl_onset(plant, pressures))),
+        (campbell, lambda: found.merge(crossings())),
+    ]
+    try:
+        for wanted, extended in asked:
+            if wanted:
+                found = extended()
+    except KeyboardInterrupt:
+        found = found.assign_attrs(ended="interrupted")
     return found
 
 

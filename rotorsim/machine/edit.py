@@ -1,8 +1,8 @@
-"""One value of a machine file changed in place: comments and order of the rest stay."""
+"""Values of a machine file changed in place: comments and order of the rest stay."""
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
+from collections.abc import Iterable, Mapping, MutableMapping
 from numbers import Integral, Real
 from typing import Any
 
@@ -18,12 +18,34 @@ def with_value(text: str, path: str, value: Any) -> str:
     MachineFileError
         If the path does not lead to a value.
     """
+    return with_values(text, {path: value})
+
+
+def with_values(text: str, values: Mapping[str, Any]) -> str:
+    """Likewise with several values, by path; the text is parsed once."""
     import tomlkit
 
+    document = tomlkit.parse(text)
+    for path, value in values.items():
+        _set(document, path, value)
+    return tomlkit.dumps(document)
+
+
+def remarked(text: str, paths: Iterable[str], remark: str) -> str:
+    """TOML `text` with `remark` as the comment behind the values at `paths`."""
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    for path in paths:
+        *above, last = path.split(".")
+        _descend(document, above, path)[last].comment(remark)
+    return tomlkit.dumps(document)
+
+
+def _set(document: Any, path: str, value: Any) -> None:
     keys = path.split(".")
     if not all(keys):
         raise MachineFileError(f"{path!r} is not a path; write e.g. 'effects.unbalance.me'")
-    document = tomlkit.parse(text)
     table = _descend(document, keys[:-1], path)
     if isinstance(table, list):
         _item(table, keys[-1], ".".join(keys[:-1]))
@@ -33,7 +55,6 @@ def with_value(text: str, path: str, value: Any) -> str:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot say
         raise MachineFileError(f"{path}: {quote(value)} is no value; write text with a unit") from error
-    return tomlkit.dumps(document)
 
 
 def _descend(table: Any, keys: list[str], path: str) -> Any:

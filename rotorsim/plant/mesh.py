@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from fe_shaft import BearingElement, DiskElement, Material, ReducedRotor, Rotor, ShaftElement, modal_reduction
+from fe_shaft.static import loose_motions
 from rotorsim.effects import Effect
 from rotorsim.errors import MachineFileError
 from rotorsim.machine.rotor import LinearBearing
@@ -102,6 +103,13 @@ class Mesh:
             cyx=bearing.cyx,
         )
 
+    def _loose(self, node: int | None, stiffness: float) -> str:
+        """Which rigid-body motions bearings and nominal film do not resist."""
+        held = [b for b in self.rotor.bearing_elements if b.n != node]
+        if node is not None:
+            held.append(BearingElement(node, stiffness, 0.0))
+        return ", ".join(loose_motions(replace(self.rotor, bearing_elements=held))) or "hardly held"
+
     @cached_property
     def reduced(self) -> ReducedRotor:
         """The modes the time simulation uses."""
@@ -111,7 +119,10 @@ class Mesh:
         modes = min(machine.solver.modes_per_plane, 2 * len(self.nodes))
         reduced = modal_reduction(self.rotor, node, stiffness, modes, machine.shaft.damping_ratio)
         if reduced.frequencies.min() < 1e-4 * reduced.frequencies.max():
-            raise MachineFileError("bearings: they leave the shaft free to fall or to tilt; add a bearing or stiffness")
+            raise MachineFileError(
+                f"bearings: they leave the shaft free to fall or to tilt ({self._loose(node, stiffness)}); "
+                "add a bearing or stiffness"
+            )
         return reduced
 
     def shape(self, z: float) -> np.ndarray:

@@ -1,7 +1,8 @@
 """Records in, figures and pages out; the only place that knows a plot library.
 
 `write_report(record_path, html_path)` makes a page of any record; `waterfall(record)`, `bode(record)`,
-`frequency_response(record)` and so on make single plotly figures, see `rotorsim.report.figures`. Names are imported
+`frequency_response(record)` and so on make single plotly figures, see `rotorsim.report.figures`; `shaft_campbell`,
+`critical_speed_map`, `unbalance_response` and `sag` draw the `.dataset()` of results of `fe_shaft`. Names are imported
 when they are first used, and plotly with them.
 """
 
@@ -31,10 +32,12 @@ if TYPE_CHECKING:
         waterfall,
     )
     from rotorsim.report.image import save_png
+    from rotorsim.report.shaft_plots import critical_speed_map, sag, shaft_campbell, unbalance_response
 
 __all__ = [
     "against_time",
     "bode",
+    "critical_speed_map",
     "deceleration_curve",
     "excitation",
     "film_pressure",
@@ -45,14 +48,18 @@ __all__ = [
     "orbits",
     "ring_down",
     "runout_profile",
+    "sag",
     "save_png",
     "sensor_noise",
+    "shaft_campbell",
     "spectra",
     "static_gain",
+    "unbalance_response",
     "waterfall",
     "write_report",
 ]
-_HOMES = {"write_report": "experiment", "save_png": "image"}
+_SHAFT = ("critical_speed_map", "sag", "shaft_campbell", "unbalance_response")
+_HOMES = {"write_report": "experiment", "save_png": "image"} | dict.fromkeys(_SHAFT, "shaft_plots")
 
 
 def __getattr__(name: str) -> Any:

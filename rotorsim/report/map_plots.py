@@ -7,10 +7,12 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.report.theme import INK, PIN_COLOURS, SPECTRUM_SCALE, compact, faint, style
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, faint, style
 
 RPM, HZ, MPA = 30 / np.pi, 1 / (2 * np.pi), 1e-6
 UNSAFE = "#7a3b3b"
+MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
+"""Light enough for numbers on the lines and for the shade above."""
 DASHES = ("solid", "dash", "dot", "dashdot")
 
 Panel = tuple[str, str, float, dict[str, int | str]]
@@ -48,7 +50,7 @@ def contour_figure(found: xr.Dataset) -> go.Figure:
         row, column = k // columns + 1, k % columns + 1
         values = _values(found, name, index) * scale
         figure.add_trace(
-            go.Contour(x=compact(x), y=compact(y), z=compact(values), colorscale=SPECTRUM_SCALE, showscale=False,
+            go.Contour(x=compact(x), y=compact(y), z=compact(values), colorscale=MAP_SCALE, showscale=False,
                        contours={"showlabels": True, "labelfont": {"size": 10, "color": INK}}, line={"width": 0.8},
                        hovertemplate=f"%{{x:.0f}} rpm, %{{y:.3g}} MPa: %{{z:.4g}}<extra>{title}</extra>",
                        ncontours=9), row, column)  # fmt: skip
@@ -74,11 +76,13 @@ def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.nda
     return np.asarray(data.transpose("pressure", "speed").values)
 
 
-def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Heatmap:
-    unsafe = np.where(found["safe"].transpose("pressure", "speed").values == 1, np.nan, 1.0)
-    colour = faint(UNSAFE, 0.33)
-    return go.Heatmap(x=compact(x), y=compact(y), z=unsafe, showscale=False, hoverinfo="skip",
-                      colorscale=[[0, colour], [1, colour]], zmin=0, zmax=1)  # fmt: skip
+def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
+    """What is not safe, half way to the next safe point; a contour, because plotly draws those over heat maps."""
+    unsafe = 1.0 - found["safe"].transpose("pressure", "speed").values
+    clear, colour = faint(UNSAFE, 0.0), faint(UNSAFE, 0.42)
+    return go.Contour(x=compact(x), y=compact(y), z=unsafe, showscale=False, hoverinfo="skip", zmin=0, zmax=1,
+                      colorscale=[[0, clear], [0.5, clear], [0.5, colour], [1, colour]], line={"width": 0},
+                      contours={"start": 0.5, "end": 0.5, "size": 1, "coloring": "fill"})  # fmt: skip
 
 
 def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:

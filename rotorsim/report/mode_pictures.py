@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -36,8 +38,11 @@ def draw_modes(found: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def show_modes(found: xr.Dataset) -> None:
-    """A window with all modes side by side, linked to turn together."""
+    """A window with all modes side by side, linked to turn together; raises DataError where there is no display."""
     pv = _pyvista()
+    shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or pv.OFF_SCREEN
+    if sys.platform.startswith("linux") and not shown:
+        raise DataError("modes: there is no display to open a window on; leave --show out, the pictures need none")
     n = found.sizes["mode"]
     columns = int(np.ceil(np.sqrt(n)))
     plotter = pv.Plotter(shape=(-(-n // columns), columns), window_size=SIZE)

@@ -135,13 +135,17 @@ def test_viscous_damping_of_the_shaft_destabilises_forward_whirl_above_the_first
     assert modes.whirl[modes.damping_ratio.argmin()] == "forward"
 
 
-def test_first_critical_of_zorzi_and_nelsons_shaft_is_the_published_4820_rpm_region():
-    """The paper's shaft, 127 cm x 10.16 cm on bearings of 17.5 MN/m: first forward critical near 4950 rpm.
+def test_shaft_on_springs_at_its_ends_has_the_frequency_of_its_closed_form():
+    """Zorzi & Nelson's shaft as an Euler beam: E I b^3 (tan bl + tanh bl) = 2 k, l half the length, b the wave number.
 
-    Independent check: 48.7 MN/m of bending, 35 MN/m of bearings and 80.6 kg in a two-degree model give 5 %.
+    From v = cos(bl) cosh(bx) + cosh(bl) cos(bx), free of moment at its ends; ten elements err by 1e-6 of it.
     """
-    forward = supported().run_critical_speed(count=2).wn[-1] * 30 / np.pi
-    assert 4700 < forward < 5200
+    E, rho, d, L, k = 2.068e11, 7833.0, 0.1016, 1.27, 1.75e7
+    EI, mass = E * np.pi * d**4 / 64, rho * np.pi * d**2 / 4
+    b = brentq(lambda b: EI * b**3 * (np.tan(b * L / 2) + np.tanh(b * L / 2)) - 2 * k, 0.1, 0.999 * np.pi / L)
+    shaft = [ShaftElement(L / 10, 0.0, d, material=ZORZI, **EULER) for _ in range(10)]
+    wn = Rotor(shaft, [], [BearingElement(n, k, 0.0) for n in (0, 10)]).run_modal(0.0).wn[0]
+    assert wn == pytest.approx(b**2 * np.sqrt(EI / mass), rel=1e-5)
 
 
 def test_hysteretic_damping_of_the_shaft_is_unstable_forward_at_every_speed():

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from fe_shaft import BearingElement, DiskElement, Material, PointMass, Rotor, ShaftElement, modal_reduction, steel
+from fe_shaft import (
+    BearingElement,
+    DiskElement,
+    Material,
+    PointMass,
+    Rotor,
+    ShaftElement,
+    Unbalance,
+    modal_reduction,
+    steel,
+)
 
 
 def shaft(n: int = 3) -> list[ShaftElement]:
@@ -98,6 +108,10 @@ def test_two_discs_on_one_node_add_up():
             "free to fall or tilt \\(.*tilt about x",
         ),
         (lambda: Rotor(shaft()).run_unbalance_response(7, 1e-5, 0.0, 1.0), "unbalance at node 7"),
+        (
+            lambda: table_rotor().run_time_response(9.0, None, [0.0, 1e-3], unbalance=[Unbalance(7, 1e-5)]),
+            "unbalance at node 7",
+        ),
         (lambda: modal_reduction(Rotor(shaft()), 9, 4e6, 2, 0.0), "reduction: node 9"),
         (lambda: modal_reduction(Rotor(shaft()), 1, 4e6, 9, 0.0), "9 modes a plane"),
         (lambda: modal_reduction(Rotor(shaft()), 1, 4e6, 2, 0.0).shape(4), "node 4 is not among 0 to 3"),

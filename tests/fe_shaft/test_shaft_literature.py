@@ -1,4 +1,8 @@
-"""Published examples: Friswell et al. (2010), section 5.9, and Nelson & McVaugh (1976)."""
+"""Published examples: Friswell et al. (2010), section 5.9, and Nelson & McVaugh (1976).
+
+Nelson & McVaugh's tables stand in ANSYS' verification manual too, as VM247 (equal bearings) and VM254 (coupled ones);
+their input files say what the paper's table of stations leaves open: the shaft ends at 35.5 cm.
+"""
 
 import numpy as np
 import pytest
@@ -64,7 +68,7 @@ def test_friswell_5_9_9_overhung_disc():
 
 
 # Station positions [cm], outer radii [cm] and inner radii [cm] of the 18 elements.
-STATIONS = "0 1.27 5.08 7.62 8.89 10.16 10.67 11.43 12.70 13.46 16.51 19.05 22.86 26.67 28.70 30.48 31.50 34.54 35.81"
+STATIONS = "0 1.27 5.08 7.62 8.89 10.16 10.67 11.43 12.70 13.46 16.51 19.05 22.86 26.67 28.70 30.48 31.50 34.54 35.50"
 OUTER = ".51 1.02 .76 2.03 2.03 3.30 3.30 2.54 2.54 1.27 1.27 1.52 1.52 1.27 1.27 3.81 2.03 2.03"
 INNER = {6: 1.52, 7: 1.78, 17: 1.52}
 CRITICAL = {  # whirl / spin: whirl speeds [rpm]
@@ -74,7 +78,8 @@ CRITICAL = {  # whirl / spin: whirl speeds [rpm]
 }
 
 
-def nelson_mcvaugh() -> Rotor:
+def nelson_mcvaugh(kxx: float, cross: float = 0.0) -> Rotor:
+    """The rotor on equal bearings at 16.51 and 28.70 cm."""
     material = Material("Nelson", rho=7806.0, E=2.078e11, Poisson=0.3)
     z = np.array(STATIONS.split(), dtype=float) / 100
     outer = np.array(OUTER.split(), dtype=float) / 100
@@ -82,7 +87,7 @@ def nelson_mcvaugh() -> Rotor:
         ShaftElement(L, 0.02 * INNER.get(i, 0.0), 2 * r, material=material, shear_effects=False)
         for i, (L, r) in enumerate(zip(np.diff(z), outer, strict=True))
     ]
-    bearings = [BearingElement(n, 4.378e7, 0.0) for n in (10, 14)]
+    bearings = [BearingElement(n, kxx, 0.0, kxy=cross, kyx=cross) for n in (10, 14)]
     return Rotor(shaft, [DiskElement(4, 1.401, 0.00136, 0.0020)], bearings)
 
 
@@ -90,12 +95,19 @@ def nelson_mcvaugh() -> Rotor:
 def test_nelson_and_mcvaugh_rotor_has_the_published_critical_whirl_speeds(ratio):
     """Whirl w at spin w / ratio solves K q = w^2 (M - i G / ratio) q.
 
-    Modes 1, 2, 5 within .3 % and the others within 1.5 %: the published sizes are rounded to .1 mm, and an
-    independent finite-element code differs from the table by the same .1 and 1.4 % on these inputs.
+    Modes 1 to 5 within .3 %, mode 6 within .7 %: the sizes are published to .1 mm, and the last overhang alone moves
+    modes 3 and 4 by .5 % a millimetre.
     """
-    rotor = nelson_mcvaugh()
+    rotor = nelson_mcvaugh(4.378e7)
     squares = eig(rotor.K(), rotor.M() - 1j * rotor.G() / ratio, right=False).real
     rpm = np.sqrt(np.sort(squares[squares > 0])[:6]) * 30 / np.pi
     error = np.abs(rpm / CRITICAL[ratio] - 1)
-    assert np.all(error[[0, 1, 4]] < 0.003)
-    assert np.all(error[[2, 3, 5]] < 0.015)
+    assert np.all(error[:5] < 0.003)
+    assert error[5] < 0.007
+
+
+def test_nelson_and_mcvaugh_rotor_on_coupled_bearings_whirls_as_published_at_100000_rpm():
+    """35.03 MN/m, cross coupling -8.756 MN/m: 10747, 19665, 39077, 47549 rpm; .6 % for the rounded sizes as above."""
+    modes = nelson_mcvaugh(3.503e7, -8.756e6).run_modal(100000 * np.pi / 30)
+    assert modes.wn[:4] * 30 / np.pi == pytest.approx([10747, 19665, 39077, 47549], rel=0.006)
+    assert modes.whirl[:2].tolist() == ["backward", "forward"]

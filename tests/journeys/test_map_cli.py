@@ -49,6 +49,12 @@ def test_a_map_ends_in_a_file_a_report_and_numbers(run, tmp_path):
         (["map", "plain_rotor", "--lift-off"], "the machine has no injectors"),
         (["map", "--frequency", "120"], "--frequency"),
         (["modes", "--pressure", "0.05 MPa", "--speed", "0 rpm", *RIG], "no lift-off"),
+        (
+            ["modes", "plain_rotor", "--set", "bearings.0.kxx=0 N/m"],
+            "free to fall or to tilt (tilt about x, tilt about y)",
+        ),
+        (["modes", "plain_rotor", "--set", "discs.0.mass=-1 kg"], "discs.0.mass: '-1 kg' must be above 0"),
+        (["modes", "plain_rotor", "--set", "bearings.0.kxx=nan N/m"], "'nan N/m' is not a stiffness"),
         (["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"], "no such targets file"),
     ],
 )
@@ -72,6 +78,16 @@ def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
     if "cannot draw here" in said:
         pytest.skip("no off-screen rendering on this computer")
     assert code == 0 and (tmp_path / "modes" / "mode_1.png").stat().st_size > 5000
+
+
+def test_a_window_needs_a_display_and_says_so(run, tmp_path, monkeypatch):
+    pytest.importorskip("pyvista")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pyvista.OFF_SCREEN", False)
+    monkeypatch.setattr("sys.platform", "linux")
+    code, _, said = run("modes", *RIG, "--no-pictures", "--show", "--out", "modes")
+    assert code == 2 and "there is no display" in said and len(said.strip().splitlines()) == 1
 
 
 TARGETS = """
@@ -99,6 +115,7 @@ def test_a_calibration_writes_a_machine_file_that_meets_its_targets(run, tmp_pat
     assert code == 0 and told["met"] == {"before": 0, "after": 1, "of": 1}
     text = (tmp_path / "new.toml").read_text()
     assert text.startswith("# Calibrated, not predicted") and "# DTU thesis, App. H" in text
+    assert 'name = "new"' in text and "# calibrated to 't'" in text
     assert run("machine", "check", "new.toml")[0] == 0
     code, _, said = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--out", "new.toml")
     assert code == 2 and "is there already" in said

@@ -9,10 +9,10 @@ import pytest
 from rotorsim.machine import GasFilm, load_machine, shipped_machines
 from rotorsim.machine.schema import Machine
 
-RIGS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
+RIGS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
 
 
-def test_the_shipped_machines_are_the_three_calibrations_and_a_plain_rotor():
+def test_the_shipped_machines_are_the_four_calibrations_and_a_plain_rotor():
     assert shipped_machines() == (*RIGS, "plain_rotor")
 
 

@@ -46,6 +46,15 @@ def test_safe_is_lifted_stable_and_clear_of_the_critical_speeds(small):
     assert small["critical_speed"].sel(pressure=0.7e6).values / RPM == pytest.approx([7229, 7801], rel=0.01)
 
 
+def test_what_is_not_safe_is_shaded_above_the_contours(small):
+    """As a contour: plotly draws heat maps below filled contours, whatever their order."""
+    from rotorsim.report.map_plots import contour_figure
+
+    panels = contour_figure(small).data
+    assert [t.type for t in panels[:2]] == ["contour", "contour"]
+    assert np.array_equal(panels[1].z, 1 - small["safe"].values)
+
+
 def test_the_film_in_the_map_is_the_film_of_reynolds(plant, small):
     """K(omega) and C(omega) against the same matrices solved the other way round; C(0) against 1 mHz."""
     from reynolds.perturbation import dynamic_stiffness
