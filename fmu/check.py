@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from fmu.importer import ImportedUnit, Instance, fmpy
-from fmu.info import is_linear, machine_text, start, stored
-from fmu.kinds import linear_unit, plant_unit
+from fmu.info import holds, machine_text, start, stored
+from fmu.kinds import law_unit, linear_unit, plant_unit
+from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.linear_check import linear_checks
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
@@ -53,19 +54,29 @@ def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
             yield from _long_steps(unit, model, n)
         elif isinstance(model, LinearUnit):
             yield from (Check(*found) for found in linear_checks(unit, model, n))
+        elif isinstance(model, LawUnit):
+            yield _law(unit, model, n)
         for job in (_reference, _replay, _second, _steps, _pace):
             yield from job(unit, model, path)
 
 
 def model_of(path: Path) -> Unit:
     """What a unit was made from, taken from the unit."""
-    if not is_linear(path):
+    kind = holds(path)
+    if kind == "plant":
         return plant_unit(Plant(Machine.from_text(machine_text(path))), *start(path))
     with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
         name = json.loads(archive.read("resources/model.json"))["model"]
         file = Path(folder) / f"{name}.json"
-        file.write_bytes(archive.read("resources/lpv.json"))
-        return linear_unit(file, *start(path))
+        file.write_bytes(archive.read(f"resources/{kind}.json"))
+        return (law_unit if kind == "law" else linear_unit)(file, *start(path))
+
+
+def _law(unit: ImportedUnit, model: LawUnit, n: int) -> Check:
+    """A swing of the disc while speed and pressure rise, in unit and law."""
+    inputs = {name: model.stimuli(n, model.sample)[name] for name in INPUTS}
+    rows = run(unit, inputs, model.sample, list(OUTPUTS))
+    return Check(f"{n * model.sample:g} s against the law in Python", *_equal(answered(model.law, inputs), rows))
 
 
 def _standard(path: Path) -> Iterator[Check]:

@@ -12,6 +12,7 @@ from string import Template
 from xml.etree.ElementTree import Element, SubElement
 
 from fmu.description import number, text
+from fmu.law_unit import LawUnit
 from fmu.limits import UNLIMITED
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
@@ -38,6 +39,10 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
     if isinstance(model, PlantUnit):
         own = {"resources/machine.toml": model.plant.machine.text, "documentation/index.html": page(model)}
         facts = data(model, targets, cpu)
+    elif isinstance(model, LawUnit):
+        law = json.dumps(model.law.to_dict())
+        own = {"resources/law.json": law + "\n", "documentation/index.html": law_page(model)}
+        facts = linear_data(model, targets, cpu)
     else:
         assert isinstance(model, LinearUnit)
         lpv = json.dumps(model.lpv.to_dict(), indent=1)
@@ -80,8 +85,8 @@ def data(model: PlantUnit, targets: list[str], cpu: str) -> dict[str, object]:
     }
 
 
-def linear_data(model: LinearUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Where a linear model's unit comes from."""
+def linear_data(model: LinearUnit | LawUnit, targets: list[str], cpu: str) -> dict[str, object]:
+    """Where the unit of a linear model or a law comes from."""
     return {
         "software": software(),
         "model": model.name,
@@ -110,6 +115,28 @@ def linear_page(model: LinearUnit) -> str:
     }
     folder = Path(__file__).parent / "templates"
     return Template((folder / "linear.html").read_text(encoding="utf-8")).substitute(values)
+
+
+def law_page(model: LawUnit) -> str:
+    """documentation/index.html of a law."""
+    law = model.law
+    values = {
+        "name": html.escape(model.name),
+        "description": html.escape(model.description),
+        "hash": model.hash,
+        "software": html.escape(software()),
+        "order": str(law.order),
+        "speed": ", ".join(f"{w * 30 / math.pi:.6g}" for w in law.speeds),
+        "pressure": ", ".join(f"{p / 1e6:.6g}" for p in law.pressures),
+        "limit": f"{law.limit:g} V",
+        "sample": f"{model.sample * 1e3:g} ms",
+        "refresh": f"{law.refresh * model.sample * 1e3:g} ms",
+        "average": f"{law.average:g} s",
+        "fade": f"{law.fade:g} s",
+        "variables": "\n".join(_variable_row(v) for v in model.variables),
+    }
+    folder = Path(__file__).parent / "templates"
+    return Template((folder / "law.html").read_text(encoding="utf-8")).substitute(values)
 
 
 def page(model: PlantUnit) -> str:

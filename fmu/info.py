@@ -29,7 +29,7 @@ def info(path: Path) -> dict[str, Any]:
         "FMI version": root.get("fmiVersion"),
         "model": root.get("description"),
         "software": data["software"],
-        "machine hash": data.get("machine_hash", "none: an identified model"),
+        "machine hash": data.get("machine_hash", "none: no plant"),
         "model hash": data["model_hash"],
         "targets": ", ".join(data["targets"]),
         "processor": data["cpu"],
@@ -47,10 +47,11 @@ def machine_text(path: Path) -> str:
         return archive.read("resources/machine.toml").decode()
 
 
-def is_linear(path: Path) -> bool:
-    """Whether the unit holds an identified model."""
+def holds(path: Path) -> str:
+    """What the unit holds: 'plant', 'lpv' (an identified model) or 'law'."""
     with zipfile.ZipFile(path) as archive:
-        return "resources/lpv.json" in archive.namelist()
+        names = archive.namelist()
+    return next((kind for kind in ("lpv", "law") if f"resources/{kind}.json" in names), "plant")
 
 
 def start(path: Path) -> tuple[float, float]:

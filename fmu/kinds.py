@@ -6,10 +6,13 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+from fmu import law_unit as law_tables
 from fmu import linear_tables, tables
 from fmu.kernel_object import ObjectTarget, write_objects
+from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
+from rotorsim.control import load_law
 from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 
@@ -40,6 +43,12 @@ def linear_unit(path: Path, speed: float | None = None, pressure: float | None =
     return LinearUnit(model, path.stem, *start)
 
 
+def law_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LawUnit:
+    """The control law of a file; speed [rad/s] and gauge pressure [Pa] are start values; raises LawError."""
+    starts = {name: v for name, v in (("speed", speed), ("pressure", pressure)) if v is not None}
+    return LawUnit(load_law(path), **starts)
+
+
 def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) -> tuple[str, ...]:
     """Write all C files and the objects NAME.o of the jobs; returns the names of the C files to be linked."""
     if isinstance(unit, PlantUnit):
@@ -47,6 +56,8 @@ def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) ->
         texts = tables.header(unit), tables.source(unit)
     elif isinstance(unit, LinearUnit):
         texts = linear_tables.header(unit), linear_tables.source(unit)
+    elif isinstance(unit, LawUnit):
+        texts = law_tables.header(unit), law_tables.source(unit)
     else:
         raise TypeError(f"no unit: {unit!r}")
     for name, text in zip(("tables.h", "tables.c"), texts, strict=True):

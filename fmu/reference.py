@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fmu.importer import ImportedUnit
+from fmu.law_unit import LawUnit
 from fmu.model import Unit
 from fmu.variables import Variable
 
@@ -35,6 +36,8 @@ def input_variables(model: Unit) -> list[Variable]:
 
 def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
     """A run-up with a pressure step, a step of the reference and a hit on the disc, all within n steps."""
+    if isinstance(model, LawUnit):
+        return model.stimuli(n, step)
     rows = {v.name: np.full(n, float(v.start or 0.0)) for v in input_variables(model)}
     k = np.arange(n)
     rows["shaft.speed_ref"] += ACCELERATION * step * (k + 1)

@@ -1,4 +1,7 @@
-"""How fast controllers are: a law's step and refresh, H-infinity, a hundred H2 designs, the LPV synthesis."""
+"""How fast controllers are: a law's step and refresh, H-infinity, a hundred H2 designs, the LPV synthesis.
+
+Designs are made on Model 2 of the shipped rig, identified from the thesis' campaign, which lies beside this file.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,17 @@ from typing import Any
 
 import numpy as np
 
+from identification.lpv import LpvModel
 from rotorsim.bench.result import Figure
 from rotorsim.control import Law, h2_scheduled, lpv
+from rotorsim.control.loops import sweep
 from rotorsim.control.mixed import Weights, mixed_sensitivity
-from rotorsim.control.plants import KRPM, Model, design_plant
+from rotorsim.control.plants import KRPM, design_plant
 from rotorsim.control.riccati import solve
 from rotorsim.control.runtime.kernels import refresh, steps
 
 SAMPLES = 20_000
+MODEL = Path(__file__).parent / "data" / "rig_model_2.json"
 
 
 def runtime(order: int = 12) -> Iterator[Figure]:
@@ -39,8 +45,9 @@ def runtime(order: int = 12) -> Iterator[Figure]:
     yield Figure("law refresh, with the call from Python", (time.process_time() - begin) / 2000 * 1e3, "ms", 0.5)
 
 
-def designs(model: Model) -> Iterator[Figure]:
-    """CPU time of the H-infinity optimum and of a hundred H2 designs."""
+def designs() -> Iterator[Figure]:
+    """CPU time of the H-infinity optimum and of a hundred H2 designs; unstable points of the scheduled one."""
+    model = rig_model()
     P = mixed_sensitivity(design_plant(model, 3 * KRPM, 0.5e6), Weights())
     begin = time.process_time()
     yield Figure("H-infinity gamma at [3 krpm, 0.5 MPa]", solve(P), "1")
@@ -51,11 +58,15 @@ def designs(model: Model) -> Iterator[Figure]:
         for pressure in np.linspace(0.3e6, 0.7e6, 10):
             h2_scheduled.local_controller(model, spec, float(speed), float(pressure))
     yield Figure("100 H2 designs, CPU time", time.process_time() - begin, "s", 2.0)
+    law = h2_scheduled.design(model)
+    found = sweep(law, model, np.linspace(1, 6, 40) * KRPM, np.linspace(0.3e6, 0.7e6, 15))
+    yield Figure("  scheduled: unstable points of 40 x 15", found.unstable, "1", 0)
 
 
-def synthesis(model: Model) -> Iterator[Figure]:
+def synthesis() -> Iterator[Figure]:
     """LPV synthesis on 8 x 8 points and its check on 64 x 64: CPU time and the process' largest memory."""
-    spec = lpv.PRESETS["rig"]
+    model = rig_model()
+    spec = lpv.PRESETS["thesis"]
     begin = time.process_time()
     made = lpv.synthesis(model, spec)
     yield Figure("LPV 8x8, CPU time", time.process_time() - begin, "s", 120.0)
@@ -66,11 +77,10 @@ def synthesis(model: Model) -> Iterator[Figure]:
     yield Figure("  gamma on 64x64 over that on 8x8", fine / lpv.validated(model, spec, made, (8, 8)), "1", 1.005)
 
 
-def all_figures(path: Path) -> Iterator[Figure]:
-    """Everything, for the LPV model of a file."""
+def rig_model() -> LpvModel:
+    """Model 2 of the shipped rig."""
     from identification import load_model
 
-    model = load_model(path)
-    yield from runtime()
-    yield from designs(model)
-    yield from synthesis(model)
+    model = load_model(MODEL)
+    assert isinstance(model, LpvModel)
+    return model

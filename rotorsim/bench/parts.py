@@ -50,7 +50,7 @@ PARTS: dict[str, Part] = {
     ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
     "fmu": Part(("unit.unit",), cold=("unit.export_cold",)),
-    "control": Part(("control.runtime",)),
+    "control": Part(("control.runtime", "control.designs"), full=("control.synthesis",)),
     "rig": Part(()),
 }
 

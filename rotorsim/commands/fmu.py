@@ -25,6 +25,7 @@ UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
 def export(
     machine: MachineName = "dtu_gas_bearing",
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
+    law: Annotated[Path | None, typer.Option("--law", help="A control law that 'rotorsim design' wrote.")] = None,
     fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
     targets: Annotated[
         str, typer.Option(help="Platforms, with commas: host, x86_64-linux, x86_64-windows, aarch64-linux, ...")
@@ -43,10 +44,10 @@ def export(
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write the plant, or an identified model, as .fmu files that run without Python."""
+    """Write the plant, an identified model or a control law as .fmu files that run without Python."""
     from fmu.export import export as write
     from fmu.export import versions
-    from fmu.kinds import linear_unit, plant_unit
+    from fmu.kinds import law_unit, linear_unit, plant_unit
     from fmu.targets import choose
     from rotorsim.commands.options import make_plant, quantity
 
@@ -55,9 +56,11 @@ def export(
         None if speed is None else quantity("speed", speed, "rad/s"),
         None if pressure is None else quantity("pressure", pressure, "Pa"),
     )
-    if model == "plant":
+    if law is not None:
+        unit: Unit = law_unit(law, *start)
+    elif model == "plant":
         plant = make_plant(machine, grid, time_step, changes or [])
-        unit: Unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
+        unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
     else:
         unit = linear_unit(Path(model), *start)
     paths = write(unit, out, chosen, platforms, cpu)
@@ -66,6 +69,39 @@ def export(
         return
     for path in paths.values():
         typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
+
+
+@app.command(epilog="Example: rotorsim fmu system lpv.json dtu_gas_bearing --out loop.ssp")
+def system(
+    law: Annotated[Path, typer.Argument(help="Control law that 'rotorsim design' wrote.")],
+    machine: MachineName = "dtu_gas_bearing",
+    fmi: Annotated[str, typer.Option(help="FMI version of the units: 2 or 3.")] = "2",
+    targets: Annotated[str, typer.Option(help="Platforms, as for export.")] = "host",
+    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("loop.ssp"),
+    cpu: Annotated[str, typer.Option(help="'portable', or 'native'.")] = "portable",
+    speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
+    pressure: Annotated[str, typer.Option(help="Gauge injection pressure at which it starts.")] = "0.3 MPa",
+    grid: GridSize = None,
+    time_step: TimeStep = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write plant and control law, wired, as one .ssp file."""
+    from fmu.export import versions
+    from fmu.kinds import law_unit, plant_unit
+    from fmu.ssp import export_system
+    from fmu.targets import choose
+    from rotorsim.commands.options import make_plant, quantity
+
+    chosen = versions(fmi)[-1]
+    start = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    held = law_unit(law, *start)
+    plant = plant_unit(make_plant(machine, grid, time_step, changes or []), *start)
+    path = export_system(plant, held, out, chosen, choose(targets), cpu)
+    if as_json:
+        typer.echo(json.dumps({"ssp": str(path)}, indent=2))
+        return
+    typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
 @app.command(epilog="Example: rotorsim fmu check rotor.fmu --duration '10 s'")

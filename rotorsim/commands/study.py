@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from rotorsim.commands.options import MachineName
-from rotorsim.commands.study_told import Counter, numbers_of, write_page
+from rotorsim.commands.study_told import Counter, numbers_of, print_claims, write_page
 
 app = typer.Typer(
     help="Studies that reproduce the thesis on the virtual rig.",
@@ -67,8 +67,7 @@ def identification_vs_physics(
     if as_json:
         typer.echo(json.dumps({key: numbers[key] for key in ("errors", "claims", "targets")}, indent=2))
         return
-    for claim in told:
-        typer.echo(f"{claim.number:4s} {claim.verdict:8s} {claim.claim}: {claim.ours}")
+    print_claims(told)
     for target in reached:
         typer.echo(f"{'met' if target.met else 'NOT MET':8s} {target.figure}: {target.value:.3g} {target.unit} "
                    f"({target.bound:g}); {target.remark}")  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -12,25 +11,30 @@ import typer
 
 from rotorsim.commands.options import AsJson, MachineName
 
-EXAMPLE = "Example: rotorsim study control model.json dtu_gas_bearing --out control"
+EXAMPLE = "Example: rotorsim study control model_2.json dtu_gas_bearing --out control"
 WHOLE_EXAMPLE = "Example: rotorsim study whole dtu_gas_bearing --out study"
 Out = Annotated[Path, typer.Option("--out", help="Folder of laws, results and report; a study there goes on.")]
+Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
 
 def control(
-    model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote.")],
+    model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote, best Model 2.")],
     machine: MachineName = "dtu_gas_bearing",
     out: Out = Path("control"),
+    jobs: Jobs = 2,
+    quick: Annotated[bool, typer.Option("--quick", help="Without LPV synthesis and full verification.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Design every controller on a model, verify them on the nonlinear plant and fill the claims C1 to C12."""
     from identification import ModelError, load_model
     from identification.lpv import LpvModel
     from rotorsim.commands.options import make_plant
+    from rotorsim.commands.study_told import print_claims, stage_bar
     from rotorsim.errors import DataError
-    from rotorsim.report.study_page import Block, save_study_page
+    from rotorsim.report.study_page import save_study_page
     from rotorsim.study.control import control_study
     from rotorsim.study.control_claims import control_claims
+    from rotorsim.study.page import claims_block, control_blocks
 
     try:
         loaded = load_model(model)
@@ -39,16 +43,9 @@ def control(
     if not isinstance(loaded, LpvModel):
         raise DataError(f"{model}: holds for one operating point; give a model of several, e.g. from a campaign")
     plant = make_plant(machine, None, None, [])
-    tell = (lambda step: print(f"{step} ...", file=sys.stderr)) if sys.stderr.isatty() else None
-    found = control_study(plant, loaded, out / "stages", tell)
+    found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
     claims = control_claims(found, loaded)
-    rows = [(c.number, c.claim, c.thesis, c.ours, c.verdict, c.why) for c in claims]
-    heads = ("", "claim", "thesis", "here", "verdict", "why")
-    refused = [(name, why) for name, why in found.refused.items()]
-    blocks = [Block("Claims on control", "", heads, rows), Block("Hits", "Energies over those of the open loop.",
-              ("law", "x", "y", "worst", "effort x, y [V/N]"), _energies(found))]  # fmt: skip
-    if refused:
-        blocks.append(Block("Refused designs", "", ("design", "why"), refused))
+    blocks = [claims_block(claims, "Claims on control"), *control_blocks(found)]
     save_study_page(f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant.", blocks,
                     out / "report.html")  # fmt: skip
     told = {"claims": [asdict(c) for c in claims], "refused": found.refused}
@@ -56,31 +53,33 @@ def control(
     if as_json:
         typer.echo(json.dumps(told, indent=2))
         return
-    for c in claims:
-        typer.echo(f"{c.number:4s} {c.verdict:8s} {c.claim}: {c.ours}")
+    print_claims(claims)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results")
 
 
-def whole(machine: MachineName = "dtu_gas_bearing", out: Out = Path("study"), as_json: AsJson = False) -> None:
+def whole(
+    machine: MachineName = "dtu_gas_bearing",
+    out: Out = Path("study"),
+    jobs: Jobs = 2,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A grid of 3 x 3 points, no LPV synthesis, no full verification.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
     """The whole circle: campaign, identification, designs, verification, every claim; goes on where it stopped."""
-    from typer.main import get_command
+    from rotorsim.commands.data import sentences
+    from rotorsim.commands.options import make_plant
+    from rotorsim.commands.study_told import print_claims, stage_bar
+    from rotorsim.study.whole import whole_study
 
-    from rotorsim.commands.study import app
-
-    told = ["--json"] if as_json else []
-    arguments = ["identification-vs-physics", machine, "--out", str(out), *told]
-    get_command(app)(args=arguments, prog_name="rotorsim study", standalone_mode=False)
-    control(out / "model.json", machine, out / "control", as_json)
-
-
-def _energies(found: object) -> list[tuple[str, ...]]:
-    from rotorsim.study.control import ControlStudy
-
-    assert isinstance(found, ControlStudy)
-    rows: list[tuple[str, ...]] = []
-    for name in found.impacts:
-        if name != "open loop":
-            ratio, effort = found.ratio(name), found.effort(name)
-            rows.append((name, f"{ratio[:, 0].mean():.3f}", f"{ratio[:, 1].mean():.3f}", f"{ratio.max():.3f}",
-                         f"{effort[0]:.3f}, {effort[1]:.3f}"))  # fmt: skip
-    return rows
+    plant = make_plant(machine, None, None, [])
+    with sentences():
+        found = whole_study(plant, out, stage_bar(), jobs, quick)
+    told = {"claims": [asdict(c) for c in found.claims], "targets": found.targets, "refused": found.control.refused,
+            "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip
+    (out / "study.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    if as_json:
+        typer.echo(json.dumps(told, indent=2))
+        return
+    print_claims(found.claims)
+    typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results; {out / 'study.json'}: numbers")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rotorsim.study.claims import Claim
     from rotorsim.study.identification_vs_physics import Study
+    from rotorsim.study.pool import Told
     from rotorsim.study.targets import Target
 
 
@@ -38,28 +39,26 @@ def numbers_of(found: Study, told: list[Claim], reached: list[Target]) -> dict[s
 
 def write_page(found: Study, told: list[Claim], reached: list[Target], path: Path, machine: str) -> None:
     """The HTML report."""
-    from rotorsim.report.study_page import Block, save_study_page
-    from rotorsim.study.figures import figures
-    from rotorsim.study.table import HEADS, rows, summary
+    from rotorsim.report.study_page import save_study_page
+    from rotorsim.study.page import claims_block, identification_blocks
 
-    claims = [(f"{c.number} {c.claim}", c.thesis, c.ours, c.verdict, c.why) for c in told]
-    aims = [
-        (t.figure, f"{t.value:.3g} {t.unit}", f"{t.bound:g} {t.unit}", "met" if t.met else "not met", t.remark)
-        for t in reached
-    ]
-    errors = [(kind, name, value) for kind, table in summary(found).items() for name, value in table.items()]
-    says = "Hz, um/V, ms, %. A delay of Model 3 holds actuators and film, the physics' the film alone."
-    blocks = [
-        Block("Claims of the thesis", "", ("claim", "thesis", "here", "verdict", "why"), claims),
-        Block("Aims", "", ("figure", "value", "bound", "verdict", "remark"), aims),
-        Block("Identified models against the physics", "Errors over the grid in per cent. One lag for actuators and "
-              "film lowers the damping and raises the gain of Model 3; Model 2 knows the pins.",
-              ("model", "error", "%"), errors),
-        *(Block(title, text, figure=figure) for title, text, figure in figures(found)),
-        Block("Model 3, point by point", says, HEADS, rows(found)),
-        Block("Model 2, point by point", "Hz, um/V, ms, %.", HEADS, rows(found, "2")),
-    ]  # fmt: skip
-    if found.failed:
-        blocks.append(Block("Records that could not be identified", "", ("",), [(text,) for text in found.failed]))
+    blocks = [claims_block(told), *identification_blocks(found, reached)]
     save_study_page("Identification against physics", f"{machine}, virtual records only. This is a simulation.",
                     blocks, path)  # fmt: skip
+
+
+def stage_bar() -> Told:
+    """Tells what ended and how many of how many, on one line of a terminal; silent in a pipe."""
+
+    def told(name: str, done: int, of: int) -> None:
+        if sys.stderr.isatty():
+            end = "\n" if done == of else ""
+            print(f"\r\x1b[2K{done} of {of}: {name}", end=end, file=sys.stderr, flush=True)
+
+    return told
+
+
+def print_claims(claims: list[Claim]) -> None:
+    """One line for each."""
+    for c in claims:
+        print(f"{c.number:4s} {c.verdict:8s} {c.claim}: {c.ours}")

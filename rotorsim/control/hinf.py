@@ -14,8 +14,8 @@ from rotorsim.control.errors import DesignError
 from rotorsim.control.gate import check_loop
 from rotorsim.control.law import Law
 from rotorsim.control.making import constant_law, discrete
-from rotorsim.control.mixed import Weights, closed, mixed_sensitivity
-from rotorsim.control.plants import KRPM, MPA, Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.mixed import RIG, Weights, closed, mixed_sensitivity
+from rotorsim.control.plants import KRPM, LOOP_DELAY, MPA, Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.reduction import reduced
 from rotorsim.control.riccati import controller, solve
 from rotorsim.control.systems import peak_gain
@@ -36,8 +36,8 @@ class Spec:
     Ts: float = SAMPLE
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=Weights(k_0=0.5))}
-"""The thesis' weights let the loop amplify slow disturbances up to 3.6 times; 'rig' halves that for little damping."""
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY)}
+"""'rig' is for the virtual rig and Model 2; see `rotorsim.control.mixed.RIG`."""
 
 
 def design(model: Model, spec: Spec | None = None) -> Law:

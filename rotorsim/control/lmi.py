@@ -58,7 +58,7 @@ class Problem:
         self.blocks.append((len(constant), rows, coefficients))
 
     def minimise(self, cost: np.ndarray, what: str) -> np.ndarray:
-        """The solution x; raises DesignError with the solver's word if it found none."""
+        """The solution x; raises DesignError, `what` and the solver's word, if it found none."""
         import clarabel
 
         A = -sparse.vstack([block for _, _, block in self.blocks], format="csc")
@@ -73,5 +73,5 @@ class Problem:
         found = clarabel.DefaultSolver(P, np.asarray(cost, float), A, b, cones, settings).solve()
         x = np.asarray(found.x)
         if "Infeasible" in str(found.status) or not np.all(np.isfinite(x)):
-            raise DesignError(f"{what}: no solution ({found.status})")
+            raise DesignError(f"{what} ({found.status})")
         return x

@@ -111,6 +111,19 @@ def _constant(side: Side) -> np.ndarray:
     return full
 
 
+def _binds(gamma: float | None, bound: float, margin: float, feedback_only: bool) -> str:
+    """What excludes what where there is no solution."""
+    if feedback_only:
+        limits = f"{1 / bound:.3g} I <= Y <= {bound:.3g} I"
+        return f"lpv: no Y keeps its inequality (what references can reach) within {limits}; raise bound or lower eps"
+    if gamma is None:
+        return f"lpv: no X(q), Y below {bound:.3g} I keep X Y >= 1 and their inequalities; raise bound or lower eps"
+    return (
+        f"lpv: no X(q), Y below {bound:.3g} I keep their inequalities at gamma = {gamma:.4g} with margin {margin:g} in "
+        "that of X (what y tells); raise backoff or bound, or lower margin"
+    )
+
+
 def synthesise(
     grid: Grid, exponents: tuple[tuple[int, int], ...] = EXPONENTS, gamma: float | None = None,
     eps: float = 1e-6, bound: float = 1e3, eps_X: float = 1e-6, feedback_only: bool = False,
@@ -171,7 +184,7 @@ def synthesise(
         problem.add(-eye / bound, [(at_Y, basis)])  # what X <= bound and T1 ask of Y
     cost = np.zeros(at_g + 1)
     cost[at_g] = 1.0 if gamma is None else -1.0
-    x = problem.minimise(cost, "lpv" if gamma is None else f"lpv: gamma = {gamma:.4g}")
+    x = problem.minimise(cost, _binds(gamma, bound, eps_X, feedback_only))
     X = np.tensordot(x[:at_Y].reshape(t, m), basis, 1) if t else np.zeros((0, n, n))
     Y = np.tensordot(x[at_Y:at_g], basis, 1)
     return Solution(

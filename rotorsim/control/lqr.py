@@ -16,7 +16,7 @@ from scipy.linalg import solve_discrete_are
 from rotorsim.control.errors import DesignError
 from rotorsim.control.gate import check_loop
 from rotorsim.control.law import Law
-from rotorsim.control.making import constant_law
+from rotorsim.control.making import check_period, constant_law
 from rotorsim.control.observers import observer_law
 from rotorsim.control.plants import KRPM, MPA, Model, check_modes, design_plant, sampled_plant
 from rotorsim.sampling import SAMPLE
@@ -43,6 +43,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
             raise DesignError(
                 f"lqr.{name} = {getattr(spec, name)}: a weight without this part has no optimum; give > 0"
             )
+    check_period(spec.Ts)
     check_modes(design_plant(model, spec.speed, spec.pressure), "lqr")
     plant = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     n = plant.order

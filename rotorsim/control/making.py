@@ -23,14 +23,19 @@ AVERAGE, FADE = 0.2, 0.05
 def discrete(system: System, Ts: float = SAMPLE) -> System:
     """Tustin's controller of one in um, V and ms, for Ts [s]; raises DesignError if it is too fast for Ts."""
     fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0)) * MILLI
-    if not 0 < Ts < 1:
-        raise DesignError(f"Ts = {Ts} s: is no sampling time; give e.g. {SAMPLE:g}")
+    check_period(Ts)
     if fastest > 10 / Ts:
         raise DesignError(
             f"Ts = {Ts * 1e3:g} ms: the controller's fastest pole, {fastest:.3g} rad/s, exceeds 10/Ts = {10 / Ts:.3g}; "
             "sample faster or ask less of it"
         )
     return tustin(system, Ts * MILLI)
+
+
+def check_period(Ts: float) -> None:
+    """Raise DesignError if Ts [s] is no sampling time."""
+    if not 0 < Ts < 1:
+        raise DesignError(f"Ts = {Ts} s: is no sampling time; give e.g. {SAMPLE:g}")
 
 
 def antiwindup(system: System, weight: float = 1e-2) -> np.ndarray:

@@ -13,9 +13,9 @@ import numpy as np
 from rotorsim.control.errors import DesignError
 from rotorsim.control.gate import check_loop
 from rotorsim.control.law import Law
-from rotorsim.control.making import constant_law
+from rotorsim.control.making import check_period, constant_law
 from rotorsim.control.observers import observer_law
-from rotorsim.control.plants import KRPM, MPA, Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.plants import KRPM, MPA, Model, check_modes, design_plant, short_sampled_plant
 from rotorsim.control.systems import System
 from rotorsim.sampling import SAMPLE
 
@@ -46,8 +46,9 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     spec = spec or Spec()
     if not 0 < spec.share <= 1:
         raise DesignError(f"placement.share = {spec.share}: give a number above 0, at most 1")
+    check_period(spec.Ts)
     check_modes(design_plant(model, spec.speed, spec.pressure), "placement")
-    plant = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
+    plant = short_sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     poles = np.linalg.eigvals(plant.A)
     wanted = target(poles, spec.share, spec.light)
     try:

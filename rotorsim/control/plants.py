@@ -13,6 +13,7 @@ import numpy as np
 from identification import LinearModel
 from identification.lpv import LpvModel
 from rotorsim.control.errors import DesignError
+from rotorsim.control.merged import is_model_2, merged
 from rotorsim.control.systems import System, gain, held, late, series, transformed
 from rotorsim.sampling import SAMPLE
 
@@ -58,7 +59,13 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
 
 
 def design_plant(model: Model, speed: float, pressure: float, delay: float = 0.0, extrapolate: bool = False) -> System:
-    """Continuous plant in um, V and ms with `delay` [s] added to its lags."""
+    """Continuous plant in um, V and ms with `delay` [s] added to its lags; Model 2 in six states."""
+    whole = scaled_model(model, speed, pressure, extrapolate)
+    return merged(whole, delay * MILLI) if is_model_2(whole) else with_delay(whole, delay * MILLI)
+
+
+def scaled_model(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> System:
+    """The identified continuous model in um, V and ms, all its states."""
     found = frozen(model, speed, pressure, extrapolate)
     if found.Ts:
         raise DesignError(
@@ -68,7 +75,9 @@ def design_plant(model: Model, speed: float, pressure: float, delay: float = 0.0
     scale = np.ones(system.order)
     if _second_order(system):
         scale[:2], scale[2:4] = MICRO, MICRO / MILLI  # positions in um, velocities in um/ms
-    return with_delay(transformed(system, scale), delay * MILLI)
+    if is_model_2(system):
+        scale[4:] = np.array([MILLI, MILLI, 1, 1 / MILLI, 1, 1 / MILLI]) * MICRO  # pins likewise, and their integrals
+    return transformed(system, scale)
 
 
 def _second_order(system: System) -> bool:
@@ -106,7 +115,14 @@ def sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPL
     if found.Ts:
         found = found.discrete(Ts)
         return late(System(found.A, found.B, found.C * MICRO, found.D))
-    return late(held(design_plant(model, speed, pressure, 0.0, extrapolate), Ts * MILLI))
+    return late(held(scaled_model(model, speed, pressure, extrapolate), Ts * MILLI))
+
+
+def short_sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPLE) -> System:
+    """The same, made of the model that continuous designs take: Model 2 in six states."""
+    if frozen(model, speed, pressure).Ts:
+        return sampled_plant(model, speed, pressure, Ts)
+    return late(held(design_plant(model, speed, pressure), Ts * MILLI))
 
 
 def modes(system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -145,4 +161,5 @@ def check_modes(system: System, name: str, tolerance: float = 1e-9) -> None:
                 )
 
 
-__all__ = ["LOOP_DELAY", "axis_modes", "check_modes", "design_plant", "frozen", "gain", "modes", "sampled_plant"]
+__all__ = ["LOOP_DELAY", "axis_modes", "check_modes", "design_plant", "frozen", "gain", "modes", "sampled_plant",
+           "short_sampled_plant"]  # fmt: skip

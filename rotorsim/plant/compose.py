@@ -59,7 +59,7 @@ def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Ca
     head = "\n".join([NEEDED, *imports, *kernels])
     text = "\n\n\n".join([head, literals, *functions, *bodies]) + "\n"
     digest = hashlib.sha256((text + _sources_hash(calls)).encode()).hexdigest()[:16]
-    return _load(f"rotorsim_plant_{digest}", text)
+    return load_module(f"rotorsim_plant_{digest}", text)
 
 
 def _kernel(call: Call) -> Any:
@@ -129,7 +129,8 @@ def _sources_of(kernel: Any, seen: set[int]) -> set[Path]:
     return files
 
 
-def _load(name: str, text: str) -> ModuleType:
+def load_module(name: str, text: str) -> ModuleType:
+    """A generated module, written once to the user's cache folder, where numba keeps its machine code beside it."""
     if name in sys.modules:
         return sys.modules[name]
     path = cache_root() / "plants" / f"{name}.py"

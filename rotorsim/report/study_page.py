@@ -63,3 +63,8 @@ def _section(block: Block) -> str:
 
 def _cell(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else escape(str(value))
+
+
+def figure_of(text: str | None) -> go.Figure | None:
+    """The figure of its JSON, or None."""
+    return None if text is None else pio.from_json(text)

@@ -15,6 +15,8 @@ from rotorsim.verify import Verification
 from rotorsim.verify.running import Run
 
 RPM = 30 / np.pi
+LOUD = 10.0
+"""End [um] of a waterfall's colour scale: what is far into the whirl would hide all else."""
 OPEN, CLOSED = "#8a949e", AXIS_COLOURS["x"]
 
 
@@ -41,7 +43,7 @@ def write_verification(result: Verification, path: Path) -> Path:
         text = (
             f"Open loop: {alone.speed * RPM:.0f} rpm, {alone.why}. Closed loop: {held.speed * RPM:.0f} rpm, "
             f"{held.why}. "
-            "Spectra of y over speed; one colour scale for both."
+            f"Spectra of y over speed; one colour scale for both, which ends at {LOUD:g} um."
         )
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
     about = [(str(key), str(value)) for key, value in result.law.about.items()]
@@ -55,14 +57,18 @@ def write_verification(result: Verification, path: Path) -> Path:
 def energies_figure(result: Verification) -> go.Figure:
     """Open and closed impact energies by point, and the closed over the open one."""
     figure = make_subplots(1, 2, subplot_titles=["hits along x", "hits along y"], shared_yaxes=True)
-    names = [f"{e.speed / 1000 * RPM:.3g} krpm<br>{e.pressure / 1e6:.2f} MPa" for e in result.open]
+    names = [
+        [f"{e.speed / 1000 * RPM:.3g} krpm" for e in result.open],
+        [f"{e.pressure / 1e6:.2f}" for e in result.open],
+    ]
     for axis in range(2):
         for label, values, colour in (("open loop", result.open, OPEN), ("closed loop", result.closed, CLOSED)):
             heights = [e.response[axis] for e in values]
             figure.add_trace(go.Bar(x=names, y=heights, name=label, marker_color=colour, legendgroup=label,
                                     showlegend=axis == 0), 1, axis + 1)  # fmt: skip
+    figure.update_xaxes(title_text="pressure [MPa], speed", tickfont={"size": 10})
     figure.update_yaxes(title_text="energy [µm/N]", col=1)
-    return style(figure, 420, barmode="group")
+    return style(figure, 460, barmode="group")
 
 
 def runup_figure(alone: Run, held: Run) -> go.Figure:
@@ -80,7 +86,7 @@ def runup_figure(alone: Run, held: Run) -> go.Figure:
                                 line={"color": NEUTRAL, "dash": "dot"}), secondary_y=True)  # fmt: skip
     figure.update_xaxes(title_text="time [s]")
     figure.update_yaxes(title_text="vibration [µm]", secondary_y=False)
-    figure.update_yaxes(title_text="speed [rpm]", secondary_y=True, showgrid=False)
+    figure.update_yaxes(title_text="speed [rpm]", secondary_y=True, showgrid=False, dtick=1000)
     return style(figure, 420)
 
 
@@ -88,7 +94,7 @@ def waterfall_figure(alone: Run, held: Run, highest: float = 400.0) -> go.Figure
     """Spectra of y over speed for both runs."""
     figure = make_subplots(1, 2, subplot_titles=["open loop", "closed loop"], shared_xaxes=True, shared_yaxes=True)
     spectra = [spectra_of(run, highest) for run in (alone, held)]
-    top = max(float(np.percentile(s[2], 99.8)) for s in spectra)
+    top = min(max(float(np.percentile(s[2], 99.8)) for s in spectra), LOUD)
     for k, (speed, frequency, heights) in enumerate(spectra):
         rpm = compact(speed * RPM)
         figure.add_trace(go.Heatmap(x=compact(frequency), y=rpm, z=compact(heights, 3), zmin=0, zmax=top,

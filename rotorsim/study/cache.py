@@ -5,38 +5,63 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import rotorsim
 
+PARTS = {
+    "control": ("rotorsim/control",),
+    "verify": ("rotorsim/control", "rotorsim/verify", "rotorsim/study/control_cases.py"),
+    "hysteresis": ("rotorsim/study/hysteresis.py",),
+    "identification": (
+        "identification",
+        *(f"rotorsim/study/{name}.py" for name in (
+            "claims", "coherent", "figures", "identification_vs_physics", "locals", "physics", "table", "targets")),
+    ),
+}  # fmt: skip
+"""Sources, files and folders, that a kind of result follows from; the plant's kernels are named by their own hash."""
+
 
 @lru_cache
-def sources_hash() -> str:
-    """Hash of the sources that controllers and their verification are made of."""
-    root = Path(rotorsim.__file__).parent
+def sources_hash(kind: str = "verify") -> str:
+    """Hash of the sources that a kind of result is made by."""
+    root = Path(rotorsim.__file__).parents[1]
     digest = hashlib.sha256()
-    for folder in ("control", "verify"):
-        for path in sorted((root / folder).rglob("*.py")):
+    for name in PARTS[kind]:
+        place = root / name
+        for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
             digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
-def key_of(*parts: str) -> str:
+def key_of(*parts: str, kind: str = "verify") -> str:
     """Key of a result by the texts that it follows from and the sources that make it."""
-    return hashlib.sha256("\0".join([*parts, sources_hash()]).encode()).hexdigest()[:16]
+    return hashlib.sha256("\0".join([*parts, sources_hash(kind)]).encode()).hexdigest()[:16]
 
 
-def kept(folder: Path, name: str, key: str, make: Callable[[], Any]) -> Any:
-    """The result of `make`, from the file of an earlier call with the same key if there is one; plain JSON values."""
-    path = folder / f"{name}-{key}.json"
-    if path.exists():
+def file_of(folder: Path, stage: str, key: str) -> Path:
+    """Where a result is kept."""
+    return folder / f"{stage}-{key}.json"
+
+
+def find(folder: Path, stage: str, key: str) -> Any:
+    """The result of an earlier run with this key, or None."""
+    path = file_of(folder, stage, key)
+    try:
         return json.loads(path.read_text(encoding="utf-8"))
-    made = make()
+    except FileNotFoundError:
+        return None
+    except ValueError:  # cut off by a full disk: made again
+        return None
+
+
+def keep(folder: Path, stage: str, key: str, made: Any) -> Any:
+    """Write a result, complete or not at all; returns it as it will be read."""
+    path = file_of(folder, stage, key)
     folder.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
+    part = path.with_suffix(f".{os.getpid()}.part")
     part.write_text(json.dumps(made) + "\n", encoding="utf-8")
     os.replace(part, path)
     return json.loads(path.read_text(encoding="utf-8"))

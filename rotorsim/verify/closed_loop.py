@@ -17,7 +17,8 @@ from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
 from rotorsim.verify import transients
-from rotorsim.verify.criteria import Criteria, Row, at_most, holds
+from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, holds
+from rotorsim.verify.full_order import full_order
 from rotorsim.verify.impacts import KRPM, POINTS, Energies, impact_energies
 
 SHIPPED = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
@@ -61,7 +62,7 @@ class Verification:
 
 def closed_loop(
     law: Law, plant: Plant, criteria: Criteria | None = None, quick: bool = False, tell: Told | None = None,
-    open_loop: tuple[Energies, ...] | None = None,
+    open_loop: tuple[Energies, ...] | None = None, closed: tuple[Energies, ...] | None = None,
 ) -> Verification:  # fmt: skip
     """Verify a law on a plant.
 
@@ -77,8 +78,8 @@ def closed_loop(
         Five impact points in place of twenty, no other machines, a quicker run-up.
     tell : callable, optional
         Called with the name of each step before it starts.
-    open_loop : energies, optional
-        Of the plant without law at the same points, if they are known.
+    open_loop, closed : energies, optional
+        Of the plant without and with the law at the same points, if they are known.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def closed_loop(
     say("impacts, open loop")
     before = open_loop or tuple(impact_energies(plant, None, *q) for q in points)
     say("impacts, closed loop")
-    after = tuple(impact_energies(plant, law, *q) for q in points)
+    after = closed or tuple(impact_energies(plant, law, *q) for q in points)
     runs: dict[str, Any] = {}
     rows = [*_impact_rows(before, after, criteria)]
     say("noise")
@@ -104,6 +105,8 @@ def closed_loop(
     say("ramps, steps, saturation, sensor faults")
     rows += _transient_rows(plant, law, criteria)
     if not quick:
+        say("full-order loops")
+        rows += _full_order_rows(plant, law, criteria)
         for name, other in other_machines(plant):
             say(f"robustness: {name}")
             rows.append(_robustness(name, other, law, criteria))
@@ -141,6 +144,21 @@ def _runup_rows(plant: Plant, law: Law, criteria: Criteria, runs: dict[str, Any]
     ratio = transients.amplitude(pair[1], first, last) / transients.amplitude(pair[0], first, last)
     yield at_most("imbalance amplitude at 6 krpm, 0.7 MPa", ratio, criteria.amplitude, "of open loop")
     yield holds("run-up and coast-down without contact", not pair[1].touched)
+
+
+def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]:
+    found = full_order(plant, law, CORNERS)
+    worst = max(found, key=lambda one: one.radius)
+    unstable = sum(one.radius >= 1 for one in found)
+    remark = f"{unstable} of {len(found)} points unstable; largest pole radius {worst.radius:.4f}"
+    yield holds(f"full-order loops of {worst.states} states stable", not unstable, remark)
+    weak = min(found, key=lambda one: one.disk_margin)
+    where = f"{weak.speed / KRPM:.3g} krpm, {weak.pressure / 1e6:.3g} MPa"
+    remark = f"at {where}: gain x{weak.gain_margin:.2f}, phase {weak.phase_margin:.0f} deg; at least"
+    yield at_least("disk margin of the full-order loop", weak.disk_margin, criteria.disk, "", remark)
+    damped = min(found, key=lambda one: one.damping)
+    remark = f"open loop {min(one.damping_open for one in found):.3f}"
+    yield Row("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
 
 
 def _transient_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]:

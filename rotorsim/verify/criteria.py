@@ -15,6 +15,7 @@ class Criteria:
     amplitude : imbalance amplitude at the end of the run-up.
     transient : largest deviation [m] of the disc from its equilibrium in ramps and steps.
     disturbed : impact energy at the worst point of changed machines.
+    disk : disk margin with the plant's own linearisation, at the worst of five points; at least.
     """
 
     mean: float | None = 1.0
@@ -24,6 +25,7 @@ class Criteria:
     amplitude: float | None = 1.0
     transient: float | None = 30e-6
     disturbed: float | None = 1.0
+    disk: float | None = 0.3
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,11 @@ class Row:
 def at_most(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> Row:
     """A row that passes up to its bound."""
     return Row(check, float(measured), bound, unit, None if bound is None else bool(measured <= bound), remark)
+
+
+def at_least(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> Row:
+    """A row that passes from its bound on."""
+    return Row(check, float(measured), bound, unit, None if bound is None else bool(measured >= bound), remark)
 
 
 def holds(check: str, good: bool, remark: str = "") -> Row:

@@ -12,7 +12,7 @@ from types import ModuleType
 from rotorsim.control.runtime import kernels, layout
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import READ
-from rotorsim.plant.compose import _load
+from rotorsim.plant.compose import load_module
 
 TEXT = '''from reynolds.jit import kernel
 from rotorsim.control.runtime.kernels import clip, step
@@ -51,4 +51,4 @@ def loop_module(assembly: Assembly) -> ModuleType:
     text = TEXT.format(plant=assembly.module.__name__, read=READ)
     sources = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (kernels, layout)]
     digest = hashlib.sha256("".join([text, *sources]).encode()).hexdigest()[:16]
-    return _load(f"rotorsim_loop_{digest}", text)
+    return load_module(f"rotorsim_loop_{digest}", text)

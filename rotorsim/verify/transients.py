@@ -60,10 +60,10 @@ def noise(plant: Plant, law: Law, speed: float = 0.0, pressure: float = 0.5e6) -
     return run.reference[round(REST / SAMPLE) :].std(axis=0)
 
 
-def runup(plant: Plant, law: Law | None, rate: float, pressure: float, stop: float) -> Run:
-    """From rest to `stop` [rad/s] and down again, at a rate [rad/s^2]."""
+def runup(plant: Plant, law: Law | None, rate: float, pressure: float, stop: float, down: bool = True) -> Run:
+    """From rest to `stop` [rad/s] and, if `down`, back again, at a rate [rad/s^2]."""
     up = changing((0.0, stop), (pressure, pressure), stop / rate)
-    return run_rows(plant, law, np.vstack([up, up[::-1]]))
+    return run_rows(plant, law, np.vstack([up, up[::-1]]) if down else up)
 
 
 def amplitude(run: Run, first: int, last: int, name: str = "disc") -> float:

@@ -1,10 +1,12 @@
 """`rotorsim design` and `rotorsim verify` as a new user would use them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from identification import load_model
 from rotorsim.cli import main
 from rotorsim.control import load_law
 
@@ -47,6 +49,10 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         (("p", MODEL, "--bias", "9,0"), "leaves no room below the limit"),
         (("p", MODEL, "--bias", "much"), "is no pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
+        (("lqr", MODEL, "--spec", "Ts=0"), "is no sampling time"),
+        (("hinf", MODEL, "--spec", "weights.zeta_1=-3"), "makes no stable weight"),
+        (("hinf", MODEL, "--spec", "weights.over_M_b=0"), "some reference costs nothing at high frequency"),
+        (("lpv", MODEL, "--spec", "grid=2x2", "--spec", "bound=1e-3"), "no Y keeps its inequality"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(run, tmp_path, arguments, word):
@@ -55,6 +61,34 @@ def test_bad_input_is_one_sentence_and_exit_code_2(run, tmp_path, arguments, wor
     assert word in err
     assert "Traceback" not in err
     assert not (tmp_path / "law.json").exists()
+
+
+@pytest.mark.parametrize(("row", "word"), [("B", "uncontrollable"), ("C", "unobservable"), ("y", "1 outputs")])
+def test_a_model_that_cannot_be_controlled_is_refused(run, tmp_path, row, word):
+    one = load_model(MODEL).at(314.0, 0.5e6)
+    A, C, D = one.A.copy(), one.C.copy(), one.D
+    if row == "B":
+        A[2:4, 4:6] = 0
+    elif row == "C":
+        C[1], A[2, [1, 3, 5]] = 0, 0
+    else:
+        C, D = C[:1], D[:1]
+    replace(one, A=A, C=C, D=D).save(tmp_path / "model.json")
+    code, _, err = run("design", "hinf", tmp_path / "model.json", "--out", tmp_path / "law.json")
+    assert code == 2
+    assert word in err
+    assert err.count("\n") == 1
+
+
+def test_a_law_for_three_channels_is_refused(run, tmp_path):
+    run("design", "p", MODEL, "--out", tmp_path / "p.json")
+    told = json.loads((tmp_path / "p.json").read_text())
+    told["B"] = [[[[*row, 0.0] for row in block] for block in line] for line in told["B"]]
+    (tmp_path / "p.json").write_text(json.dumps(told))
+    for command in (("verify", tmp_path / "p.json"), ("fmu", "export", "--law", tmp_path / "p.json")):
+        code, _, err = run(*command)
+        assert code == 2
+        assert "3 measured and 2 driven channels" in err
 
 
 def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):

@@ -1,0 +1,138 @@
+"""A control law as a unit for co-simulation: what it measures goes in, references come out a sample later."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fmu.linear_tables import numbers
+from fmu.model import wrapper_text
+from fmu.tables import MAGIC, array, row, runs
+from fmu.variables import Variable
+from rotorsim.control import Law
+
+INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
+OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
+
+
+@dataclass(frozen=True, eq=False)
+class LawUnit:
+    """A law to be exported; `speed` [rad/s] and gauge `pressure` [Pa] are the start values of its inputs."""
+
+    law: Law
+    speed: float = 0.0
+    pressure: float = 0.3e6
+    core = "law.c"
+    continuous = False
+
+    @property
+    def name(self) -> str:
+        """The law's name."""
+        return self.law.name
+
+    @property
+    def description(self) -> str:
+        """One sentence."""
+        scheduled = ", scheduled over speed and pressure" if self.law.scheduled else ""
+        return f"{self.name}: control law of {self.law.order} states{scheduled}."
+
+    @property
+    def sample(self) -> float:
+        """Time [s] of which communication steps are multiples."""
+        return self.law.Ts
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The table of variables."""
+        return tuple(law_variables(self))
+
+    @cached_property
+    def hash(self) -> str:
+        """Tells this law from every other."""
+        parts = [self.law.hash, self.name, repr(self.variables), wrapper_text()]
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+
+    @property
+    def token(self) -> str:
+        """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
+        return f"{{{uuid.UUID(self.hash)}}}"
+
+    def stimuli(self, n: int, step: float) -> dict[str, np.ndarray]:
+        """Inputs (n,) for a run of n steps [s]: a decaying swing of the disc while speed and pressure rise."""
+        t = step * np.arange(n)
+        end = max(t[-1], step)
+        swing = 5e-6 * np.exp(-20 * t) * np.sin(750 * t)
+        return {
+            INPUTS[0]: 1e-5 + swing,
+            INPUTS[1]: -8e-6 + 0.5 * np.roll(swing, 3),
+            INPUTS[2]: self.speed + 300.0 * t / end,
+            INPUTS[3]: self.pressure + 2e5 * t / end,
+        }
+
+
+def law_variables(unit: LawUnit) -> Iterator[Variable]:
+    """Inputs as the plant's unit calls its outputs, outputs as it calls its inputs."""
+    yield Variable("time", "time", "Simulation time.", "s")
+    starts = (0.0, 0.0, unit.speed, unit.pressure)
+    words = ("Measured disc x.", "Measured disc y.", "Measured speed.", "Measured gauge pressure.")
+    for k, (name, doc, start) in enumerate(zip(INPUTS, words, starts, strict=True)):
+        yield Variable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
+    for k, name in enumerate(OUTPUTS):
+        yield Variable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
+
+
+def header(unit: LawUnit) -> str:
+    """Text of tables.h."""
+    law, L = unit.law, unit.law.layout
+    defines = {
+        "MAGIC": f'"{MAGIC}"', "MODEL_HASH": f'"{unit.hash}"', "TOKEN": f'"{unit.token}"',
+        "SAMPLE": unit.sample.hex(), "CONTINUOUS": 0, "N_STATES": 0, "N_VARIABLES": len(unit.variables),
+        "N_INPUTS": len(INPUTS), "N_OUT": len(OUTPUTS), "N_P": 1, "N_W": L.size, "N_IX": 1,
+        "N_RUNS": len(runs(rested(law))), "N_PRESSURE": 0, "N_TABLE": law.table.size, "N_SPEEDS": L.speeds,
+        "N_PRESSURES": L.pressures, "ORDER": L.n, "BLOCK": L.block, "SETTINGS": numbers(np.array(law.settings)),
+    }  # fmt: skip
+    defines |= {f"L_{name.upper()}": getattr(L, name) for name in ("B", "C", "D", "W", "x", "new", "centre", "sums")}
+    defines["L_DONE"] = L.done
+    lines = [f"#define {name} {value}" for name, value in defines.items()]
+    return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
+
+
+def source(unit: LawUnit) -> str:
+    """Text of tables.c."""
+    law = unit.law
+    return "\n".join(
+        [
+            "/* Written by the exporter. */",
+            '#include "unit.h"',
+            array("const Variable variables[N_VARIABLES]", (row(v) for v in unit.variables)),
+            array("const Run initial_runs[N_RUNS]", (f"{{{n}, {x.hex()}}}" for n, x in runs(rested(law)))),
+            array("const double initial_parameters[N_P]", ["0.0"]),
+            array("const int64_t indices[N_IX]", ["0"]),
+            array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", ["{0, 0}"]),
+            array("const double law_table[N_TABLE]", (float(x).hex() for x in law.table)),
+            array("const double law_axes[N_SPEEDS + N_PRESSURES]", (float(x).hex() for x in law.axes)),
+            "",
+        ]
+    )
+
+
+def rested(law: Law) -> np.ndarray:
+    """The memory (size,) of a law that has seen nothing yet."""
+    at_rest = law.with_()
+    return at_rest.memory
+
+
+def answered(law: Law, inputs: dict[str, np.ndarray], per: int = 1) -> np.ndarray:
+    """References (n + 1, 2) [V] of the law in Python for inputs held over `per` samples each; the first is zero."""
+    law = law.with_()
+    rows = [np.zeros(2)]
+    for x, y, speed, pressure in zip(*(inputs[name] for name in INPUTS), strict=True):
+        for _ in range(per):
+            reference = law.step((x, y), speed, pressure)
+        rows.append(reference)
+    return np.array(rows)

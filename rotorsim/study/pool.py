@@ -1,0 +1,72 @@
+"""Cases on a few processes; each result is a file under the hash of what it follows from, and is never made twice."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from rotorsim.study.cache import find, keep
+
+Told = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A function "module:name" of plain arguments whose result is plain JSON; stage and key name its file."""
+
+    stage: str
+    name: str
+    key: str
+    function: str
+    arguments: tuple[Any, ...]
+
+
+def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> dict[str, Any]:
+    """Results by the cases' names; what is in `folder` already is read, all else is run and written as it ends."""
+    listed = list(cases)
+    found = {case.name: find(folder, case.stage, case.key) for case in listed}
+    left = [case for case in listed if found[case.name] is None]
+    done = len(listed) - len(left)
+    if workers <= 1 or len(left) <= 1:
+        for case in left:
+            told(case.name, done, len(listed))
+            found[case.name] = keep(folder, case.stage, case.key, run_case(case.function, case.arguments))
+            done += 1
+        return found
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(workers, len(left)), context, _one_thread) as pool:
+        running = {pool.submit(run_case, case.function, case.arguments): case for case in left}
+        try:
+            for case, result in _as_they_end(running):
+                found[case.name] = keep(folder, case.stage, case.key, result)
+                done += 1
+                told(case.name, done, len(listed))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return found
+
+
+def run_case(function: str, arguments: tuple[Any, ...]) -> Any:
+    """The result of a case."""
+    module, name = function.split(":")
+    return getattr(import_module(module), name)(*arguments)
+
+
+def _as_they_end(running: dict[Future[Any], Case]) -> Iterable[tuple[Case, Any]]:
+    left = set(running)
+    while left:
+        ended, left = wait(left, return_when=FIRST_COMPLETED)
+        for future in ended:
+            yield running[future], future.result()
+
+
+def _one_thread() -> None:
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(1)
