@@ -10,7 +10,7 @@ from pathlib import Path
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
 SOURCES = ("reynolds", "fe_shaft", "identification", "rotorsim")
-NOT_PHYSICS = ("report", "commands", "bench")
+NOT_PHYSICS = ("report", "commands", "bench", "verify", "study", "live", "discrepancy")
 
 
 @lru_cache(maxsize=1)
