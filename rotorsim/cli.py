@@ -13,6 +13,7 @@ from rotorsim.commands import design as design_command
 from rotorsim.commands import diagnose as diagnosis_command
 from rotorsim.commands import hide as hiding_command
 from rotorsim.commands import identify as identification_command
+from rotorsim.commands import live as live_module
 from rotorsim.commands import map as map_module
 from rotorsim.commands import modes as modes_module
 from rotorsim.commands import verify as verify_command
@@ -29,6 +30,7 @@ app = typer.Typer(
 app.command(epilog=EXAMPLE)(runup)
 app.command(name="map", epilog=map_module.EXAMPLE)(map_module.map_command)
 app.command(epilog=modes_module.EXAMPLE)(modes_module.modes)
+app.command(epilog=live_module.EXAMPLE)(live_module.live)
 app.add_typer(experiment.app, name="experiment")
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(machine.app, name="machine")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 
 MachineName = Annotated[str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.")]
@@ -23,13 +24,13 @@ ANGULAR = ("rpm", "rad", "deg", "turn", "rev")
 """What tells a speed from a frequency: by way of radians 60 rpm would be 6.28 Hz."""
 
 
-def make_plant(machine: str, grid: str | None, time_step: str | None, changes: list[str]) -> Plant:
-    """The plant of a machine with the changes of the command line."""
+def make_plant(machine: str | Machine, grid: str | None, time_step: str | None, changes: list[str]) -> Plant:
+    """The plant of a machine (or of a machine's name or path) with the changes of the command line."""
     from rotorsim.errors import MachineFileError
     from rotorsim.machine import load_machine
     from rotorsim.plant import Plant
 
-    loaded = load_machine(machine)
+    loaded = load_machine(machine) if isinstance(machine, str) else machine
     if grid is not None:
         sizes = grid.lower().split("x")
         if len(sizes) != 2 or not all(size.isdecimal() for size in sizes):

@@ -1,0 +1,73 @@
+"""`rotorsim live`: a virtual rig in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
+
+if TYPE_CHECKING:
+    from rotorsim.live.replay import Replay
+    from rotorsim.live.scene import Scene
+
+EXAMPLE = "Example: rotorsim live dtu_gas_bearing --law my_law.json"
+
+
+def live(
+    machine: MachineName = "dtu_gas_bearing",
+    law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,
+    grid: GridSize = None,
+    time_step: TimeStep = None,
+    changes: Changes = None,
+    seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 0,
+    out: Annotated[Path, typer.Option(help="Folder for scenes and records.")] = Path("live"),
+    port: Annotated[int, typer.Option(help="Port on this machine; the next free one if it is taken.")] = 8750,
+    keep_open: Annotated[bool, typer.Option("--keep-open", help="Go on when the last window is closed.")] = False,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Stand at the rig: turn it in the browser while it runs.
+
+    MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
+    """
+    from rotorsim.errors import DataError
+    from rotorsim.live.desk import Desk
+    from rotorsim.live.laws import read_laws
+    from rotorsim.live.rig import Rig
+    from rotorsim.live.runner import Runner
+    from rotorsim.live.server import serve
+
+    if not 1 <= port <= 65535:
+        raise DataError(f"--port: {port} is no port; give one from 1 to 65535")
+    scene, replay = _scene(machine), _replay(machine)
+    name: Any = scene.machine if scene else replay.machine if replay else machine
+    plant = make_plant(name, grid, time_step, changes or [])
+    laws = read_laws(law or [])
+    say_if_compiling(plant)
+    desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)
+    if scene is not None:
+        desk.apply(scene)
+    if replay is not None:
+        desk.runner.play(replay)
+    serve(desk, port, lambda address, taken: _tell(address, port, taken), browser, keep_open)
+
+
+def _tell(address: str, wanted: int, taken: int) -> None:
+    if taken != wanted:
+        typer.echo(f"port {wanted} is in use, took {taken}", err=True)
+    typer.echo(f"the rig runs at {address}")
+    typer.echo("closing the page or Ctrl-C ends it", err=True)
+
+
+def _scene(name: str) -> Scene | None:
+    from rotorsim.live.scene import load_scene
+
+    return load_scene(Path(name)) if name.endswith(".json") else None
+
+
+def _replay(name: str) -> Replay | None:
+    from rotorsim.live.replay import Replay
+
+    return Replay(Path(name)) if name.endswith(".nc") else None

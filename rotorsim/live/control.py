@@ -1,0 +1,61 @@
+"""One thing that can be set on a live rig: its limits, what is neutral, the unit people read it in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from rotorsim.errors import DataError
+
+POWER = 3
+"""Wide ranges are spread over a slider by this power, so that small values have room."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """A number in SI with limits; people see value / `scale` in `shown`."""
+
+    key: str
+    label: str
+    shown: str
+    scale: float
+    low: float
+    high: float
+    neutral: float
+    whole: bool = False
+    doc: str = ""
+
+    def clamp(self, value: Any) -> tuple[float, str]:
+        """The nearest value [SI] within the limits, and a sentence if that is another one; raises DataError."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise DataError(f"{self.key}: {str(value)[:40]!r} is not a number; give one from {self.limits}")
+        inside = min(max(float(value), self.low), self.high)
+        if self.whole:
+            inside = float(round(inside))
+        if abs(inside - value) <= 1e-9 * max(abs(self.low), abs(self.high)):
+            return inside, ""
+        if self.low <= value <= self.high:
+            return inside, f"{self.label}: {self.read(value)} is not whole, set to {self.read(inside)}"
+        return inside, f"{self.label}: {self.read(value)} is beyond {self.limits}, set to {self.read(inside)}"
+
+    def read(self, value: float) -> str:
+        """A value as people read it."""
+        return f"{value / self.scale:.6g} {self.shown}".strip()
+
+    @property
+    def limits(self) -> str:
+        """Both limits as people read them."""
+        return f"{self.read(self.low)} to {self.read(self.high)}"
+
+    def place(self, value: float) -> float:
+        """Where a slider from -1 (or 0) to 1 stands for a value; its zero is the neutral value."""
+        away = value - self.neutral
+        reach = self.high - self.neutral if away >= 0 else self.neutral - self.low
+        return math.copysign((abs(away) / reach) ** (1 / POWER), away) if reach > 0 else 0.0
+
+    def value(self, place: float) -> float:
+        """The value [SI] for a slider's place: three digits, so that people can say it."""
+        reach = self.high - self.neutral if place >= 0 else self.neutral - self.low
+        away = math.copysign(abs(place) ** POWER * reach, place)
+        return float(f"{(self.neutral + away) / self.scale:.3g}") * self.scale

@@ -1,0 +1,31 @@
+"""What turns the shaft: a speed held with a limit on the acceleration, a torque, or nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rotorsim.machine.numerics import SAMPLE
+
+BREAKAWAY = 1e-3
+"""Speed [rad/s] from which the plant's own friction takes over when a torque starts the shaft."""
+
+
+def ramp(speed: float, target: float, acceleration: float, samples: int) -> np.ndarray:
+    """Speeds [rad/s] at the ends of the coming samples on the way from `speed` to `target`."""
+    reach = acceleration * SAMPLE * np.arange(1, samples + 1)
+    return speed + np.clip(target - speed, -reach, reach)
+
+
+def torque_rows(speed: float, torque: float, drag: float, samples: int) -> np.ndarray:
+    """NaN: the shaft is left to the torques on it; one that stands is first moved if the torque is above the drag."""
+    rows = np.full(samples, np.nan)
+    if speed == 0.0 and torque > drag:
+        rows[0] = BREAKAWAY
+    return rows
+
+
+def lay_on(parameters: Any, drag: float, torque: float) -> None:
+    """Let a torque [N m] act beside the dry drag [N m]; both act on a shaft that turns forward."""
+    parameters.dry_drag = drag - torque

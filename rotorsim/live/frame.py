@@ -1,0 +1,116 @@
+"""What a page draws: plain lists of rounded numbers in the units people read, made of the last samples alone.
+
+A frame is a pure function of the last samples and the film's pressure, so a replay of a record shows the same frames
+as the run it was recorded from, number for number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rotorsim.machine import Machine
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.columns import COLUMNS, READ
+
+AT = {name: i for i, name in enumerate(COLUMNS)}
+ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
+"""Samples behind an orbit (0.2 s), a trace (0.5 s) and a spectrum (1 s)."""
+POINTS = 500
+HIGHEST = 500
+"""Lines of the spectrum [Hz]; they are 1 Hz apart."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What is drawn round the samples; lengths in um, angles in deg."""
+
+    clearance: float
+    safety: float
+    pins: int
+    theta: np.ndarray
+    z: np.ndarray
+    limit: float
+    ambient: float
+
+    @classmethod
+    def of(cls, machine: Machine, theta: np.ndarray, z: np.ndarray) -> Geometry:
+        """Geometry of a machine and its film grid (angles [rad], places along the bearing [m])."""
+        film = machine.film
+        clearance = 0.0 if film is None else film.clearance * 1e6
+        limit = 5.0 if machine.actuators is None else machine.actuators.limit
+        return cls(clearance, 20.0, len(machine.injectors), theta, z, limit, machine.gas.ambient_pressure)
+
+    def told(self) -> dict[str, Any]:
+        """Plain values for a page."""
+        return {
+            "clearance": round(self.clearance, 3), "safety": self.safety, "pins": self.pins, "limit": self.limit,
+            "theta": _plain(np.degrees(self.theta), 2), "z": _plain(self.z * 1e3, 3), "highest": HIGHEST,
+        }  # fmt: skip
+
+
+def make_frame(
+    rows: np.ndarray, pressure: np.ndarray | None, geometry: Geometry, time: float, rest: np.ndarray
+) -> dict[str, Any]:
+    """Frame of the last rows (n, columns + 6 inputs) and the film's pressure (n_theta, n_z) [Pa, absolute] at `time`
+    [s]; the disc rests at `rest` (2,) [m]."""
+    frame: dict[str, Any] = {"time": round(time, 4), "centre": _plain(rest * 1e6, 2)}
+    if len(rows) < 2:
+        return frame
+    film = pressure is not None
+    frame["orbit"] = {"disc": _pair(rows[-ORBIT:], "disc", 2)}
+    frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0)
+    frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3)
+    frame["now"] = _numbers(rows)
+    if pressure is not None:
+        frame["orbit"]["journal"] = _pair(rows[-ORBIT:], "journal", 2)
+        frame["film"] = _plain((pressure - geometry.ambient).ravel() / 1e3, 1)
+    return frame
+
+
+def spectrum(rows: np.ndarray) -> np.ndarray:
+    """Amplitude [um, 0-pk] of the larger axis of the measured disc at 0, 1 ... HIGHEST Hz (Hann window)."""
+    lines = np.zeros(HIGHEST + 1)
+    if len(rows) < SPECTRUM:
+        return lines
+    disc = rows[:, READ : READ + 2] * 1e6
+    window = np.hanning(len(rows) + 1)[:-1, None]
+    size = np.abs(np.fft.rfft((disc - disc.mean(axis=0)) * window, axis=0)) * 2 / window.sum()
+    return np.asarray(size[: HIGHEST + 1].max(axis=1))
+
+
+def _numbers(rows: np.ndarray) -> dict[str, Any]:
+    """The values of the last sample, and what the last 20 ms touched."""
+    last = {name: float(rows[-1, column]) for name, column in AT.items()}
+    measured = rows[-SPECTRUM // 5 :, READ : READ + 2] * 1e6
+    return {
+        "angle": round(last["angle"] % (2 * np.pi), 3),
+        "speed": round(last["speed"] * 30 / np.pi, 1),
+        "pressure": round(last["pressure"] / 1e6, 4),
+        "h_min": round(last["h_min"] * 1e6, 3),
+        "mass_flow": round(last["mass_flow"] * 1e3, 4),
+        "contact": bool(rows[-100:, AT["contact"]].max() > 0),
+        "swing": _plain(0.5 * np.ptp(measured, axis=0), 2),
+        "force": _plain(rows[-100:, -2:].sum(axis=0) * SAMPLE * 1e3, 3),
+    }
+
+
+def _traces(rows: np.ndarray, pins: int) -> dict[str, Any]:
+    """Disc and journal [um], references [V], pins [um] over the last half second."""
+    thin = rows[:: max(len(rows) // POINTS, 1)]
+    found = {"x": _plain(thin[:, READ] * 1e6, 2), "y": _plain(thin[:, READ + 1] * 1e6, 2)}
+    found |= {"reference_x": _plain(thin[:, -4], 3), "reference_y": _plain(thin[:, -3], 3)}
+    for k in range(pins):
+        found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * 1e6, 2)
+    return found
+
+
+def _pair(rows: np.ndarray, name: str, digits: int) -> list[list[float]]:
+    thin = rows[:: max(len(rows) // POINTS, 1)]
+    return [_plain(thin[:, AT[f"{name}_{axis}"]] * 1e6, digits) for axis in "xy"]
+
+
+def _plain(values: np.ndarray, digits: int) -> list[float]:
+    return np.round(np.asarray(values, float), digits).tolist()

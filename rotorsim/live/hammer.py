@@ -1,0 +1,40 @@
+"""The hammer: a half-sine of force on the disc whose impulse is exact, sample by sample."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rotorsim.machine.numerics import SAMPLE
+
+WIDTH = 5
+"""Samples of a hit: 1 ms."""
+
+
+def hit(impulse: float, axis: int) -> np.ndarray:
+    """Force (WIDTH, 2) [N] on the disc along x (0) or y (1) for an impulse [N s]."""
+    edges = np.cos(np.pi * np.arange(WIDTH + 1) / WIDTH)
+    force = np.zeros((WIDTH, 2))
+    force[:, axis] = impulse * (edges[:-1] - edges[1:]) / 2 / SAMPLE
+    return force
+
+
+class Hammer:
+    """Hits that wait and those under way."""
+
+    def __init__(self) -> None:
+        self._waiting = np.zeros((0, 2))
+
+    def strike(self, impulse: float, axis: int) -> None:
+        """Add a hit, from the next sample on."""
+        blow = hit(impulse, axis)
+        both = np.zeros((max(len(blow), len(self._waiting)), 2))
+        both[: len(self._waiting)] += self._waiting
+        both[: len(blow)] += blow
+        self._waiting = both
+
+    def take(self, samples: int) -> np.ndarray:
+        """Force (samples, 2) [N] of the coming samples."""
+        force = np.zeros((samples, 2))
+        now = self._waiting[:samples]
+        force[: len(now)], self._waiting = now, self._waiting[samples:]
+        return force

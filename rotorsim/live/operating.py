@@ -1,0 +1,38 @@
+"""What an operator turns: speed, pressure, references, hammer; and the switches with their positions."""
+
+from __future__ import annotations
+
+from math import pi
+
+from rotorsim.live.control import Control
+from rotorsim.machine import Machine
+
+RPM = pi / 30
+OFF, P_LAW = "off", "P"
+SWITCHES: dict[str, tuple[str, ...]] = {
+    "drive": ("speed", "torque", "coast"),
+    "sense": ("forward", "backward"),
+    "noise": ("on", "off"),
+    "pace": ("pause", "0.1x", "1x", "fastest"),
+}
+"""Positions of every switch but `controller`, whose positions are off, P and the laws that were given."""
+START = {"drive": "speed", "sense": "forward", "noise": "on", "pace": "1x", "controller": OFF}
+PACES = {"pause": 0.0, "0.1x": 0.1, "1x": 1.0, "fastest": float("inf")}
+
+
+def operating(machine: Machine) -> dict[str, Control]:
+    """Numbers that an operator sets, by key."""
+    limit = 5.0 if machine.actuators is None else machine.actuators.limit
+    found = [
+        Control("speed", "speed", "rpm", RPM, 0.0, 30_000 * RPM, 0.0, doc="Speed the drive holds."),
+        Control("acceleration", "acceleration", "rpm/s", RPM, RPM, 10_000 * RPM, 500 * RPM, doc="Limit of the drive."),
+        Control("torque", "torque", "N*m", 1.0, 0.0, 5.0, 0.0, doc="Drive torque; it turns the shaft forward."),
+        Control("impulse", "impulse", "mN*s", 1e-3, 0.0, 0.2, 0.01, doc="Of a hammer's hit on the disc, 1 ms long."),
+    ]
+    if machine.film is not None:
+        found.append(Control("pressure", "pressure", "MPa", 1e6, 0.0, 1e6, 0.3e6, doc="Injection pressure, gauge."))
+    if machine.injectors:
+        for axis in "xy":
+            key = f"reference_{axis}"
+            found.append(Control(key, f"reference {axis}", "V", 1.0, -limit, limit, 0.0, doc="Constant reference."))
+    return {control.key: control for control in found}

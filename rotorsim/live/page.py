@@ -1,0 +1,218 @@
+"""The page: a column of controls beside the views. Every window has its own, all turn the same rig."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+from nicegui.element import Element
+from nicegui.elements import scene as nicegui_scene
+
+from rotorsim.errors import RotorsimError
+from rotorsim.live.control import Control
+from rotorsim.live.desk import Desk
+from rotorsim.live.tour import stops
+from rotorsim.machine.numerics import SAMPLE
+
+HERE = Path(__file__).parent
+SCENE = Path(nicegui_scene.__file__).parent / "dist"
+REFRESH = 0.2
+TOUCHED = 0.8
+"""Seconds that a control keeps what its own window gave it, whatever the rig says."""
+SWITCH_LABELS = {"drive": "drive", "sense": "sense", "noise": "noise", "controller": "controller"}
+
+
+class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
+    """Everything that is drawn of the rig."""
+
+    def __init__(self, geometry: dict[str, Any]) -> None:
+        super().__init__()
+        self._props["rig"] = geometry
+
+
+class Board:
+    """The page of one window."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk, self.runner = desk, desk.runner
+        self.settings = self.runner.rig.settings
+        self._fields: dict[str, list[Callable[[Any], None]]] = {}
+        self._touched: dict[str, float] = {}
+        self._typing: set[str] = set()
+        self._seen, self._heard = -1, self.runner.rig.sentences
+        self._build()
+        ui.timer(REFRESH, self._refresh)
+
+    def _build(self) -> None:
+        dark = ui.dark_mode(value=None)
+        ui.add_css(HERE / "live.css")
+        with ui.row().classes("w-full items-center no-wrap gap-4"):
+            ui.label(f"rotorsim live: {self.desk.machine.name}").classes("text-h6")
+            self._toggle("pace", "simulation speed")
+            ui.button("Hit x", on_click=lambda: self.runner.strike(0)).props('dense aria-label="hit x"')
+            ui.button("Hit y", on_click=lambda: self.runner.strike(1)).props('dense aria-label="hit y"')
+            ui.button("Reset", on_click=self.runner.reset).props('dense outline aria-label="reset to equilibrium"')
+            self._record = ui.button("Record", on_click=self._toggle_record).props('dense outline aria-label="record"')
+            ui.button("Dark / light", on_click=lambda: dark.set_value(not dark.value)).props("dense flat")
+            self._state = ui.label("").props('aria-live="polite"')
+        with ui.row().classes("w-full no-wrap items-start"):
+            with ui.column().classes("live-controls"):
+                self._tabs()
+            with ui.column().classes("live-main"):
+                Views(self.runner.geometry.told()).classes("w-full")
+        ui.keyboard(on_key=self._key)
+
+    def _tabs(self) -> None:
+        with ui.tabs().props("dense") as tabs:
+            names = ["Operate", "Effects", "Tour", "Files"]
+            pages = [ui.tab(name) for name in names]
+        with ui.tab_panels(tabs, value=pages[0]).classes("w-full"):
+            for page, build in zip(pages, (self._operate, self._effects, self._tour, self._files), strict=True):
+                with ui.tab_panel(page).classes("q-pa-sm"):
+                    build()
+
+    def _operate(self) -> None:
+        for key, label in SWITCH_LABELS.items():
+            with ui.row().classes("items-center"):
+                ui.label(label).classes("live-name")
+                self._toggle(key, label)
+        for control in self.settings.operating.values():
+            self._number(control)
+
+    def _effects(self) -> None:
+        ui.label("A slider begins where its effect changes nothing.").classes("text-caption")
+        ui.button("Back to the machine file", on_click=self.runner.restore_effects).props("dense outline no-caps")
+        for name, controls in groupby(self.settings.sliders.values(), key=lambda c: c.key.partition(".")[0]):
+            with ui.expansion(name.replace("_", " ")).props("dense").classes("w-full"):
+                for control in controls:
+                    self._number(control)
+
+    def _tour(self) -> None:
+        for stop in stops(self.desk.machine):
+            with ui.card().props("flat bordered").classes("w-full q-pa-sm"):
+                ui.button(stop.title, on_click=lambda stop=stop: self.desk.visit(stop)).props("dense")
+                ui.label(stop.text).classes("text-body2")
+
+    def _files(self) -> None:
+        name = ui.input("name of a scene", value="scene").props("dense").classes("w-full")
+        ui.button("Save scene", on_click=lambda: self._try(lambda: self.desk.save_scene(name.value))).props("dense")
+        ui.label(f"in {self.desk.folder}").classes("text-caption")
+        self._lists = ui.column().classes("w-full")
+        self._listed: Any = None
+        ui.button("Back to the plant", on_click=lambda: self.runner.play(None)).props("dense outline")
+        self._place = ui.slider(min=0, max=1, step=0.01, value=0).props('aria-label="place in the replay"')
+        self._place.on("change", lambda: self._seek())
+
+    def _number(self, control: Control) -> None:
+        """A slider and a field for one number."""
+        key, least = control.key, -1 if control.low < control.neutral else 0
+        low, high = f"{control.low / control.scale:.6g}", f"{control.high / control.scale:.6g}"
+        with ui.row().classes("live-number items-center no-wrap"):
+            ui.label(f"{control.label}" + (f" [{control.shown}]" if control.shown else "")).classes("live-name")
+            slider = ui.slider(min=least, max=1, step=0.001, value=0).props(f'dense aria-label="{key}"')
+            field = ui.number(format="%.6g").props(f'dense aria-label="{key} value"').classes("live-field")
+            field.tooltip(f"{control.doc} {low} to {high}".strip())
+
+        def show(value: float) -> None:
+            slider.value, field.value = control.place(value), float(f"{value / control.scale:.6g}")
+
+        def turned() -> None:
+            self._order(key, control.value(slider.value))
+
+        def typed() -> None:
+            self._typing.discard(key)
+            if field.value is not None:
+                self._order(key, float(field.value) * control.scale)
+
+        slider.on("update:model-value", turned, throttle=0.05)
+        field.on("update:model-value", lambda: self._typing.add(key))
+        field.on("change", typed)
+        field.on("keydown.enter", typed)
+        self._fields.setdefault(key, []).append(show)
+
+    def _toggle(self, key: str, label: str) -> None:
+        switch = ui.toggle(list(self.settings.switches[key]), value=self.settings.positions[key])
+        switch.props(f'dense no-caps aria-label="{label}"')
+        switch.on("update:model-value", lambda: self._order(key, switch.value))
+        self._fields.setdefault(key, []).append(lambda value: _stand(switch, value))
+
+    def _order(self, key: str, value: Any) -> None:
+        self._touched[key] = time.monotonic()
+        if not self.runner.set(key, value):
+            ui.notify("too many changes at once; wait a moment", type="warning")
+
+    def _refresh(self) -> None:
+        """Show what the rig says: settings that others changed, sentences, files."""
+        rig = self.runner.rig
+        now = time.monotonic()
+        if self._seen != rig.settings.revision or self._touched:
+            self._seen = rig.settings.revision
+            self._touched = {key: at for key, at in self._touched.items() if now - at < TOUCHED}
+            for key, value in rig.settings.everything().items():
+                if key not in self._touched and key not in self._typing:
+                    for show in self._fields.get(key, ()):
+                        show(value)
+        for number, sentence in list(rig.said):
+            if number > self._heard:
+                self._heard = number
+                ui.notify(sentence, position="bottom-left", timeout=8000, multi_line=True)
+        recorder, replay = self.runner.recorder, self.runner.replay
+        self._record.text = "Record" if recorder is None else f"Stop ({recorder.seconds:.0f} s)"
+        self._state.text = "" if replay is None else f"replay of {replay.name}"
+        self._list()
+
+    def _list(self) -> None:
+        """Files by name, drawn again when there are others."""
+        found = (tuple(self.desk.scenes()), tuple(self.desk.records()))
+        if found == self._listed:
+            return
+        self._listed = found
+        self._lists.clear()
+        with self._lists:
+            for title, names, act in (
+                ("Scenes", found[0], self.desk.load_scene),
+                ("Records", found[1], self.desk.replay),
+            ):
+                ui.label(title if names else f"{title}: none yet").classes("text-subtitle2")
+                for name in names:
+                    button = ui.button(name, on_click=lambda act=act, name=name: self._try(lambda: act(name)))
+                    button.props("dense flat no-caps")
+
+    def _toggle_record(self) -> None:
+        if self.runner.recorder is None:
+            self._try(self.desk.record)
+        else:
+            self.runner.stop_recording()
+
+    def _seek(self) -> None:
+        replay = self.runner.replay
+        if replay is not None:
+            place = float(self._place.value) * replay.samples
+            self.runner.order(lambda: replay.seek(place * SAMPLE))
+
+    def _try(self, what: Callable[[], Any]) -> None:
+        try:
+            what()
+        except (RotorsimError, OSError) as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+
+    def _key(self, event: Any) -> None:
+        if not event.action.keydown or event.action.repeat:
+            return
+        acts: dict[str, Callable[[], Any]] = {
+            " ": self._pause, "x": lambda: self.runner.strike(0), "y": lambda: self.runner.strike(1),
+            "r": self.runner.reset,
+        }  # fmt: skip
+        if event.key.name in acts:
+            acts[event.key.name]()
+
+    def _pause(self) -> None:
+        self._order("pace", "1x" if self.settings.positions["pace"] == "pause" else "pause")
+
+
+def _stand(switch: ui.toggle, value: str) -> None:
+    switch.value = value

@@ -1,0 +1,57 @@
+"""Records what is played: the project's schema, with the film's pressure every 50 ms and everything that was set."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.experiments.recording import Recording
+from rotorsim.live.rig import INPUTS, Rig
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.simulation import split_columns
+
+FILM_EVERY = 250
+"""Samples from one film pressure to the next."""
+
+
+class Recorder:
+    """A record under way; rows go in as they are simulated."""
+
+    def __init__(self, rig: Rig, path: Path) -> None:
+        attrs = rig.plant.provenance(rig.seed) | {"machine": rig.machine.text, "machine_hash": rig.machine.hash}
+        self._file = Recording(path, attrs | {"experiment": "live", "rest": rig.rest})
+        self.path, self._rig = path, rig
+        self._changes: list[tuple[float, str, float | str]] = [
+            (0.0, key, value) for key, value in rig.settings.everything().items() if key in rig.settings.operating
+            or key in rig.settings.switches
+        ]  # fmt: skip
+        self._file.__enter__()
+
+    @property
+    def seconds(self) -> float:
+        """Length so far [s]."""
+        return self._file.samples * SAMPLE
+
+    def note(self, key: str, value: float | str) -> None:
+        """Write down that a setting changed."""
+        self._changes.append((round(self.seconds, 4), key, value))
+
+    def write(self, rows: np.ndarray) -> None:
+        """Append rows that were just simulated."""
+        if not len(rows):
+            return
+        first, film = self._file.samples, self._rig.has_film
+        values: dict[str, Any] = split_columns(rows[:, :-INPUTS], rows[:, -INPUTS:], film)
+        self._file.write((first + np.arange(len(rows))) * SAMPLE, values)
+        if film and self._file.samples // FILM_EVERY > first // FILM_EVERY:
+            grid = self._rig.assembly.film_model.grid  # type: ignore[union-attr]
+            pressure = self._rig.simulation.film_pressure()
+            self._file.snapshot(self.seconds, self._rig.speed, grid.theta, grid.z, pressure)
+
+    def close(self) -> None:
+        """Finish the file under its name."""
+        self._file.note(changes=json.dumps(self._changes), ended="complete")
+        self._file.__exit__(None, None, None)

@@ -1,0 +1,84 @@
+"""A recorded run in the views of the live rig: the same frames from the same samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.errors import DataError, MachineFileError
+from rotorsim.live.frame import AT, Geometry, make_frame
+from rotorsim.live.history import LENGTH
+from rotorsim.live.rig import INPUTS
+from rotorsim.machine import Machine
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.columns import COLUMNS
+
+
+class Replay:
+    """A record that plays: `advance` moves on, `frame` shows where it is."""
+
+    def __init__(self, path: Path) -> None:
+        import identification as idn
+
+        record = idn.read(path)
+        try:
+            self.machine = Machine.from_text(record.attrs["machine"])
+        except (KeyError, MachineFileError) as error:
+            raise DataError(
+                f"{path}: carries no machine, so its views cannot be drawn; replay a virtual record"
+            ) from error
+        self.name, self.rows = path.name, _table(record)
+        film = "film_pressure" in record
+        self._films = np.asarray(record["film_pressure"]) if film else None
+        self._times = np.asarray(record["snapshot_time"]) if film else np.zeros(0)
+        theta, z = (np.asarray(record[name]) if film else np.zeros(0) for name in ("theta", "z"))
+        self.geometry = Geometry.of(self.machine, theta, z)
+        self.rest = np.asarray(record.attrs.get("rest", self.rows[0, :2]), float)
+        self.at = 0
+
+    @property
+    def samples(self) -> int:
+        """Length."""
+        return len(self.rows)
+
+    def advance(self, samples: int) -> int:
+        """Move on by at most so many samples; returns how many there were."""
+        moved = min(samples, self.samples - self.at)
+        self.at += moved
+        return moved
+
+    def seek(self, seconds: float) -> None:
+        """Go to a time [s]."""
+        self.at = min(max(round(seconds / SAMPLE), 0), self.samples)
+
+    def frame(self) -> dict[str, Any]:
+        """What a page draws at the present place."""
+        rows = self.rows[max(self.at - LENGTH, 0) : self.at]
+        return make_frame(rows, self._film(), self.geometry, self.at * SAMPLE, self.rest)
+
+    def _film(self) -> np.ndarray | None:
+        """The last pressure that was kept before the present place."""
+        if self._films is None or not len(self._films):
+            return None
+        number = int(np.searchsorted(self._times, self.at * SAMPLE + SAMPLE / 2)) - 1
+        return np.asarray(self._films[max(number, 0)])
+
+
+def _table(record: Any) -> np.ndarray:
+    """Rows (n, columns + 6 inputs) of a record; what it lacks is zero."""
+    pins = record.sizes.get("injector", 0)
+    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + INPUTS))
+    for name, column in AT.items():
+        base, _, axis = name.rpartition("_")
+        if name in record:
+            rows[:, column] = record[name]
+        elif axis in ("x", "y") and base in record:
+            rows[:, column] = record[base][:, "xy".index(axis)]
+    for name, first in (("pin", len(COLUMNS)), ("reference", -4), ("disc_force", -2)):
+        if name in record:
+            count = record[name].shape[1]
+            stop = None if first + count == 0 else first + count
+            rows[:, first:stop] = record[name]
+    return rows

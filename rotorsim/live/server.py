@@ -1,0 +1,104 @@
+"""The local server: loopback only, a token in the address, everything from the installed package."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import socket
+import sys
+import webbrowser
+from collections.abc import Callable
+from typing import Any
+
+from rotorsim.errors import DataError
+from rotorsim.live.desk import Desk
+from rotorsim.live.guard import LONGEST, Guard
+from rotorsim.live.runner import Runner
+
+HOST = "127.0.0.1"
+TRIES = 50
+GRACE = 10
+"""Seconds without any window after which the server ends."""
+
+
+def free_port(wanted: int) -> tuple[socket.socket, int]:
+    """A listening socket at the wanted port or the next free one; raises DataError."""
+    for port in range(wanted, min(wanted + TRIES, 65536)):
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        if sys.platform != "win32":
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((HOST, port))
+        except OSError:
+            listener.close()
+            continue
+        listener.listen()
+        return listener, listener.getsockname()[1]
+    raise DataError(f"--port: none of {wanted} to {wanted + TRIES - 1} is free; give another")
+
+
+def application(desk: Desk) -> Any:
+    """The web application of a desk, unguarded: the page at / and its frames."""
+    import orjson
+    from fastapi import FastAPI, Response
+    from nicegui import ui
+
+    from rotorsim.live.page import Board
+
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    @app.get("/frame")
+    def frame() -> Response:
+        body = orjson.dumps(desk.runner.frame())
+        return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
+
+    @app.get("/settings")
+    def settings() -> Response:
+        return Response(orjson.dumps(desk.runner.rig.in_force()), media_type="application/json")
+
+    def root() -> None:
+        Board(desk)
+
+    ui.run_with(app, root=root, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
+    return app
+
+
+async def leave_when_empty(server: Any) -> None:
+    """End the server some seconds after its last window was closed; a page that is loaded anew is back before."""
+    from nicegui import Client
+
+    seen, alone = False, 0
+    while not server.should_exit:
+        await asyncio.sleep(1.0)
+        present = any(client.has_socket_connection for client in list(Client.instances.values()))
+        seen, alone = seen or present, 0 if present else alone + 1
+        server.should_exit = server.should_exit or (seen and alone >= GRACE)
+
+
+def serve(desk: Desk, port: int, tell: Callable[[str, int], None], show: bool, keep_open: bool) -> None:
+    """Serve until Ctrl-C, or until the last window is closed; `tell` gets the address and the port that was taken."""
+    import uvicorn
+    from nicegui import app as pages
+
+    listener, taken = free_port(port)
+    token = secrets.token_urlsafe(24)
+    address = f"http://{HOST}:{taken}/?token={token}"
+    config = uvicorn.Config(
+        Guard(application(desk), token, HOST, taken), log_level="critical", access_log=False, ws_max_size=LONGEST,
+        timeout_graceful_shutdown=2,
+    )  # fmt: skip
+    server = uvicorn.Server(config)
+    if not keep_open:
+        pages.on_startup(lambda: leave_when_empty(server))
+    runner: Runner = desk.runner
+    runner.start()
+    tell(address, taken)
+    if show:
+        webbrowser.open(address)
+    try:
+        server.run(sockets=[listener])
+    except KeyboardInterrupt:
+        pass
+    finally:
+        runner.close()
+        listener.close()

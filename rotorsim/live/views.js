@@ -1,0 +1,84 @@
+// Asks the server for a frame, draws it, asks again: a page that is not seen asks for nothing.
+import { drawFilm, drawOrbit, drawSpectrum, drawTraces, Film3d, readings, Waterfall } from "rotorsim-live";
+
+const LEAST = 40;
+
+export default {
+  props: { rig: Object },
+  template: `<div class="live-stage">
+    <div class="live-strip" role="group" aria-label="readings">
+      <span v-for="r in readings" :key="r.name" :class="{ 'live-alarm': r.alarm }" :data-reading="r.name"><b>{{ r.name }}</b> {{ r.said }}</span>
+    </div>
+    <div class="live-views">
+      <figure><figcaption>disc orbit, 0.2 s, about where it rests</figcaption><canvas ref="disc" role="img" aria-label="disc orbit"></canvas></figure>
+      <figure v-if="rig.clearance"><figcaption>journal orbit, 0.2 s, in the bearing</figcaption><canvas ref="journal" role="img" aria-label="journal orbit"></canvas></figure>
+      <figure v-if="rig.clearance"><figcaption>film on the journal, clearance exaggerated; drag to turn</figcaption>
+        <div class="live-hold"><canvas ref="film3d" role="img" aria-label="film pressure in 3-D"></canvas></div></figure>
+      <figure class="live-wide"><figcaption>what the sensors and actuators show</figcaption><canvas ref="traces" role="img" aria-label="time traces"></canvas></figure>
+      <figure v-if="rig.clearance"><figcaption>film pressure, unrolled</figcaption><canvas ref="film" role="img" aria-label="film pressure, unrolled"></canvas></figure>
+      <figure class="live-wide"><figcaption>spectrum of the disc, 1 s, the larger axis; point at it for order and size</figcaption>
+        <canvas ref="spectrum" role="img" aria-label="spectrum" @mousemove="cursor = $event.offsetX" @mouseleave="cursor = null"></canvas></figure>
+      <figure><figcaption>waterfall</figcaption><canvas ref="waterfall" role="img" aria-label="waterfall"></canvas></figure>
+    </div></div>`,
+  data: () => ({ cursor: null, readings: [] }),
+  mounted() {
+    this.alive = true;
+    this.fall = new Waterfall();
+    this.frames = 0;
+    this.loop();
+  },
+  unmounted() {
+    this.alive = false;
+    if (this.solid) this.solid.close();
+  },
+  methods: {
+    async loop() {
+      while (this.alive) {
+        const began = performance.now();
+        await new Promise((next) => requestAnimationFrame(next));
+        try {
+          const answer = await fetch("frame", { cache: "no-store" });
+          if (answer.ok) {
+            this.draw(await answer.json());
+            window.rotorsimFrames = ++this.frames;
+          }
+        } catch {
+          await new Promise((next) => setTimeout(next, 500));
+        }
+        const left = LEAST - (performance.now() - began);
+        if (left > 0) await new Promise((next) => setTimeout(next, left));
+      }
+    },
+    draw(frame) {
+      window.rotorsimFrame = frame;
+      this.readings = readings(frame, this.rig);
+      if (!frame.orbit) return;
+      const r = this.$refs, rig = this.rig, film = frame.film;
+      const safety = { radius: rig.safety, name: `safety ${rig.safety} um`, dash: [5, 4] };
+      drawOrbit(r.disc, frame.orbit.disc, [safety], frame.centre);
+      drawTraces(r.traces, frame.trace);
+      this.fall.add(frame.spectrum, frame.time);
+      drawSpectrum(r.spectrum, frame.spectrum, frame.now.speed, this.cursor);
+      this.fall.draw(r.waterfall, rig.highest);
+      if (!film) return;
+      const room = { radius: rig.clearance, name: `clearance ${rig.clearance.toFixed(1)} um`, dash: [] };
+      drawOrbit(r.journal, frame.orbit.journal, [room], [0, 0]);
+      drawFilm(r.film, film, rig);
+      this.drawSolid(film, frame);
+    },
+    drawSolid(film, frame) {
+      if (this.solid === undefined) {
+        try {
+          this.solid = new Film3d(this.$refs.film3d, this.rig);
+        } catch {
+          this.solid = null;
+          this.$refs.film3d.replaceWith("This browser has no WebGL: the film cannot be shown in 3-D.");
+        }
+      }
+      if (this.solid) {
+        const [x, y] = frame.orbit.journal;
+        this.solid.draw(film, [x.at(-1), y.at(-1)], frame.now.angle);
+      }
+    },
+  },
+};

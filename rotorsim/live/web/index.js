@@ -1,0 +1,7 @@
+// Everything the page draws; each view takes a frame, or a part of one, and knows nothing of where it came from.
+export { drawFilm } from "./film.js";
+export { Film3d } from "./film3d.js";
+export { drawOrbit } from "./orbit.js";
+export { readings } from "./readings.js";
+export { drawSpectrum, Waterfall } from "./spectrum.js";
+export { drawTraces } from "./traces.js";
