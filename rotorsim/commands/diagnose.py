@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
 STAGES = {
-    "calibrate": "re-calibrating", "prove": "proving the solver", "screen": "screening candidates",
-    "name": "re-fitting candidates", "show": "showing the gap",
+    "check": "checking the records", "calibrate": "re-calibrating", "prove": "proving the solver",
+    "screen": "screening candidates", "name": "re-fitting candidates", "show": "showing the gap",
 }  # fmt: skip
 
 
@@ -63,7 +63,8 @@ def diagnose(
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
     diagnosis = find(
-        machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say
+        machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
+        resume=out / ".unfinished",
     )  # fmt: skip
     files = _write(diagnosis, out, report)
     if as_json:
@@ -85,7 +86,9 @@ class Stages:
         new, self.stage = stage != self.stage, stage
         if sys.stderr.isatty():
             elapsed = time.monotonic() - self.begin
-            text = f"{STAGES.get(stage, stage)}: step {self.steps}, {elapsed:.0f} s"
+            number = list(STAGES).index(stage) + 1
+            bar = "#" * number + "." * (len(STAGES) - number)
+            text = f"[{bar}] {STAGES[stage]}: step {self.steps}, {elapsed:.0f} s\033[K"
             print(("\n" if new and elapsed > 0.5 else "\r") + text, end="", file=sys.stderr, flush=True)
 
 

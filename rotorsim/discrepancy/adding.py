@@ -83,7 +83,7 @@ def _add(effects: Any, machine: Machine, name: str, values: dict[str, float], co
     import tomlkit
 
     units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[name])}
-    texts = {p: v if units[p] == "1" else show(float(f"{v:.9g}"), units[p]) for p, v in values.items()}
+    texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
     present = effects.get(name)
     if present is not None and REGISTRY[name].single:
         for line in comments:
@@ -108,6 +108,11 @@ def _add(effects: Any, machine: Machine, name: str, values: dict[str, float], co
     effects[name] = several
 
 
+def short(value: float) -> float:
+    """A number with nine digits, as it is written."""
+    return float(f"{value:.9g}")
+
+
 def _calibrate(document: Any, effects: Any, diagnosis: Diagnosis) -> list[str]:
     """Write the calibration; returns comments on what has no place in the file."""
     machine, left_out = diagnosis.machine, []
@@ -127,16 +132,16 @@ def _calibrate(document: Any, effects: Any, diagnosis: Diagnosis) -> list[str]:
         elif "~" in key:
             turned[key[:-2]] = turned.get(key[:-2], 0) + value * (1 if key[-1] == "c" else 1j)
         elif key == "shaft_damping":
-            document["shaft"]["damping_ratio"] = machine.shaft.damping_ratio * (1 + value)
+            document["shaft"]["damping_ratio"] = short(machine.shaft.damping_ratio * (1 + value))
         elif key == "curtain_discharge" and machine.injection is not None:
-            document["injection"]["curtain_discharge"] = machine.injection.curtain_discharge * (1 + value)
+            document["injection"]["curtain_discharge"] = short(machine.injection.curtain_discharge * (1 + value))
         elif key.startswith("bearing."):
             _, number, what = key.split(".")
             bearing: Any = machine.bearings[int(number)]
             own = getattr(bearing, f"{what[0]}{what[1]}{what[1]}")
             size = getattr(bearing, f"{what[0]}xx") if own is None else own
             unit = "N/m" if what[0] == "k" else "N*s/m"
-            document["bearings"][int(number)][f"{what[0]}{what[1]}{what[1]}"] = show(size * (1 + value), unit)
+            document["bearings"][int(number)][f"{what[0]}{what[1]}{what[1]}"] = show(short(size * (1 + value)), unit)
         else:
             name, _, parameter = key.split(".")
             tables.setdefault(name, {})[parameter] = value

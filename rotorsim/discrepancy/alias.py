@@ -21,7 +21,7 @@ from rotorsim.discrepancy.design import campaign
 from rotorsim.discrepancy.fit import Fit, singular_directions
 from rotorsim.discrepancy.intake import make_trials, open_records
 from rotorsim.discrepancy.projection import screen
-from rotorsim.discrepancy.store import columns
+from rotorsim.discrepancy.store import Sensitivities, columns
 from rotorsim.discrepancy.trial import Trial, make_trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.workflow import GRID, STEP
@@ -100,10 +100,10 @@ def alias_matrix(
     J = columns(comparison, start, knobs, lambda: progress("calibrate")) / NOISE
     base = Fit(knobs, start, np.zeros(len(J)), J, 0.0)
     forms = candidates(comparison.twin)
-    S = []
+    S, store = [], Sensitivities(comparison)
     for form in forms:
         progress("screen")
-        S.append(columns(comparison, start.holding(form.fixed), form.knobs) / NOISE)
+        S.append(store.columns(start.holding(form.fixed), form.knobs) / NOISE)
     view = screen(base, forms, S)
     best: dict[str, int] = {}
     for i, form in enumerate(forms):

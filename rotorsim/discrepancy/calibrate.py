@@ -7,51 +7,55 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.discrepancy.calibration import MESH, calibration
-from rotorsim.discrepancy.comparison import Comparison, Point
+from rotorsim.discrepancy.calibration import LAW, MESH, calibration
+from rotorsim.discrepancy.comparison import Comparison
 from rotorsim.discrepancy.fit import Fit, fit, singular_directions
 from rotorsim.discrepancy.floor import TOLERANCE
 from rotorsim.discrepancy.knobs import Knob
 from rotorsim.discrepancy.localise import flagged, table
+from rotorsim.discrepancy.nearest import nearest
 from rotorsim.discrepancy.store import columns
 from rotorsim.discrepancy.twin import Twin
 
-MOST_RENEWALS = 4
+MOST_RENEWALS = 2
 ROUGH = 0.02
 """Tolerance of the first fit, before the solver is proven."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """Re-calibrated fit, prediction (n,) [m] at the nominal point with the solver's error, null vectors."""
+    """Re-calibrated fit, null vectors."""
 
     fit: Fit
-    nominal: np.ndarray
     null: list[dict[str, float]]
 
 
 def recalibrate(
-    comparison: Comparison, fine: Twin | None, tolerance: float = TOLERANCE, say: Callable[[], None] = lambda: None
+    comparison: Comparison,
+    fine: Twin | None,
+    tolerance: float = TOLERANCE,
+    say: Callable[[], None] = lambda: None,
+    law: tuple[Twin, float] | None = None,
 ) -> Calibrated:
     """Fit the calibration; sets the comparison's floor and correction."""
-    start = Point()
     points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})
     knobs: tuple[Knob, ...] = calibration(comparison.twin, points)
+    start = nearest(comparison, knobs, say)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
-    nominal = comparison.predict(start)
     raw = columns(comparison, start, knobs, say)
     rough = fit(comparison, start, knobs, raw / comparison.sigma[:, None], steps=3, say=say)
     rough = closer(comparison, rough, say)
     first = comparison.sigma.copy()
-    comparison.set_floor(rough.point, fine, tolerance)
+    comparison.set_floor(rough.point, fine, tolerance, *(law or ()))
     J = rough.J * (first / comparison.sigma)[:, None]
-    if fine is not None:
-        knobs = (*knobs, MESH)
-        J = np.column_stack([J, comparison.directions["mesh"] / comparison.sigma])
+    for knob in (MESH, LAW):
+        if knob.key in comparison.directions:
+            knobs = (*knobs, knob)
+            J = np.column_stack([J, comparison.directions[knob.key] / comparison.sigma])
     done = fit(comparison, rough.point, knobs, J, say=say)
-    free = [i for i, k in enumerate(done.knobs) if not k.trend and k != MESH]
+    free = [i for i, k in enumerate(done.knobs) if not k.trend and k not in (MESH, LAW)]
     null = singular_directions(done.J[:, free], [done.knobs[i] for i in free])
-    return Calibrated(done, nominal + comparison.correction, null)
+    return Calibrated(done, null)
 
 
 def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:

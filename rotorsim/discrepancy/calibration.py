@@ -62,13 +62,13 @@ def trends(twin: Twin) -> list[Knob]:
 
 def linear(twin: Twin) -> list[Knob]:
     """Stiffness and damping of linear bearings, the shaft's own damping and stiffness."""
-    knobs = [Knob("shaft_damping", 0.1, 0.5, -0.9, 5.0), Knob("shaft_stiffness", 0.01, 0.03, -0.3, 0.3)]
+    knobs = [Knob("shaft_damping", 0.1, 0.5, -0.9, 5.0), Knob("shaft_stiffness", 3e-4, 0.03, -0.3, 0.3)]
     for i, bearing in enumerate(twin.machine.bearings):
         if not isinstance(bearing, LinearBearing):
             continue
         for axis in "xy":
             if bearing.kxx > 0:
-                knobs.append(Knob(f"bearing.{i}.k{axis}", 0.05, 0.3, -0.9, 3.0))
+                knobs.append(Knob(f"bearing.{i}.k{axis}", 0.02, 0.3, -0.9, 3.0))
             if bearing.cxx > 0:
                 knobs.append(Knob(f"bearing.{i}.c{axis}", 0.1, 0.5, -0.9, 5.0))
     return knobs

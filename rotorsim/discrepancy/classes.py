@@ -2,7 +2,8 @@
 
 Exact ones were derived from the equations: a bow of the shaft and a runout at 1X both add a constant vector that turns
 with the shaft; delay and lag of a sensor differ at the second order in frequency times time; the flow through a choked
-seat is its area times the pressure. Others are beyond any record's resolution.
+seat is its area times the pressure; of two sensors' gains only the ratio shows beside gains of the actuators. Others
+are beyond any record's resolution.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ ALWAYS = (
     ("runout.first", "shaft_bow.bow"),
     ("sensor_delay.delay", "sensor_lag.time"),
     ("viscosity.heating", "viscosity.rise", "slip.mean_free_path"),
+    ("sensor_gain.x", "sensor_gain.y"),
 )
 PER_INJECTOR = (("weak_injector.blocked", "unequal_pressure.deviation"),)
 BESIDE = {

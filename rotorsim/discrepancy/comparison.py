@@ -12,10 +12,13 @@ import numpy as np
 from rotorsim.discrepancy.floor import floor, repeat_scatter
 from rotorsim.discrepancy.groups import Layout, make_layout
 from rotorsim.discrepancy.knobs import Knob, contributions, setting
+from rotorsim.discrepancy.memo import Memo
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 
 THREADS = min(2, os.cpu_count() or 1)
+BEYOND = 0.01
+"""Displacement [m] that no machine survives: no solution."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Comparison:
     evaluations: int = 0
     told_scatter: bool = True
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+    memo: Memo | None = None
+    """Responses on disk, so that a diagnosis that was interrupted goes on where it was."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
     """Data vectors [m] that knobs add without a simulation: the sensors' zeros, the mesh, the injectors' law."""
 
@@ -61,7 +66,7 @@ class Comparison:
         self.correction = np.zeros_like(self.measured)
         self.sigma = np.ones_like(self.measured)
 
-    def spectra(self, point: Point, twin: Twin | None = None) -> list[np.ndarray]:
+    def spectra(self, point: Point, twin: Twin | None = None, whole: bool = False) -> list[np.ndarray]:
         """Simulated blocks' DFTs of the trials [m]."""
         twin = twin or self.twin
         twin.assembly  # noqa: B018  (built once, before threads)
@@ -69,10 +74,10 @@ class Comparison:
         numbers = sorted(set(first))
         self.evaluations += len(numbers)
         if self.threads < 2 or len(numbers) < 2:
-            found = [simulate(twin, self.trials[i], point) for i in numbers]
+            found = [simulate(twin, self.trials[i], point, whole) for i in numbers]
         else:
             with ThreadPoolExecutor(self.threads) as pool:
-                found = list(pool.map(lambda i: simulate(twin, self.trials[i], point), numbers))
+                found = list(pool.map(lambda i: simulate(twin, self.trials[i], point, whole), numbers))
         done = dict(zip(numbers, found, strict=True))
         return [done[i] for i in first]
 
@@ -81,11 +86,18 @@ class Comparison:
         seen: dict[tuple[str, float], int] = {}
         return [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
 
-    def predict(self, point: Point, twin: Twin | None = None) -> np.ndarray:
+    def predict(self, point: Point, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
         """Simulated data vector (n,) [m] without the correction of the solver's error."""
-        found = self.spectra(point, twin)
-        y = np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
-        return self._shifted(y, point)
+        return self._shifted(self._response(point, twin or self.twin, whole), point)
+
+    def _response(self, point: Point, twin: Twin, whole: bool) -> np.ndarray:
+        """What the plant answers (n,) [m]; read from the memo where it was computed before."""
+        if self.memo is None:
+            return self._joined(self.spectra(point, twin, whole))
+        return self.memo.get(self, point, twin, whole, lambda: self._joined(self.spectra(point, twin, whole)))
+
+    def _joined(self, found: list[np.ndarray]) -> np.ndarray:
+        return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
 
     def _shifted(self, y: np.ndarray, point: Point) -> np.ndarray:
         """With what knobs add without a simulation."""
@@ -123,14 +135,25 @@ class Comparison:
             columns.append(found[knob.key] * (share[self.layout.record] if knob.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
-    def set_floor(self, point: Point, fine: Twin | None, tolerance: float) -> np.ndarray:
-        """Measure scatter and the solver's error at `point`; returns that error (n,) [m]."""
+    def set_floor(
+        self, point: Point, fine: Twin | None, tolerance: float, law: Twin | None = None, share: float = 0.0
+    ) -> np.ndarray:
+        """Measure scatter and the solver's error at `point`; returns that error (n,) [m].
+
+        `law` is the twin with the injectors' other law, whose flow is that of this one at a drift of `share`.
+        """
         found = self.spectra(point)
         residuals = [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
         scatter, means, drifts, self.told_scatter = repeat_scatter(self.trials, residuals)
         self.scatter = (scatter, means, drifts)
-        response = np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
-        error = np.zeros_like(response) if fine is None else self.predict(point, fine) - self._shifted(response, point)
+        response = self._joined(found)
+        error = np.zeros_like(response)
+        if fine is not None:
+            # what a finer grid and step change, and what a whole run changes against one period
+            error = self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
+        if law is not None:
+            moved = point.moved([Knob("discharge_drift.0.drift", 0.02)], np.array([share]))
+            self.directions["law"] = self._response(moved, law, False) - response
         self.correction = error
         if fine is not None:
             self.directions["mesh"] = error
@@ -138,10 +161,16 @@ class Comparison:
         return error
 
 
-def simulate(twin: Twin, trial: Trial, point: Point) -> np.ndarray:
-    """Blocks' DFTs (blocks, 2, lines) [m] of a trial at a point; 1 m everywhere where the twin finds no solution."""
+def simulate(twin: Twin, trial: Trial, point: Point, whole: bool = False) -> np.ndarray:
+    """Blocks' DFTs (blocks, 2, lines) [m] of a trial at a point; 1 mm everywhere where the twin finds no solution.
+
+    Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
+    effect with a long memory is at work.
+    """
     values = setting(twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
-    table = twin.run(values, trial.used, trial.pressure, trial.angle)
-    if not np.all(np.isfinite(table)):
+    short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
+    rows, angle = trial.short if short else (trial.used, trial.angle)
+    table = twin.run(values, rows, trial.pressure, angle, turning=not trial.orders)[:, :2]
+    if not np.abs(table).max() < BEYOND:  # nor a number
         return np.full(trial.spectra.shape, 1e-3, complex)
-    return trial.lines(table[:, :2])
+    return trial.short_lines(table) if short else trial.lines(table)

@@ -112,6 +112,16 @@ class Search:
         held = self._held(first.point)
         return Hypothesis(tuple(forms), first, left, held, 1 - left / max(self.base_excess, 1e-300))
 
+    def polished(self, h: Hypothesis) -> Hypothesis:
+        """The hypothesis fitted once more with every sensitivity taken where it stands.
+
+        The calibration's sensitivities change with the effect at work: without them its size and uncertainty are off.
+        """
+        J = self.comparison.jacobian(h.fit.point, h.fit.knobs, say=self.say)
+        done = fit(self.comparison, h.fit.point, h.fit.knobs, J, h.fit.residual, say=self.say)
+        left = excess(table(self.comparison, done.residual))
+        return Hypothesis(h.forms, done, left, self._held(done.point), 1 - left / max(self.base_excess, 1e-300))
+
     def _start(self, own: tuple[Knob, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
         values = start * np.array([k.step for k in own])
@@ -142,12 +152,14 @@ class Search:
         ranked = [i for i in ranked if self.forms[i].label in (self.renewed or set())]
         chosen = _distinct([(self.forms[i],) for i in ranked], REFITS + 3)
         best = max((again.drop(i)[0] for i in ranked), default=0.0)
-        found = []
+        found: list[Hypothesis] = []
         for rank, forms in enumerate(chosen):
             i = self.forms.index(forms[0])
             drop, start = again.drop(i)
             if drop <= 0 or (rank >= REFITS and drop < (1 - 2 * TIE) * best):
                 continue
+            if found and drop < (1 - 4 * TIE) * best and passes(found[0], self):
+                continue  # the best one explains everything and this one is no rival
             found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 

@@ -27,6 +27,8 @@ HIGHEST = 300.0
 SETTLING = 0.5
 """Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
 SHORTEST_PERIOD = 0.2
+LEAD = 0.4
+"""Time [s] for which the twin of a periodic record runs before the one period that is compared."""
 TURNING = 1.0
 """Slowest speed [rad/s] that counts as turning."""
 ROLES = ("fit", "held_out", "untouched")
@@ -49,6 +51,8 @@ class Trial:
     excited: np.ndarray
     orders: tuple[int, ...] = ()
     """Orders of a run-up's vectors; none for a record at constant speed."""
+    periodic: bool = False
+    """Whether every block is one period of the excitation, so that one period of the response tells all."""
 
     @property
     def speed(self) -> float:
@@ -87,6 +91,30 @@ class Trial:
         """DFTs (blocks, 2, lines) [m] of displacements (n, 2) [m]."""
         return block_lines(displacement, self.start, self.length, self.blocks, self.spectra.shape[2])
 
+    @property
+    def lead(self) -> int:
+        """Samples before the window from which a twin without slow states has forgotten how it began; 0 for none."""
+        wanted = round(LEAD / SAMPLE)
+        return wanted if self.periodic and self.start >= wanted else 0
+
+    @cached_property
+    def balanced(self) -> bool:
+        """Whether the reference has no mean over a period."""
+        one = self.rows[self.start : self.start + self.length, 2:4]
+        return bool(np.abs(one.mean(axis=0)).max() <= 1e-3 * max(np.abs(one).max(), 1e-300))
+
+    @property
+    def short(self) -> tuple[np.ndarray, float]:
+        """Rows (n, 6) that lead into one period and hold it, and the shaft angle [rad] at their beginning."""
+        first = self.start - self.lead
+        turned = self.angle + float(np.sum(self.rows[:first, 0])) * SAMPLE
+        return self.rows[first : self.start + self.length], turned
+
+    def short_lines(self, displacement: np.ndarray) -> np.ndarray:
+        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] to `short`: all blocks are alike."""
+        one = block_lines(displacement, self.lead, self.length, 1, self.spectra.shape[2])
+        return np.repeat(one, self.blocks, axis=0)
+
     def vector(self, spectra: np.ndarray) -> np.ndarray:
         """Real data vector of blocks' DFTs: for each channel the mean, the drift, real and imaginary parts [m]."""
         mean = spectra.mean(axis=0)
@@ -115,17 +143,21 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     speed, pressure = operating_point(record, Ts)
     _check_constant(record, name)
     _check_loop(record, name)
+    _check_turning(record, speed, n, name)
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
     for column, channel in ((2, "reference"), (4, "disc_force")):
         if channel in record:
             rows[:, column : column + 2] = record[channel].values
-    start, length, blocks = _window(rows, speed, n, name)
+    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
+    start, length, blocks = _window(rows, speed, n, name, period)
     count = min(int(HIGHEST * length * SAMPLE) + 1, length // 2)
     spectra = block_lines(displacement, start, length, blocks, count)
     excited = _excited(rows, start, length, blocks, count)
     angle = _initial_angle(record, speed, n)
-    return Trial(name, role, rows, float(rows[0, 1]), angle, start, length, blocks, spectra, excited)
+    periodic = period == length
+    pressure = float(rows[0, 1])
+    return Trial(name, role, rows, pressure, angle, start, length, blocks, spectra, excited, periodic=periodic)
 
 
 def _check_constant(record: xr.Dataset, name: str) -> None:
@@ -149,6 +181,24 @@ def _check_loop(record: xr.Dataset, name: str) -> None:
         )
 
 
+TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
+"""Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+
+
+def _check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
+    """The angle must turn as fast as the speed says."""
+    angle = measured(record, "angle")
+    if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
+        return
+    slope = float(np.polyfit(SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
+    if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
+        return
+    ratio = abs(speed / slope) if slope else np.inf
+    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
+    way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
+    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
+
+
 def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
     """Shaft angle [rad] at the first sample of a turn at constant speed that fits the encoder best."""
     angle = measured(record, "angle")
@@ -157,10 +207,9 @@ def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
     return float(np.mod(np.median(angle - speed * SAMPLE * np.arange(n)), 2 * np.pi))
 
 
-def _window(rows: np.ndarray, speed: float, n: int, name: str) -> tuple[int, int, int]:
+def _window(rows: np.ndarray, speed: float, n: int, name: str, period: int | None) -> tuple[int, int, int]:
     """Start, length and number of the blocks that are compared."""
     least = int(SETTLING / SAMPLE)
-    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
     if period is not None and n >= least + period:
         blocks = (n - least) // period
         return n - blocks * period, period, blocks

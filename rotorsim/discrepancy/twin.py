@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.discrepancy.equipped import equip
-from rotorsim.effects import Effect
+from rotorsim.discrepancy.turning import in_motion
+from rotorsim.effects import REGISTRY, Effect
 from rotorsim.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble
@@ -57,6 +58,20 @@ class Twin:
         """An effect as the neutral setting has it."""
         return self.equipped[0].effects[name][table]
 
+    @cached_property
+    def slow(self) -> tuple[str, ...]:
+        """Effects with states that may remember longer than a record's beginning."""
+        ours = Effect.__module__.rpartition(".")[0]
+        kinds = {n: REGISTRY[n] for n in sorted({*self.slots, *self.machine.effects})}
+        return tuple(n for n, k in kinds.items() if n == "creep" or (k.states and not k.__module__.startswith(ours)))
+
+    def lingers(self, setting: Setting, balanced: bool) -> bool:
+        """Whether a setting has an effect at work whose memory is long; `balanced` excitation makes nothing creep."""
+        slow = [name for name in self.slow if not (balanced and name == "creep")]
+        if any(e != type(e)() for name in slow for e in self.machine.effects.get(name, ())):
+            return True
+        return any(key.split(".")[0] in slow and value for key, value in setting.items() if "." in key)
+
     def set(self, setting: Setting) -> Assembly:
         """The assembly with other parameters; nothing is compiled."""
         a = self.assembly
@@ -75,13 +90,19 @@ class Twin:
                 row[parameter] = value
         return replace(a, record=record, w=w)
 
-    def run(self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, seed: int = 0) -> np.ndarray:
-        """Readings (n, 5) for input rows (n, 6) from the equilibrium at the first speed; NaN where there is none."""
+    def run(
+        self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False
+    ) -> np.ndarray:
+        """Readings (n, 5) for input rows (n, 6) from the equilibrium at the first speed; NaN where there is none.
+
+        With `turning` a rotor on linear bearings is in its periodic motion already.
+        """
         a = self.set(setting)
         try:
             w = settle(a, float(rows[0, 0]), pressure)
-            w[a.rig.seed] = seed
             w[a.rotor.angle] = angle
+            if turning:
+                w = in_motion(a, w, float(rows[0, 0]), pressure)
             return Simulation(a, w).advance(rows)[:, READ : READ + 5]
         except FAILURES:
             return np.full((len(rows), 5), np.nan)

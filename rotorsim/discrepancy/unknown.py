@@ -21,7 +21,7 @@ from rotorsim.discrepancy.trial import Trial
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
-MOST_LINES = 8
+MOST_LINES, BESIDE, MOST_RECORDS = 8, 3, 4
 
 
 def equivalent_force(
@@ -29,11 +29,11 @@ def equivalent_force(
 ) -> dict[str, Any]:
     """Lines of the equivalent force in flagged records, its direction and growth laws."""
     lines = []
-    for i in sorted({f.number for f in flags}):
+    for i in list(dict.fromkeys(f.number for f in flags))[:MOST_RECORDS]:
         trial = comparison.trials[i]
         groups = {f.group for f in flags if f.number == i}
         lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
-    lines.sort(key=lambda x: -x["residual_um"])
+    lines.sort(key=lambda x: -x["force_n"])
     return {
         "where": "at the disc, as far as one measuring plane tells",
         "lines": lines[:MOST_LINES],
@@ -56,10 +56,13 @@ def _of_record(
     a = comparison.twin.set(values)
     plant = linearise(a, settle(a, trial.speed, trial.pressure), trial.speed)
     turns = trial.speed / (2 * np.pi)
-    for k in np.argsort(-white * inside)[:3]:
+    for k in _peaks(white * inside, 3):
         f = float(trial.frequencies[1 + k])
         G = plant.transfer(2j * np.pi * f)[:, 2:4]
         force = np.linalg.solve(G, r[:, k])
+        # off the lines of a record that no period fits, a tone is spread over neighbours
+        spread = 0 if trial.periodic else 2
+        whole = np.linalg.norm(np.linalg.solve(G, r[:, max(0, k - spread) : k + spread + 1]))
         forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
         order = f / turns if turns > 0.1 else float("nan")
         found.append(
@@ -68,11 +71,22 @@ def _of_record(
                 "point": trial.point,
                 "frequency_hz": f,
                 "order": order if abs(order - round(order)) < 0.02 or order < 1 else None,
-                "force_n": float(np.linalg.norm(force)),
+                "force_n": float(whole),
                 "direction": _direction(forward, backward, force),
                 "residual_um": float(np.linalg.norm(r[:, k])) * 1e6,
             }
         )
+    return found
+
+
+def _peaks(size: np.ndarray, most: int) -> list[int]:
+    """The largest lines that are no neighbours of larger ones: the skirts of a peak are the peak."""
+    left = size.copy()
+    found: list[int] = []
+    while len(found) < most and left.max() > 0:
+        k = int(np.argmax(left))
+        found.append(k)
+        left[max(0, k - BESIDE) : k + BESIDE + 1] = 0.0
     return found
 
 

@@ -25,6 +25,7 @@ from rotorsim.sampling import SAMPLE
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.discrepancy.memo import Memo
     from rotorsim.discrepancy.result import Diagnosis
 
 RATE = 2 * np.pi * 2.0
@@ -128,7 +129,7 @@ def _part(
     for i in range(len(orders)):
         spectra[0, :, 1 + i * k : 1 + (i + 1) * k] = measured[:, i, :].T
     none = np.zeros(spectra.shape[2], bool)
-    return Sweep(f"{name}, {role}", role, rows, pressure, 0.0, 0, len(rows), 1, spectra, none, orders, speeds)
+    return Sweep(f"{name}, {role}", role, rows, pressure, 0.0, 0, len(rows), 1, spectra, none, orders, speeds=speeds)
 
 
 def diagnose_vectors(
@@ -137,12 +138,13 @@ def diagnose_vectors(
     effects: Iterable[str] | None,
     tolerance: float,
     progress: Callable[[str], None],
+    memo: Memo | None = None,
 ) -> Diagnosis:
     """As `diagnose`, for tables of vectors: of six rows one is held out and one untouched."""
     from rotorsim.discrepancy.workflow import work_on
 
     trials = [s for name, vectors in opened for s in make_sweeps(vectors, name, machine.film is not None)]
-    return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress)
+    return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, memo=memo)
 
 
 def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:

@@ -49,6 +49,7 @@ def _accepted(
 ) -> Verdict:
     if len(best.forms) > 1:
         best = without_idle(best, search)
+    best = search.polished(best)
     rivals = [h for h in tied(best, found, search.base) if len(h.forms) <= len(best.forms)]
     classes = tuple(class_of(k, known) for k in best.keys)
     rivals = [h for h in rivals if not _same(h, best, known)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +18,15 @@ from rotorsim.discrepancy.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.intake import data_hash, limits, make_trials, open_records
 from rotorsim.discrepancy.knobs import Knob, contributions, setting
 from rotorsim.discrepancy.localise import Flag, excess, flagged, table
+from rotorsim.discrepancy.memo import Memo
+from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.naming import Search
 from rotorsim.discrepancy.next_experiment import next_experiment
+from rotorsim.discrepancy.other_law import other_law
 from rotorsim.discrepancy.result import Diagnosis, Found
-from rotorsim.discrepancy.sanity import check
+from rotorsim.discrepancy.sanity import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.shown import spectra_of
-from rotorsim.discrepancy.store import columns
+from rotorsim.discrepancy.store import Sensitivities
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
@@ -43,13 +46,16 @@ class Workshop:
 
     twin: Twin
     fine: Twin | None
+    law: tuple[Twin, float] | None = None
+    """The twin with the injectors' other law, and the drift that matches its flow."""
 
     @classmethod
     def of(cls, machine: Machine, effects: Iterable[str] | None = None) -> Workshop:
         """Twins of a machine with all effects of the catalogue, or these, as candidates."""
         only = None if effects is None else tuple(sorted(set(effects)))
         fine_grid = GRID if machine.film is None else FINE_GRID
-        return cls(Twin(machine, GRID, STEP, only=only), Twin(machine, fine_grid, FINE_STEP, only=only))
+        twin = Twin(machine, GRID, STEP, only=only)
+        return cls(twin, Twin(machine, fine_grid, FINE_STEP, only=only), other_law(twin))
 
 
 def diagnose(
@@ -64,6 +70,7 @@ def diagnose(
     workshop: Workshop | None = None,
     threads: int = THREADS,
     progress: Say = lambda stage: None,
+    resume: str | Path | None = None,
 ) -> Diagnosis:
     """Find out where a machine file and measured records disagree, and which effect is missing.
 
@@ -84,6 +91,8 @@ def diagnose(
         Declared tolerance of the model, as a share of every line.
     progress : function of a stage's name
         Called as the work goes on.
+    resume : folder
+        Where to keep what was computed until the diagnosis is done, so that an interrupted one goes on.
 
     Returns
     -------
@@ -96,19 +105,20 @@ def diagnose(
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     opened = open_records(records, mapping)
+    memo = None if resume is None else Memo(Path(resume))
     if opened and all("speed" in record.dims for _, record in opened):
         from rotorsim.discrepancy.vectors import diagnose_vectors
 
-        return diagnose_vectors(machine, opened, effects, tolerance, progress)
+        return diagnose_vectors(machine, opened, effects, tolerance, progress, memo)
     trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
     trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
     trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
-    return work_on(machine, trials, effects, tolerance, progress, workshop, threads)
+    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, memo)
 
 
 def work_on(
     machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Say,
-    workshop: Workshop | None = None, threads: int = THREADS,
+    workshop: Workshop | None = None, threads: int = THREADS, memo: Memo | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnose trials."""
     effects = None if effects is None else sorted(set(effects))
@@ -116,13 +126,16 @@ def work_on(
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
     workshop = workshop or Workshop.of(machine, effects)
-    parts = {role: Comparison(workshop.twin, own, threads) for role, own in by_role.items() if own}
+    parts = {role: Comparison(workshop.twin, own, threads, memo=memo) for role, own in by_role.items() if own}
     unknown = sorted(set(effects or ()) - set(workshop.twin.slots))
     if unknown:
         known = ", ".join(sorted(workshop.twin.slots))
         raise DataError(f"effects: '{unknown[0]}' cannot be a candidate in {machine.name}; choose among {known}")
     forms = candidates(workshop.twin, effects)
-    return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    if memo is not None:
+        memo.clear()
+    return found
 
 
 @dataclass(eq=False)
@@ -144,13 +157,18 @@ class Work:
 
     def run(self) -> Diagnosis:
         """All steps."""
+        self.say("check")
+        check_before(self.fitted, self.fitted.predict(Point()))
         self.say("calibrate")
-        calibrated = recalibrate(self.fitted, self.workshop.fine, self.tolerance, lambda: self.say("calibrate"))
+        workshop = self.workshop
+        calibrated = recalibrate(
+            self.fitted, workshop.fine, self.tolerance, lambda: self.say("calibrate"), workshop.law
+        )
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
         notes += self._scatter_note() + [_null_sentence(n) for n in calibrated.null]
         fitted = self.fitted.measured - calibrated.fit.residual * self.fitted.sigma
-        notes += check(self.fitted, calibrated.nominal, fitted)
+        notes += check_after(self.fitted, fitted)
         base = calibrated.fit
         for _ in range(MOST_RENEWALS):
             if not flagged(table(self.fitted, base.residual)):
@@ -162,8 +180,10 @@ class Work:
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.say("prove")
-                self.parts[role].set_floor(base.point, self.workshop.fine, self.tolerance)
+                self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
         verdict, search = self._name(base, flags)
+        if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
+            verdict = replace(verdict, status="unknown", best=None, rivals=())
         return self._told(calibrated, base, flags, verdict, search, notes)
 
     def _scatter_note(self) -> list[str]:
@@ -175,10 +195,10 @@ class Work:
         if not flags:
             return Verdict("no_disagreement"), None
         raw: dict[str, np.ndarray] = {}
-        origin = Point()
+        origin, store = Point(), Sensitivities(self.fitted)
         for form in self.forms:
             self.say("screen")
-            own = columns(self.fitted, origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
+            own = store.columns(origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
             raw[form.label] = own / self.fitted.sigma[:, None]
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))

@@ -43,7 +43,11 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
     gap = diagnosis.gap
     total = np.sqrt((gap["gap"].values ** 2).sum(axis=1)) * UM
     order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
-    names = [f"{gap['role'].values[i].replace('_', ' ')}: {gap['point'].values[i]}" for i in order]
+    names: list[str] = []
+    for i in order:
+        name = f"{gap['role'].values[i].replace('_', ' ')}: {gap['point'].values[i]}"
+        again = sum(n.startswith(name) for n in names)
+        names.append(f"{name}, again" + ("" if again == 1 else f" ({again})") if again else name)
     figure = go.Figure()
     for s, (stage, colour) in enumerate(COLOURS.items()):
         if stage == "with effect" and not diagnosis.effects:

@@ -1,5 +1,7 @@
 """A plain rotor with a few candidates and hidden records of it: small, so that a whole diagnosis takes seconds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,7 +41,7 @@ def recorded(machine, truth_plant):
 
     def record(effects=(), seed=0, sizes=(3.0, 6.0), disturb=None) -> tuple[list, Truth]:
         truth = draw(truth_plant, effects, seed, sizes)
-        plan = [p for p in campaign(machine) if p.name in KEPT]
+        plan = [replace(p, experiment=replace(p.experiment, hits=1)) for p in campaign(machine) if p.name in KEPT]
         records = [record_of(truth_plant, p, truth.point, seed, disturb) for p in plan]
         for i, r in enumerate(records):
             noise = np.random.default_rng([seed, i]).normal(0, NOISE, r.disc_measured.shape)

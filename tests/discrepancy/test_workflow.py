@@ -11,14 +11,16 @@ from rotorsim.discrepancy.gap import reduction
 from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
-pytestmark = [pytest.mark.slow, pytest.mark.skip("takes many minutes and is not green yet; work in progress")]
+pytestmark = pytest.mark.slow
+FEW = ("coupling", "runout")
+"""Candidates where no more are needed."""
 
 
 @pytest.fixture(scope="module")
 def coupled(machine, workshop, recorded):
     """A hidden force at 2X, its diagnosis and the truth."""
     records, truth = recorded(("coupling.second",), 4)
-    return diagnose(machine, records, workshop=workshop), truth, records
+    return diagnose(machine, records, effects=FEW, workshop=workshop), truth, records
 
 
 def test_a_machine_in_which_nothing_is_missing_gets_no_name(machine, workshop, recorded):
@@ -37,12 +39,12 @@ def test_a_hidden_force_of_the_coupling_is_named_and_closes_the_gap(coupled):
     one = found.effects[0]
     assert abs(one.parameters["second"] - size) < 3 * one.sd["second"]
     assert reduction(found.gap) > 0.5
-    assert all(f.group in ("2X", "low band", "between", "resonance", "high band", "orders") for f in found.localisation)
+    assert found.localisation[0].group == "2X"
 
 
-def test_the_order_of_records_changes_nothing(machine, workshop, coupled):
+def test_the_order_of_records_and_of_candidates_changes_nothing(machine, workshop, coupled):
     found, _, records = coupled
-    again = diagnose(machine, records[::-1], workshop=workshop)
+    again = diagnose(machine, records[::-1], effects=FEW[::-1], workshop=workshop)
     assert json.dumps(again.told(), default=float) == json.dumps(found.told(), default=float)
 
 
@@ -66,10 +68,9 @@ def test_the_report_is_one_page_that_fetches_nothing(coupled, tmp_path):
 
 def test_a_runout_at_1x_is_a_tie_with_a_bow_and_never_a_name(machine, workshop, recorded):
     records, _ = recorded(("runout.first",), 5)
-    found = diagnose(machine, records, workshop=workshop)
-    assert found.status in ("tie", "partial", "unknown")
-    if found.status == "tie":
-        assert {"runout.first", "shaft_bow.bow"} in [set(f.tie_class) for f in found.effects]
+    found = diagnose(machine, records, effects=("runout", "shaft_bow"), workshop=workshop)
+    assert found.status == "tie" and found.exit_code == 11
+    assert [set(f.tie_class) for f in found.effects] == [{"runout.first", "shaft_bow.bow"}]
 
 
 def test_a_force_that_no_candidate_makes_gets_no_name_but_a_place(machine, workshop, recorded):
@@ -79,7 +80,7 @@ def test_a_force_that_no_candidate_makes_gets_no_name_but_a_place(machine, works
         return rows
 
     records, _ = recorded((), 6, disturb=hum)
-    found = diagnose(machine, records, workshop=workshop)
+    found = diagnose(machine, records, effects=("shaft_bow",), workshop=workshop)
     assert found.status == "unknown" and found.exit_code == 12
     line = found.unknown["lines"][0]
     assert line["frequency_hz"] == pytest.approx(62.5, abs=1.0)

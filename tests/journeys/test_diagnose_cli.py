@@ -81,7 +81,6 @@ def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path)
 
 
 @pytest.mark.slow
-@pytest.mark.skip("takes many minutes and is not green yet: the workflow is being built")
 def test_a_hidden_effect_is_found_without_opening_the_truth(run, tmp_path):
     machine = load_machine("plain_rotor")
     machine.save(tmp_path / "rotor.toml")

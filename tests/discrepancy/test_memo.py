@@ -1,0 +1,37 @@
+"""An interrupted diagnosis reads what it had computed, bit for bit, and forgets it when it is done."""
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.comparison import Comparison, Point
+from rotorsim.discrepancy.design import campaign
+from rotorsim.discrepancy.hidden import record_of
+from rotorsim.discrepancy.knobs import Knob
+from rotorsim.discrepancy.memo import Memo
+from rotorsim.discrepancy.trial import make_trial
+
+
+def test_a_response_is_computed_once_for_every_place(machine, workshop, tmp_path):
+    planned = next(p for p in campaign(machine) if p.name == "fit_3")
+    trial = make_trial(record_of(workshop.twin, planned, Point(), 1), "fit", "r")
+    memo = Memo(tmp_path / "unfinished")
+    first = Comparison(workshop.twin, [trial], memo=memo)
+    here, there = Point(), Point({Knob("shaft_damping", 0.1): 0.2})
+    kept = first.predict(here), first.predict(there)
+    again = Comparison(workshop.twin, [trial], memo=memo)
+    np.testing.assert_array_equal(again.predict(here), kept[0])
+    np.testing.assert_array_equal(again.predict(there), kept[1])
+    assert (first.evaluations, again.evaluations) == (2, 0)
+    assert np.abs(kept[0] - kept[1]).max() > 1e-9
+    memo.clear()
+    assert not memo.folder.exists()
+
+
+def test_a_file_cut_off_is_computed_again(machine, workshop, tmp_path):
+    planned = next(p for p in campaign(machine) if p.name == "fit_3")
+    trial = make_trial(record_of(workshop.twin, planned, Point(), 1), "fit", "r")
+    comparison = Comparison(workshop.twin, [trial], memo=Memo(tmp_path))
+    kept = comparison.predict(Point())
+    (path,) = tmp_path.glob("*.npy")
+    path.write_bytes(path.read_bytes()[:200])
+    assert comparison.predict(Point()) == pytest.approx(kept, abs=0)

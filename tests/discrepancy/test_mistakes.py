@@ -1,0 +1,76 @@
+"""Records with a mistake in them are refused before anything is fitted, with what it may be, never assumed."""
+
+import numpy as np
+import pytest
+
+from identification import from_arrays
+from rotorsim.discrepancy.comparison import Comparison, Point
+from rotorsim.discrepancy.design import campaign
+from rotorsim.discrepancy.hidden import record_of
+from rotorsim.discrepancy.mistakes import check_before
+from rotorsim.discrepancy.sanity import check_after
+from rotorsim.discrepancy.trial import make_trial
+from rotorsim.errors import DataError
+
+WANTED = ("fit_2", "fit_3", "fit_5")
+
+
+@pytest.fixture(scope="module")
+def plain(machine, workshop):
+    """Records of the twin itself, and its prediction of them."""
+    plan = [p for p in campaign(machine) if p.name in WANTED]
+    records = [record_of(workshop.twin, p, Point(), 1) for p in plan]
+    nominal = comparison(workshop, records).predict(Point())
+    return records, nominal
+
+
+def comparison(workshop, records):
+    return Comparison(workshop.twin, [make_trial(r, "fit", f"r{i}") for i, r in enumerate(records)])
+
+
+def changed(records, change):
+    """Records whose displacements went through a change."""
+    return [r.assign(disc_measured=r.disc_measured.copy(data=change(r.disc_measured.values))) for r in records]
+
+
+def test_records_without_a_mistake_pass(plain, workshop):
+    records, nominal = plain
+    check_before(comparison(workshop, records), nominal)
+    check_before(comparison(workshop, changed(records, lambda y: 1.4 * y)), nominal)
+
+
+@pytest.mark.parametrize(("factor", "said"), [(25.4, "25.4"), (1 / 25.4, "0.03937"), (1e3, "1000"), (1e-3, "0.001")])
+def test_displacements_in_another_unit_are_suggested_and_never_assumed(plain, workshop, factor, said):
+    records, nominal = plain
+    wrong = comparison(workshop, changed(records, lambda y: factor * y))
+    with pytest.raises(DataError, match=rf"about {said}: is it a matter of units.*nothing was assumed"):
+        check_before(wrong, nominal)
+
+
+def test_exchanged_channels_are_noticed(plain, workshop):
+    records, nominal = plain
+    wrong = comparison(workshop, changed(records, lambda y: y[:, ::-1]))
+    with pytest.raises(DataError, match="fit when they are exchanged"):
+        check_before(wrong, nominal)
+
+
+def test_a_clock_that_runs_beside_the_inputs_is_noticed(plain, workshop):
+    records, nominal = plain
+    wrong = comparison(workshop, changed(records, lambda y: np.roll(y, 25, axis=0)))
+    with pytest.raises(DataError, match=r"runs [+-]5\.\d+ ms beside the inputs"):
+        check_before(wrong, nominal)
+
+
+def test_records_of_another_machine_are_refused(plain, workshop, rng):
+    records, _ = plain
+    wrong = comparison(workshop, changed(records, lambda y: rng.normal(0, 1e-5, y.shape)))
+    with pytest.raises(DataError, match="are they of this machine"):
+        check_after(wrong, wrong.predict(Point()))
+
+
+def test_a_speed_that_the_angle_does_not_turn_with_is_refused():
+    n, turns = 12000, 2 * np.pi * 40
+    time = np.arange(n) / 5000
+    wrong = from_arrays(time, None, np.zeros((n, 2)), angle=turns * time, speed=40.0 * 60, pressure=0.5e6)
+    with pytest.raises(DataError, match="rpm taken for rad/s"):
+        make_trial(wrong)
