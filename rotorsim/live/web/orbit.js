@@ -4,7 +4,7 @@ import { axes, begin, line } from "./plot.js";
 export function drawOrbit(canvas, orbit, circles, [cx, cy]) {
   const view = begin(canvas), { g, w, h, colours } = view;
   const side = Math.min(w - 66, h - 44), box = { x: 50 + (w - 66 - side) / 2, y: 6, w: side, h: side };
-  const reach = Math.max(...circles.map((c) => c.radius), 5) * 1.12;
+  const reach = 1.12 * Math.max(...circles.map((c) => c.radius), 5, ...(orbit ? away(orbit, cx, cy) : []));
   const map = axes(view, box, [cx - reach, cx + reach], [cy - reach, cy + reach], "x [um]", "y [um]");
   for (const { radius, name, dash } of circles) {
     g.setLineDash(dash);
@@ -30,4 +30,11 @@ export function drawOrbit(canvas, orbit, circles, [cx, cy]) {
   g.arc(map.px(x.at(-1)), map.py(y.at(-1)), 3.5, 0, 2 * Math.PI);
   g.fill();
   g.restore();
+}
+
+// How far the orbit goes from the middle, in steps, so that the scale stands still.
+function away([x, y], cx, cy) {
+  let most = 0;
+  for (let i = 0; i < x.length; i++) most = Math.max(most, Math.hypot(x[i] - cx, y[i] - cy));
+  return [10 * Math.ceil(most / 10)];
 }
