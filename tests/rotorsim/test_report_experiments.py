@@ -19,7 +19,7 @@ from xarray.core import indexing
 import rotorsim.report as report
 from identification import make_record
 from rotorsim.errors import DataError
-from rotorsim.report import figures
+from rotorsim.report import figures, shaft_plots
 from rotorsim.report.compute.missing import MissingError
 from rotorsim.report.experiment import write_report
 from rotorsim.report.page import page
@@ -215,8 +215,11 @@ def test_single_figures_are_at_hand_by_name() -> None:
     assert isinstance(report.static_gain(SAMPLES["staircase"]()), go.Figure)
     assert report.frequency_response(SAMPLES["impact"]()).layout.yaxis.title.text == "magnitude [µm/N]"
     assert report.frequency_response(SAMPLES["prbs"]()).layout.yaxis.title.text == "magnitude [µm/V]"
-    for name in set(report.__all__) - {"write_report", "save_png"}:
+    of_shafts = {"critical_speed_map", "sag", "shaft_campbell", "unbalance_response"}
+    for name in set(report.__all__) - {"write_report", "save_png"} - of_shafts:
         assert getattr(report, name) is getattr(figures, name)
+    for name in of_shafts:
+        assert getattr(report, name) is getattr(shaft_plots, name)
     with pytest.raises(DataError, match="no figure 'Static gain': The record has no reference"):
         report.static_gain(SAMPLES["runup"]())
     with pytest.raises(AttributeError):
