@@ -194,7 +194,7 @@ def test_a_record_is_of_the_schema_and_replays_the_frames_of_the_run(tmp_path):
             runner.set("unbalance.me", 2e-5)
             runner.strike(0)
             runner._obey()
-        runner._advance(50)
+        runner._part(50)
         frame = runner.frame()
         shown.append({name: frame[name] for name in ("orbit", "trace", "spectrum", "now", "centre")})
     last = runner.rig.history.last(3000).copy()
@@ -204,7 +204,8 @@ def test_a_record_is_of_the_schema_and_replays_the_frames_of_the_run(tmp_path):
     changes = json.loads(record.attrs["changes"])
     assert ["unbalance.me", 2e-5] in [change[1:] for change in changes]
     replay = Replay(tmp_path / "r.nc")
-    assert replay.rows.tobytes() == last.tobytes()
+    commands = [-6, -5]  # of speed and pressure: what came of them is recorded
+    assert np.delete(replay.rows, commands, axis=1).tobytes() == np.delete(last, commands, axis=1).tobytes()
     for k in range(60):
         replay.advance(50)
         frame = replay.frame()
@@ -218,7 +219,7 @@ def test_a_replayed_film_is_the_one_that_was_shown(tmp_path):
     runner.record(tmp_path / "r.nc")
     runner._obey()
     for _ in range(10):
-        runner._advance(50)
+        runner._part(50)
     shown = runner.frame()["film"]
     runner.close()
     replay = Replay(tmp_path / "r.nc")
@@ -261,7 +262,7 @@ def test_every_scene_of_the_tour_can_be_set_without_a_word():
     for stop in stops(coarse()):
         desk.visit(stop)
         runner._obey()
-        runner._advance(50)
+        runner._part(50)
         assert not runner.rig.said, (stop.title, runner.rig.said)
     runner.close()
 
@@ -281,7 +282,7 @@ def test_records_are_datasets_that_xarray_opens(tmp_path):
     runner = Runner(make_rig())
     runner.record(tmp_path / "r.nc")
     runner._obey()
-    runner._advance(50)
+    runner._part(50)
     runner.close()
     with xr.open_dataset(tmp_path / "r.nc", engine="h5netcdf") as record:
         assert record.sizes["time"] == 50 and record["disc"].attrs["units"] == "m"
