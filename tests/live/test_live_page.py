@@ -1,4 +1,7 @@
-"""The page of the live rig in a real browser: every control is turned and its effect on the plant read back."""
+"""The page of the live rig in a real browser: every control is turned and its effect on the plant read back.
+
+These take minutes and want a processor for the browser; they run where ROTORSIM_BROWSER is set (.ci/optional/live_page).
+"""
 
 import json
 import os
@@ -15,6 +18,7 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium"),
+    pytest.mark.skipif("ROTORSIM_BROWSER" not in os.environ, reason="set ROTORSIM_BROWSER=1 to drive a browser"),
 ]
 COARSE = ["--grid", "16x8", "--time-step", "0.2 ms", "--set", "shaft.max_element_length=80 mm"]
 PATIENCE = 120.0
