@@ -1,6 +1,6 @@
 """The page of the live rig in a real browser: every control is turned and its effect on the plant read back.
 
-These take minutes and want a processor for the browser; they run where ROTORSIM_BROWSER is set (.ci/optional/live_page).
+These take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/optional/live_page does.
 """
 
 import json
