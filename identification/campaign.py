@@ -25,6 +25,18 @@ class Local:
     error: str = ""
 
 
+def identify_source(
+    source: Source, model: int | str = 3, order: int = 6, method: str = "oe", settings: Prefilter | None = None,
+    mapping: Any = None,
+) -> Local:  # fmt: skip
+    """Local model of one file, or the sentence why there is none."""
+    try:
+        record, steady = open_pair(source, mapping)
+        return Local(source, identify(record, model, order, method, steady, settings))
+    except SchemaError as error:
+        return Local(source, None, f"{source.path}: {error}")
+
+
 @one_thread
 def identify_all(
     sources: Sequence[Source],
@@ -39,11 +51,7 @@ def identify_all(
     """Local models of files, in their order; `told` is called as each is finished."""
 
     def one(source: Source) -> Local:
-        try:
-            record, steady = open_pair(source, mapping)
-            found = Local(source, identify(record, model, order, method, steady, settings))
-        except SchemaError as error:
-            found = Local(source, None, f"{source.path}: {error}")
+        found = identify_source(source, model, order, method, settings, mapping)
         if told is not None:
             told(found)
         return found

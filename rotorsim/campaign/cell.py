@@ -35,13 +35,7 @@ def main() -> None:
     say(answers, {"versions": versions()})
     while True:
         order = json.loads(orders.get())
-        say(answers, load(order["warm"]) if "warm" in order else run(order, answers))
-
-
-def load(physics: str) -> dict[str, Any]:
-    """Import what cases need, before there are any."""
-    import_module(PHYSICS[physics])
-    return {"warm": True}
+        say(answers, run(order, answers))
 
 
 def say(answers: Any, told: dict[str, Any]) -> None:

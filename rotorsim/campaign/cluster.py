@@ -20,6 +20,12 @@ CONNECT = 10.0
 JOIN = 120.0
 """Time [s] to wait for the first worker."""
 LOOPBACK = "127.0.0.1"
+CALM = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "2 s",
+    "distributed.admin.system-monitor.interval": "10 s",
+}
+"""Workers here do not watch themselves many times a second: that took some percent of the processors from the cases."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +61,13 @@ def _silence() -> None:
 
 @contextmanager
 def _local(workers: int | None, most: int) -> Iterator[Any]:
+    import dask
     from dask.system import CPU_COUNT
     from distributed import Client, LocalCluster
 
     count = max(min(CPU_COUNT if workers is None else workers, most), 1)
     with ExitStack() as stack:
+        stack.enter_context(dask.config.set(CALM))
         scratch = stack.enter_context(TemporaryDirectory(prefix="rotorsim-", ignore_cleanup_errors=True))
         try:
             local = stack.enter_context(
@@ -162,14 +170,6 @@ def _about(folder: str, name: str) -> str:
     with suppress(OSError):
         sees = (place / name).read_text() == name
     return json.dumps({"versions": versions(), "sees": sees})
-
-
-def warm_workers(client: Any, run: str, physics: str) -> list[Any]:
-    """Let every worker load its libraries while the first case makes the machine code; tasks to hold on to."""
-    from rotorsim.campaign.worker import warm
-
-    addresses = enumerate(client.nthreads())
-    return [client.submit(warm, run, physics, workers=[a], key=f"{run}-warm-{n}", pure=False) for n, a in addresses]
 
 
 def free_workers(client: Any, run: str) -> None:

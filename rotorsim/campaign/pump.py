@@ -25,7 +25,9 @@ LARGEST = 64
 STEP = 2e-3
 """Time [s] between two cases of a task."""
 TICK = 0.5
-"""Longest time [s] without a look at signals and workers."""
+"""Longest time [s] without a look at signals."""
+LOOK = 2.0
+"""Time [s] between two looks at how many workers there are."""
 ALONE = 600.0
 """Time [s] without any worker after which a campaign gives up."""
 
@@ -55,7 +57,7 @@ class Pump:
         self._mean = TASK
         self._finished: SimpleQueue[str] = SimpleQueue()
         self._seen = time.monotonic()
-        self._counted, self._room = 0.0, 0
+        self._counted, self._workers = -LOOK, 0
 
     def __len__(self) -> int:
         return len(self._under_way)
@@ -63,13 +65,17 @@ class Pump:
     @property
     def room(self) -> int:
         """How many more tasks should be given."""
-        if time.monotonic() - self._counted > TICK:
-            self._counted, self._room = time.monotonic(), 2 * self._threads(self._client) + AHEAD
-        return self._room - len(self)
+        return 2 * self._count() + AHEAD - len(self)
 
     def size(self, left: int) -> int:
         """How many of the cases left should go into the next task: fewer towards the end, for an even load."""
-        return max(1, min(int(TASK / self._mean), LARGEST, left // (2 * max(self._room, 1))))
+        return max(1, min(int(TASK / self._mean), LARGEST, left // (2 * (2 * self._workers + AHEAD))))
+
+    def _count(self) -> int:
+        """How many cases the workers can run at once; asking costs some milliseconds, so it is done now and then."""
+        if time.monotonic() - self._counted > LOOK:
+            self._counted, self._workers = time.monotonic(), self._threads(self._client)
+        return self._workers
 
     def give(self, orders: list[dict[str, Any]]) -> None:
         """Give orders as one task."""
@@ -117,7 +123,7 @@ class Pump:
         """Raise ClusterError if the scheduler is gone, or every worker for long."""
         if self._client.status != "running":
             raise ClusterError(LOST)
-        if self._threads(self._client):
+        if self._count():
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > ALONE:
             raise ClusterError(f"workers: none for {ALONE:g} s; start some and run the same command again")

@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rotorsim.campaign.cluster import Tls, check_workers, cluster, free_workers, warm_workers
+from rotorsim.campaign.cluster import Tls, check_workers, cluster, free_workers
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
 from rotorsim.campaign.plan import Plan
@@ -32,7 +32,7 @@ TELL = 30.0
 class Outcome:
     """How many cases have which status, how many were run now, in what time [s]; the signal that stopped it or 0.
 
-    `busy` [s] is the part of the time in which all but the first case were run: without start, compilation and end.
+    `busy` [s] is the time from the first case that came back to the last: without start and compilation.
     """
 
     done: int
@@ -156,20 +156,15 @@ class Campaign:
             cluster(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as client,
         ):
             check_workers(client, self.store.folder, token)
-            warming = warm_workers(client, self._id, chosen.physics)
             try:
                 with bar(chosen.show, len(self.store.plan), self.counts[DONE]) as progress:
                     self._loop(Pump(client, self._id), iter(numbers), stop, progress)
             finally:
-                client.cancel(warming)
                 free_workers(client, self._id)
 
     def _loop(self, pump: Pump, waiting: Iterator[int], stop: Stop, progress: Any) -> None:
-        self._give(pump, waiting, 1)  # alone: it leaves compiled machine code for all others
-        while len(pump) and not stop.asked:
-            self._take(pump)
         rate, written, told = Rate(), time.monotonic(), time.monotonic()
-        begin, more = time.monotonic(), True
+        begin, more = 0.0, True
         while (more or len(pump)) and not stop.asked:
             while more and pump.room > 0:
                 more = self._give(pump, waiting, pump.size(self.counts[PENDING]))
@@ -178,7 +173,8 @@ class Campaign:
             left = self.counts[PENDING]
             update(progress, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
             now = time.monotonic()
-            self.busy = now - begin
+            begin = begin or (now if self.ran else 0.0)
+            self.busy = now - begin if begin else 0.0
             if now - written > COMMIT:
                 self.index.commit()
                 written = now

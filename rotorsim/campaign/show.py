@@ -12,15 +12,15 @@ RECENT = 60.0
 
 
 class Rate:
-    """Cases per second lately."""
+    """Cases per second lately, from the first that is done: before it machine code may be made."""
 
     def __init__(self) -> None:
-        self._marks: list[tuple[float, int]] = [(time.monotonic(), 0)]
+        self._marks: list[tuple[float, int]] = []
 
     def note(self, done: int) -> None:
         """Count what is done by now."""
         now = time.monotonic()
-        if now - self._marks[-1][0] >= 0.5 or len(self._marks) == 1:
+        if done and (len(self._marks) < 2 or now - self._marks[-1][0] >= 0.5):
             self._marks.append((now, done))
         while len(self._marks) > 2 and now - self._marks[1][0] > RECENT:
             self._marks.pop(0)
@@ -28,6 +28,8 @@ class Rate:
     @property
     def value(self) -> float:
         """Cases per second."""
+        if not self._marks:
+            return 0.0
         (begin, first), (end, last) = self._marks[0], self._marks[-1]
         return (last - first) / max(end - begin, 1e-9) if last > first else 0.0
 

@@ -13,7 +13,7 @@ import shutil
 import socket
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,7 @@ ROOM = 1_000_000
 """Free space [byte] below which a record that cannot be written is taken for a full disk."""
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _plants: OrderedDict[Any, Plant] = OrderedDict()
+_loaded: set[str] = set()
 
 
 class StorageError(RotorsimError):
@@ -65,7 +66,7 @@ def experiment_of(case: Case) -> Experiment:
 
 
 def prepare(case: Case, text: str) -> None:
-    """Make plant and machine code ready; what is compiled already in the machine's cache is only loaded.
+    """Load plant and machine code, once per process and machine; what is not in the machine's cache is compiled first.
 
     A second process that needs the same code waits for the first to have compiled it.
     """
@@ -75,11 +76,15 @@ def prepare(case: Case, text: str) -> None:
 
     plant = plant_of(case, text)
     module = plant.assembly.module
-    if is_compiled(module):
+    if module.__name__ in _loaded:
         return
-    with Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True), suppress(RotorsimError):
+    with ExitStack() as stack:
+        if not is_compiled(module):
+            stack.enter_context(Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True))
+        stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and tell
         experiment = experiment_of(case)
         begin(plant, experiment, case.seed).advance(experiment.rows(0, 1))
+        _loaded.add(module.__name__)
 
 
 def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:

@@ -108,15 +108,6 @@ def own_cell() -> Cell:
     return cell
 
 
-def warm(run: str, physics: str) -> None:
-    """Start the process of this thread and let it load what the cases of a run will need."""
-    with suppress(CellDiedError, TimeoutError, OSError):  # the first case will meet it again, and tell
-        cell = own_cell()
-        cell.run = run
-        cell.tell(json.dumps({"warm": physics}))
-        cell.answer(PREPARE_LIMIT)
-
-
 def end_run(run: str) -> None:
     """End the processes that work for a run, and begin no more of its cases; other campaigns go on."""
     _over.add(run)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -50,6 +51,22 @@ def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> 
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return found
+
+
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Each]:
+    """A `map` over some processes of one thread each; in this process for one worker."""
+    if workers <= 1:
+        yield map
+        return
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _one_thread)
+    try:
+        yield pool.map
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def run_case(function: str, arguments: tuple[Any, ...]) -> Any:

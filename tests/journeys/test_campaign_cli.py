@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import pytest
 import xarray as xr
@@ -23,19 +24,9 @@ points = 2
 
 
 @pytest.fixture
-def run(monkeypatch, tmp_path, capsys):
-    """Run in this process: exit code, what was printed, what was said on stderr."""
-    from rotorsim.cli import main
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as end:
-            main(["campaign", *arguments])
-        return int(end.value.code or 0), *capsys.readouterr()
-
-    return call
+def run(run):
+    """`rotorsim campaign`."""
+    return partial(run, "campaign")
 
 
 @pytest.mark.slow

@@ -1,13 +1,13 @@
 """`rotorsim data`: from a rig's file to a record of the schema, and what a user sees whose file is bad."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
 import identification as idn
 import rotorsim
-from rotorsim.cli import main
 
 MAPPING = """
 [time]
@@ -34,16 +34,9 @@ pressure = "0.3 MPa"
 
 
 @pytest.fixture
-def run(capsys):
-    """Run a command; exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main(["data", *(str(a) for a in arguments)])
-        out, err = capsys.readouterr()
-        return caught.value.code or 0, out, err
-
-    return call
+def run(run):
+    """`rotorsim data`."""
+    return partial(run, "data")
 
 
 @pytest.fixture

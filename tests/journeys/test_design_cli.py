@@ -7,23 +7,9 @@ from pathlib import Path
 import pytest
 
 from identification import load_model
-from rotorsim.cli import main
 from rotorsim.control import load_law
 
 MODEL = Path(__file__).parent.parent / "control" / "rig_model.json"
-
-
-@pytest.fixture
-def run(capsys):
-    """Run a command; exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return caught.value.code or 0, out, err
-
-    return call
 
 
 def test_a_design_becomes_a_law_with_a_report(run, tmp_path):

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotorsim.cli import main
 from rotorsim.discrepancy.design import campaign
 from rotorsim.discrepancy.hidden import draw, record_of, write
 from rotorsim.discrepancy.twin import Twin
@@ -15,19 +14,6 @@ from rotorsim.machine import load_machine
 
 EFFECTS = ("coupling", "runout", "shaft_bow")
 KEPT = ("fit_1", "fit_2", "fit_3", "fit_5", "fit_2_repeat", "held_out_1", "held_out_2", "untouched_2", "untouched_4")
-
-
-@pytest.fixture
-def run(capsys):
-    """Run a command; exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return caught.value.code or 0, out, err
-
-    return call
 
 
 @pytest.mark.parametrize("command", ["hide", "diagnose"])

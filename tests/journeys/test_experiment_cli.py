@@ -20,22 +20,6 @@ def rotorsim(*arguments, cwd):
     return subprocess.run([sys.executable, "-m", "rotorsim", *arguments], cwd=cwd, capture_output=True, text=True)
 
 
-@pytest.fixture
-def run(monkeypatch, tmp_path, capsys):
-    """Run in this process: exit code, what was printed, what was said on stderr."""
-    from rotorsim.cli import main
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as end:
-            main(list(arguments))
-        return int(end.value.code or 0), *capsys.readouterr()
-
-    return call
-
-
 SHORT = {
     "runup": ["--stop", "300 rpm", "--rate", "1 krpm/s"],
     "coastdown": ["--start", "1000 rpm", "--stop", "900 rpm", "--rate", "1 krpm/s"],

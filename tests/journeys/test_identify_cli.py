@@ -2,13 +2,13 @@
 
 import importlib.util
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import identification as idn
-from rotorsim.cli import main
 
 _spec = importlib.util.spec_from_file_location("model3", Path(__file__).parent.parent / "identification" / "model3.py")
 model3 = importlib.util.module_from_spec(_spec)
@@ -16,16 +16,9 @@ _spec.loader.exec_module(model3)
 
 
 @pytest.fixture
-def run(capsys):
-    """Run a command; exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main(["identify", *(str(a) for a in arguments)])
-        out, err = capsys.readouterr()
-        return caught.value.code or 0, out, err
-
-    return call
+def run(run):
+    """`rotorsim identify`."""
+    return partial(run, "identify")
 
 
 def csv_of(record, path):

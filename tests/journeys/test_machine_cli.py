@@ -10,19 +10,6 @@ from rotorsim.cli import main
 from rotorsim.machine import load_machine, machine_text
 
 
-@pytest.fixture
-def run(capsys):
-    """Run a command; exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return caught.value.code or 0, out, err
-
-    return call
-
-
 def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
     path = tmp_path / "rig.toml"
     assert run("machine", "new", path)[0] == 0

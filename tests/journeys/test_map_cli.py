@@ -8,22 +8,6 @@ import xarray as xr
 RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
 
 
-@pytest.fixture
-def run(monkeypatch, tmp_path, capsys):
-    """Run in this process: exit code, what was printed, what was said on stderr."""
-    from rotorsim.cli import main
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as end:
-            main(list(arguments))
-        return int(end.value.code or 0), *capsys.readouterr()
-
-    return call
-
-
 def test_a_map_ends_in_a_file_a_report_and_numbers(run, tmp_path):
     options = ["--speed", "0 rpm:6000 rpm:3", "--pressure", "0.4 MPa, 0.6 MPa", "--lift-off", "--campbell", "--json"]
     code, out, _ = run("map", *RIG, *options, "--out", "m")

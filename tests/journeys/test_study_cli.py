@@ -5,24 +5,10 @@ import json
 import pytest
 
 import identification as idn
-from rotorsim.cli import main
 from rotorsim.study import plans
 from rotorsim.study.plans import RPM, Layout
 
 SMALL = Layout((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small
-
-
-@pytest.fixture
-def run(capsys):
-    """Run a command; exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return caught.value.code or 0, out, err
-
-    return call
 
 
 @pytest.mark.slow

@@ -152,21 +152,21 @@ def test_a_few_machines_read_back(text):
 
 
 @pytest.mark.slow
-@some(250)
+@some(100)
 @given(calls())
 def test_many_legal_runs(compiled, arguments):
     check_call(arguments)
 
 
 @pytest.mark.slow
-@some(450)
+@some(250)
 @given(wrong_calls())
 def test_many_runs_with_something_wrong(compiled, arguments):
     check_call(arguments)
 
 
 @pytest.mark.slow
-@some(700)
+@some(350)
 @given(mutated())
 def test_many_machine_files_with_a_mishap(text):
     check_file(text)
