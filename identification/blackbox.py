@@ -23,7 +23,7 @@ ORDERS = (1, 20)
 
 @dataclass(frozen=True)
 class FullStateSpace:
-    """Every element of A, B, C is a parameter, by rows; D is zero. Redundant, which the damped fit does not mind."""
+    """Every element of A, B, C is a parameter, by rows; D is zero. Redundant by n^2 changes of basis."""
 
     n: int
     m: int
@@ -54,6 +54,17 @@ class FullStateSpace:
     def admissible(self, theta: np.ndarray) -> bool:
         """Any numbers will do."""
         return bool(np.all(np.isfinite(theta)))
+
+    def directions(self, theta: np.ndarray) -> np.ndarray:
+        """What is orthogonal to changes of basis (I + E): dA = A E - E A, dB = -E B, dC = C E (McKelvey, Helmersson and
+        Ribarits 2004, data driven local coordinates)."""
+        A, B, C, _ = self.sampled(theta)
+        eye = np.eye(self.n)
+        turns = np.vstack([
+            np.kron(A, eye) - np.kron(eye, A.T), -np.kron(eye, B.T), np.kron(C, eye)
+        ])  # fmt: skip
+        left = np.linalg.qr(turns, mode="complete")[0]
+        return np.ascontiguousarray(left[:, self.n**2 :])
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
         """All of any step."""

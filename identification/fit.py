@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from identification.discretise import sampled, sampled_with_derivatives
 from identification.greybox import Structure
@@ -37,6 +38,9 @@ class Parametrised(Protocol):
 
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether the parameters make sense."""
+
+    def directions(self, theta: np.ndarray) -> np.ndarray | None:
+        """Orthonormal directions (q, d) that change the model, of redundant parameters; None if all of them do."""
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
         """Share of a step that may be taken at once, 1 if all of it."""
@@ -68,6 +72,9 @@ class GreyBox:
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether positive parameters are positive."""
         return self.structure.admissible(theta)
+
+    def directions(self, theta: np.ndarray) -> None:
+        """None: no parameter is redundant."""
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
         """So much that no positive parameter changes by more than REACH: their effect fades as they grow."""
@@ -116,6 +123,12 @@ class Predictor:
         """As the model's own parameters."""
         return self.inner.admissible(self._split(theta)[0])
 
+    def directions(self, theta: np.ndarray) -> np.ndarray | None:
+        """The model's own, and every element of K."""
+        own, K = self._split(theta)
+        V = self.inner.directions(own)
+        return None if V is None else np.asarray(block_diag(V, np.eye(K.size)))
+
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
         """As the model's own parameters."""
         return self.inner.share(self._split(theta)[0], self._split(step)[0])
@@ -139,10 +152,10 @@ class Problem:
         """Number of states."""
         return len(self.model.sampled(theta)[0])
 
-    def _sensitive(self, theta: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Matrices and derivatives by theta and x0, as the kernels take them."""
+    def _sensitive(self, theta: np.ndarray, V: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+        """Matrices and derivatives by theta, or along the directions V, and by x0, as the kernels take them."""
         F, G, H, E = self.model.sampled(theta)
-        dF, dH = self.model.derivatives(theta)
+        dF, dH = self.model.derivatives(theta) if V is None else (d @ V for d in self.model.derivatives(theta))
         q, n = dF.shape[2], len(F)
         more = ((0, 0), (0, 0), (0, n))
         return F, G, H, E, np.pad(dF, more), np.pad(dH, more), np.hstack([np.zeros((n, q)), np.eye(n)])
@@ -153,9 +166,14 @@ class Problem:
         y, J = respond_with_sensitivities(F, G, H, E, dF, dH, x0, dx0, self.w)
         return self.project(self.y - y), self.project(J)
 
-    def normal_equations(self, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """J'J, J'r and r'r of `residual`, without its arrays; infinite cost where the simulation overflows."""
-        F, G, H, E, dF, dH, dx0 = self._sensitive(theta)
+    def normal_equations(
+        self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """J'J, J'r and r'r of `residual`, without its arrays; infinite cost where the simulation overflows.
+
+        J is by the parameters or along directions V (q, d) of them.
+        """
+        F, G, H, E, dF, dH, dx0 = self._sensitive(theta, V)
         N, g, QJ, Qr, cost = normal_matrices(F, G, H, E, dF, dH, x0, dx0, self.w, self.y, self.Q)
         for axis in range(self.y.shape[1]):
             N -= QJ[axis].T @ QJ[axis]
@@ -173,7 +191,10 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where the iteration ended: parameters (q,), state (n,), normal matrix (q + n, q + n), cost, history."""
+    """Where the iteration ended: parameters (q,), state (n,), normal matrix (d + n, d + n), cost, history.
+
+    d is q but for redundant parameters: then it is the number of directions that change the model.
+    """
 
     theta: np.ndarray
     x0: np.ndarray
@@ -202,25 +223,28 @@ def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tol
     Fit
         The best point reached; `converged` says whether the last step was negligible.
     """
-    x0, damping, converged = np.zeros(problem.states(theta)), 1e-3, False
-    N, g, cost = problem.normal_equations(theta, x0)
-    number, q = 0, len(theta)
+    x0, damping, converged, number = np.zeros(problem.states(theta)), 1e-3, False, 0
+    V = problem.model.directions(theta)
+    N, g, cost = problem.normal_equations(theta, x0, V)
     while number < iterations and not converged:
         number += 1
         while damping < MOST_DAMPING:
             step, promised = _step(N, g, damping)
             converged = promised < tolerance * cost
-            step = step * problem.model.share(theta, step[:q])
-            trial, state = theta + step[:q], x0 + step[q:]
+            move, start = step[: -len(x0)], step[-len(x0) :]
+            move = move if V is None else V @ move
+            share = problem.model.share(theta, move)
+            trial, state = theta + share * move, x0 + share * start
             wanted = not converged and problem.usable(trial)
-            found = problem.normal_equations(trial, state) if wanted else None
+            ahead = problem.model.directions(trial) if wanted else None
+            found = problem.normal_equations(trial, state, ahead) if wanted else None
             if converged or (found is not None and found[2] < cost):
                 break
             damping = max(damping, 1e-9) * 8
         if converged or found is None or not found[2] < cost:
             break
         damping = max(damping / 10, 1e-12) if cost - found[2] > 0.25 * promised else damping
-        theta, x0, (N, g, cost) = trial, state, found
+        theta, x0, V, (N, g, cost) = trial, state, ahead, found
     return Fit(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
 
 

@@ -58,6 +58,8 @@ def _pair(text: str) -> tuple[float, float]:
 
     try:
         x, y = (float(part) for part in text.split(","))
+        if not abs(x) + abs(y) < 1e3:
+            raise ValueError(text)
     except ValueError as error:
         raise DataError(f"--bias: '{text}' is no pair of voltages; write e.g. --bias 0.5,0") from error
     return x, y

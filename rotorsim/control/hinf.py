@@ -14,7 +14,7 @@ from rotorsim.control.errors import DesignError
 from rotorsim.control.gate import check_loop
 from rotorsim.control.law import Law
 from rotorsim.control.making import constant_law, discrete
-from rotorsim.control.mixed import RIG, Weights, closed, mixed_sensitivity
+from rotorsim.control.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
 from rotorsim.control.plants import KRPM, LOOP_DELAY, MPA, Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.reduction import reduced
 from rotorsim.control.riccati import controller, solve
@@ -36,8 +36,8 @@ class Spec:
     Ts: float = SAMPLE
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY)}
-"""'rig' is for the virtual rig and Model 2; see `rotorsim.control.mixed.RIG`."""
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD)}
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.mixed`."""
 
 
 def design(model: Model, spec: Spec | None = None) -> Law:

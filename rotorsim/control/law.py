@@ -244,7 +244,7 @@ def _check_numbers(law: Law) -> None:
         raise LawError(f"law {law.name}: refresh = {law.refresh}; give a whole number of samples, 1 or more")
     if not law.limit > 0:
         raise LawError(f"law {law.name}: limit = {law.limit} V; give a positive voltage")
-    if max(map(abs, law.bias)) >= law.limit:
+    if not max(map(abs, law.bias)) < law.limit:
         raise LawError(f"law {law.name}: bias = {law.bias} V leaves no room below the limit of {law.limit:g} V")
     if min(law.start, law.average, law.fade) < 0:
         raise LawError(f"law {law.name}: start, average and fade are times; give 0 s or more")

@@ -20,7 +20,7 @@ from rotorsim.control.law import Law
 from rotorsim.control.lpv_controller import controller_at, inequalities
 from rotorsim.control.lpv_problem import EXPONENTS, Grid, Solution, synthesise
 from rotorsim.control.making import discrete, make_law, over_grid, table_axes
-from rotorsim.control.mixed import RIG, Generalised, Weights, mixed_sensitivity
+from rotorsim.control.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
 from rotorsim.control.plants import LOOP_DELAY, Model, design_plant
 from rotorsim.sampling import SAMPLE
 
@@ -35,9 +35,9 @@ class Spec:
 
     weights: Weights = field(default_factory=Weights)
     grid: tuple[int, int] = (8, 8)
-    backoff: float = 1.08
+    backoff: float = 1.02
     eps: float = 1e-6
-    margin: float = 0.1
+    margin: float = 0.01
     bound: float = 1e3
     constant_X: bool = False
     delay: float = 0.0
@@ -57,8 +57,8 @@ class Designed(NamedTuple):
     optimal: float
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY)}
-"""'rig' is for the virtual rig and Model 2; see `rotorsim.control.mixed.RIG`."""
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD, grid=(4, 4))}
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.mixed`."""
 
 
 def design(model: Model, spec: Spec | None = None) -> Law:
@@ -72,7 +72,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     """
     spec = spec or Spec()
     if not spec.backoff > 1:
-        raise DesignError(f"lpv.backoff = {spec.backoff}: the optimum itself cannot be run; give e.g. 1.08")
+        raise DesignError(f"lpv.backoff = {spec.backoff}: the optimum itself cannot be run; give e.g. 1.02")
     speeds, pressures = table_axes(model, spec.table)
     made = synthesis(model, spec)
     gamma = validated(model, spec, made, spec.validation)

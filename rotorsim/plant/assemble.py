@@ -19,7 +19,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.parameters import make_parameters
-from rotorsim.plant.rig import MODES, RigLayout, make_rig_layout
+from rotorsim.plant.rig import RigLayout, make_rig_layout
 from rotorsim.plant.rotor import RotorLayout, make_rotor_layout
 
 SUBSTEP = 5e-5
@@ -92,10 +92,10 @@ def _number(effects: list[tuple[str, Effect]], rotor: RotorLayout) -> tuple[Call
 
 
 def _rig(machine: Machine, base: int, n_inj: int, ports: dict[str, int], calls: tuple[Call, ...]) -> RigLayout:
-    mode = MODES.index(machine.actuators.mode) if machine.actuators and n_inj else 0
+    driven = int(n_inj > 0 and machine.actuators is not None and machine.actuators.mode != "ideal")
     stroke_states = sum(c.effect.states for c in calls if c.effect.port == "actuator")
     states = sum(c.effect.states for c in calls if c.effect.port != "actuator")
-    return make_rig_layout(base, n_inj, mode, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports, stroke_states, states)
+    return make_rig_layout(base, n_inj, driven, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports, stroke_states, states)
 
 
 def make_film(machine: Machine) -> FilmModel | None:

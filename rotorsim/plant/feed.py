@@ -59,12 +59,12 @@ def feed_sample(w, P, supply, ref_x, ref_y):
     jumped = w[RIG.line] != before
     moved = ref_x != w[RIG.held_x] or ref_y != w[RIG.held_y]
     w[RIG.held_x], w[RIG.held_y] = ref_x, ref_y
-    if RIG.mode == 0 and moved:
+    if RIG.driven == 0 and moved:
         for k in range(FILM.n_inj):
             w[RIG.pin + k] = P.pin_bias[k] + P.pin_x[k] * ref_x + P.pin_y[k] * ref_y
-    if RIG.mode > 0:
+    if RIG.driven > 0:
         drive_piezos(w, P, ref_x, ref_y)
-    if jumped or (RIG.mode == 0 and moved):
+    if jumped or (RIG.driven == 0 and moved):
         for k in range(FILM.n_inj):
             open_injector(w, P, k, w[RIG.begin], w[RIG.line], True)
 
@@ -72,10 +72,10 @@ def feed_sample(w, P, supply, ref_x, ref_y):
 @inlined
 def feed_stage(w, P, t):
     """Pins, seats and supply at time t [s] within the sample."""
-    if RIG.mode > 0:
+    if RIG.driven > 0:
         for k in range(FILM.n_inj):
             w[RIG.pin + k] = pin_at(w, P, k, t)
-    if RIG.mode > 0 or RIG.n_injector > 0 or RIG.n_supply > 0:
+    if RIG.driven > 0 or RIG.n_injector > 0 or RIG.n_supply > 0:
         supply = w[RIG.line]
         if RIG.n_supply > 0:
             supply += (w[RIG.line_end] - w[RIG.line]) * ((t - w[RIG.begin]) / P.sample)

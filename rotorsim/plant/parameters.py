@@ -16,7 +16,7 @@ from rotorsim.plant.mesh import Mesh
 
 SCALARS = (
     "tolerance", "dt", "sample", "seat_gap", "minimum_gap", "open_conductance", "loss_exponent", "sensitivity",
-    "transducer", "volt_low", "volt_high", "pd_pole", "inertia", "dry_drag", "viscous_drag", "drive_time",
+    "transducer", "volt_low", "volt_high", "controlled", "pd_pole", "inertia", "dry_drag", "viscous_drag", "drive_time",
     "nominal_stiffness",
 )  # fmt: skip
 PER_INJECTOR = (
@@ -85,6 +85,7 @@ def _fill_actuators(row: Any, machine: Machine) -> None:
     if actuators is None:
         return
     row.sensitivity, row.transducer = actuators.sensitivity, actuators.transducer
+    row.controlled = float(actuators.mode == "reference")
     row.volt_low, row.volt_high, row.pd_pole = actuators.lowest, actuators.highest, actuators.pole
     for k, injector in enumerate(machine.injectors):
         row.pd_gain[k], row.pd_zero[k] = injector.pd_gain or 0.0, injector.pd_zero or 0.0

@@ -97,9 +97,9 @@ def rest_piezos(w, P):
         w[RIG.volt + k] = volt
         w[RIG.travel + k] = w[RIG.stroke + k]
         w[RIG.pin + k] = w[RIG.stroke + k]
-        error = volt * P.pd_pole / (P.pd_gain[k] * P.pd_zero[k]) if RIG.mode == 2 else 0.0
+        error = volt * P.pd_pole / (P.pd_gain[k] * P.pd_zero[k]) if P.controlled > 0.0 else 0.0
         w[RIG.lead + k] = error / P.pd_pole
-        w[RIG.rest + k] = error + w[RIG.travel + k] / P.transducer if RIG.mode == 2 else volt
+        w[RIG.rest + k] = error + w[RIG.travel + k] / P.transducer if P.controlled > 0.0 else volt
         for node in range(RIG.substeps + 1):
             w[RIG.nodes + k * (RIG.substeps + 1) + node] = w[RIG.travel + k]
             w[RIG.rates + k * (RIG.substeps + 1) + node] = 0.0
@@ -126,7 +126,7 @@ def drive_piezo(w, P, k, reference):
     w[RIG.nodes + path] = y
     w[RIG.rates + path] = (d - y) * per_lag
     for node in range(1, RIG.substeps + 1):
-        if RIG.mode == 2:
+        if P.controlled > 0.0:
             e = reference - y * inverse
             u = min(max(gain * (e + lead * x), P.volt_low), P.volt_high)
             v_end = keep_v * v + (1.0 - keep_v) * u
@@ -139,7 +139,7 @@ def drive_piezo(w, P, k, reference):
             v = keep_v * v + (1.0 - keep_v) * min(max(reference, P.volt_low), P.volt_high)
         d_end = stroke(w, P, k, v, h)
         y_end = keep_y * y + start_y * d + end_y * d_end
-        if RIG.mode == 2:
+        if P.controlled > 0.0:
             x = keep_x * x + start_x * e + end_x * (reference - y_end * inverse)
         d, y = d_end, y_end
         for s in range(n):

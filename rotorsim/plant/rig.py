@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "clearance", "uneven", "held_x", "held_y")
-MODES = ("ideal", "voltage", "reference")
 READINGS = 5
 """Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa]."""
 
 
 class RigLayout(NamedTuple):
-    """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port.
+    """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port; `driven`: piezos move the pins.
 
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
     supply pressure [Pa, absolute] at both ends of the sample; clearance [m], mean gap of the film; uneven,
@@ -19,7 +18,7 @@ class RigLayout(NamedTuple):
     """
 
     n_inj: int
-    mode: int
+    driven: int
     substeps: int
     n_motion: int
     n_film: int
@@ -60,7 +59,7 @@ class RigLayout(NamedTuple):
 def make_rig_layout(
     base: int,
     n_inj: int,
-    mode: int,
+    driven: int,
     substeps: int,
     ports: dict[str, int],
     n_stroke_states: int,
@@ -77,6 +76,6 @@ def make_rig_layout(
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
     counts = {f"n_{port}": ports[port] for port in ("motion", "film", "gas", "injector", "plenum", "supply", "sensor")}
     return RigLayout(
-        n_inj=n_inj, mode=mode, substeps=substeps, n_stroke_states=n_stroke_states, size=(at + 7) // 8 * 8,
+        n_inj=n_inj, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, size=(at + 7) // 8 * 8,
         **counts, **offsets,
     )  # fmt: skip

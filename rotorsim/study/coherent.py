@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 import identification as idn
-from identification.campaign import identify_all
+from identification.campaign import identify_source
 from rotorsim.study.locals import Local
+from rotorsim.study.pool import Each
 
 LINES = 60
 
@@ -29,7 +31,7 @@ class Coherent:
     made_from: int
 
 
-def coherent(points: Sequence[Local], workers: int = 2) -> Coherent | None:
+def coherent(points: Sequence[Local], each: Each = map) -> Coherent | None:
     """The comparison; None where the grid has fewer than three lines each way or no point is left."""
     q = np.array([(p.source.speed, p.source.pressure) for p in points])
     lines = [np.unique(np.round(column, 3)) for column in q.T]
@@ -39,7 +41,7 @@ def coherent(points: Sequence[Local], workers: int = 2) -> Coherent | None:
     others = [p for p, yes in zip(points, inside, strict=True) if not yes]
     if min(map(len, lines)) < 3 or not others:
         return None
-    black = [one.result for one in identify_all([p.source for p in taken], "blackbox", 6, workers=workers)]
+    black = [one.result for one in each(partial(identify_source, model="blackbox"), [p.source for p in taken])]
     if any(result is None for result in black):
         return None
     grey_lpv = idn.fit_lpv([p.found["3"] for p in taken], 2)

@@ -21,6 +21,7 @@ HOME = "rotorsim.study.control_cases"
 OPEN = "open loop"
 DESIGNS = {
     "lpv": ("lpv", "rig"),
+    "lpv mild": ("lpv", "mild"),
     "lpv thesis": ("lpv", "thesis"),
     "h2_scheduled": ("h2_scheduled", ""),
     "p": ("p", ""),
@@ -29,6 +30,7 @@ DESIGNS = {
     "placement": ("placement", ""),
     "lqr": ("lqr", ""),
     "hinf": ("hinf", "rig"),
+    "hinf mild": ("hinf", "mild"),
     "hinf thesis": ("hinf", "thesis"),
     "youla": ("youla", ""),
 }
@@ -93,7 +95,8 @@ def control_study(
     folder.mkdir(parents=True, exist_ok=True)
     files = _Files(plant, model, folder)
     names = [name for name in DESIGNS if not (quick and name.startswith("lpv"))]
-    first = run_cases(folder, [*map(files.design, names), *_runs(files, {OPEN: ""})], workers, told)
+    cases = [*map(files.design, names), *_runs(files, {OPEN: ""})]
+    first = run_cases(folder, cases if quick else [files.machine_code(), *cases], workers, told)
     for name in names:
         _take_design(found, files, name, first[f"design {name}"])
     _local(found, model, files)
@@ -135,6 +138,11 @@ class _Files:
         key = key_of(stage, self.physics, fingerprint, repr(more))
         title = f"{stage.replace('_', ' ')} {name}"
         return Case(stage, title, key, f"{HOME}:{stage}", (self.machine, law, *more))
+
+    def machine_code(self) -> Case:
+        """The case that spares the verifications, which run at the same time, from compiling the same twice."""
+        key = key_of("machine code", self.physics)
+        return Case("machine_code", "machine code", key, f"{HOME}:machine_code", (self.machine,))
 
     def verification(self, name: str, found: ControlStudy) -> Case:
         """The case that verifies a law whose hits are known."""

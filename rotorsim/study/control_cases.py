@@ -17,6 +17,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
 from rotorsim.verify import closed_loop
+from rotorsim.verify.closed_loop import other_machines
 from rotorsim.verify.impacts import POINTS, Energies, impact_energies
 from rotorsim.verify.running import Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import SafeSpeed, safe_speed
@@ -129,6 +130,18 @@ def flipped(machine: str) -> dict[str, Any]:
         late = run.disc[-500:]
         told[name] = float(np.hypot(*(late - late.mean(axis=0)).T).max())
     return told
+
+
+def machine_code(machine: str) -> list[str]:
+    """Make, once for all processes, the machine code of the plants that a verification runs beside its own."""
+    from rotorsim.control import p
+
+    names = []
+    for name, plant in other_machines(_plant(machine)):
+        for law in (None, p.make(p.Spec())):
+            run_rows(plant, law, steady_rows(0.0, 0.5e6, SAMPLE))
+        names.append(name)
+    return names
 
 
 def verification(machine: str, law: str, before: list[dict[str, Any]], after: list[dict[str, Any]]) -> dict[str, Any]:

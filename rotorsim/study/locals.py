@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ import numpy as np
 
 import identification as idn
 from identification.goodness import project
-from identification.threads import one_thread
+from rotorsim.study.pool import Each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,23 +42,22 @@ def second_of(source: idn.Source, others: Sequence[idn.Source]) -> idn.Source | 
     return near[0] if near else None
 
 
-@one_thread
 def make_locals(
-    sources: Sequence[idn.Source], others: Sequence[idn.Source], workers: int, told: Told
+    sources: Sequence[idn.Source], others: Sequence[idn.Source], each: Each, told: Told
 ) -> tuple[list[Local], list[str]]:
     """Locals of all records that could be identified, in their order, and a sentence for each that could not."""
-
-    def one(source: idn.Source) -> Local | str:
-        try:
-            return _local(source, second_of(source, others))
-        except idn.SchemaError as error:
-            return f"{source.path}: {error}"
-        finally:
-            told()
-
-    with ThreadPoolExecutor(max_workers=max(workers, 1)) as pool:
-        made = list(pool.map(one, sources))
+    made: list[Local | str] = []
+    for one in each(_local_of, [(source, second_of(source, others)) for source in sources]):
+        made.append(one)
+        told()
     return [m for m in made if isinstance(m, Local)], [m for m in made if isinstance(m, str)]
+
+
+def _local_of(pair: tuple[idn.Source, idn.Source | None]) -> Local | str:
+    try:
+        return _local(*pair)
+    except idn.SchemaError as error:
+        return f"{pair[0].path}: {error}"
 
 
 def _local(source: idn.Source, second: idn.Source | None) -> Local:

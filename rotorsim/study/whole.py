@@ -10,6 +10,7 @@ from typing import Any
 
 from identification import load_model
 from identification.lpv import LpvModel
+from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.report.study_page import Block, save_study_page
 from rotorsim.study.cache import find, keep, key_of
@@ -45,6 +46,10 @@ def whole_study(plant: Plant, out: Path, told: Told, workers: int = 2, quick: bo
     StoreError
         If `out` holds campaigns of another machine.
     """
+    if plant.machine.actuators is None or plant.assembly.film_model is None:
+        raise DataError(
+            f"{plant.machine.name}: has no actuators in a gas film; there is nothing to identify or control"
+        )
     found, stages, clock = Whole(), out / "stages", _Clock()
     out.mkdir(parents=True, exist_ok=True)
     folders = run(plant.machine, QUICK if quick else Layout(), out, workers)
