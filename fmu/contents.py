@@ -97,34 +97,33 @@ def linear_data(model: LinearUnit | LawUnit, targets: list[str], cpu: str) -> di
     }
 
 
+def _page(kind: str, model: Unit, name: str, description: str, values: dict[str, str]) -> str:
+    """A page in the frame that all share; what stands in the values is HTML."""
+    folder = Path(__file__).parent / "templates"
+    known = {"name": html.escape(name), "description": html.escape(description), "software": html.escape(software())}
+    known |= values | {"hash": model.hash, "variables": "\n".join(_variable_row(v) for v in model.variables)}
+    known["body"] = Template((folder / f"{kind}.html").read_text(encoding="utf-8")).substitute(known).strip()
+    return Template((folder / "page.html").read_text(encoding="utf-8")).substitute(known)
+
+
 def linear_page(model: LinearUnit) -> str:
     """documentation/index.html of a linear model."""
     low, high = model.lpv.low, model.lpv.high
     values = {
-        "name": html.escape(model.name),
-        "description": html.escape(model.description),
-        "hash": model.hash,
-        "software": html.escape(software()),
         "structure": html.escape(model.lpv.kind),
         "order": str(model.lpv.order),
         "time": f"sampled at {model.lpv.Ts:g} s" if model.lpv.Ts else "of continuous time",
         "speed": f"{low[0] * 30 / math.pi:.6g} to {high[0] * 30 / math.pi:.6g} rpm",
         "pressure": f"{low[1] / 1e6:.6g} to {high[1] / 1e6:.6g} MPa",
         "sample": f"{model.sample * 1e3:g} ms",
-        "variables": "\n".join(_variable_row(v) for v in model.variables),
     }
-    folder = Path(__file__).parent / "templates"
-    return Template((folder / "linear.html").read_text(encoding="utf-8")).substitute(values)
+    return _page("linear", model, model.name, model.description, values)
 
 
 def law_page(model: LawUnit) -> str:
     """documentation/index.html of a law."""
     law = model.law
     values = {
-        "name": html.escape(model.name),
-        "description": html.escape(model.description),
-        "hash": model.hash,
-        "software": html.escape(software()),
         "order": str(law.order),
         "speed": ", ".join(f"{w * 30 / math.pi:.6g}" for w in law.speeds),
         "pressure": ", ".join(f"{p / 1e6:.6g}" for p in law.pressures),
@@ -133,23 +132,16 @@ def law_page(model: LawUnit) -> str:
         "refresh": f"{law.refresh * model.sample * 1e3:g} ms",
         "average": f"{law.average:g} s",
         "fade": f"{law.fade:g} s",
-        "variables": "\n".join(_variable_row(v) for v in model.variables),
     }
-    folder = Path(__file__).parent / "templates"
-    return Template((folder / "law.html").read_text(encoding="utf-8")).substitute(values)
+    return _page("law", model, model.name, model.description, values)
 
 
 def page(model: PlantUnit) -> str:
-    """documentation/index.html."""
-    folder = Path(__file__).parent / "templates"
+    """documentation/index.html of a plant."""
     machine = model.plant.machine
     film = machine.film
     grid = f"{machine.grid.n_theta} x {machine.grid.n_z}" if film else "none"
     values = {
-        "name": html.escape(machine.name),
-        "description": html.escape(machine.description),
-        "hash": model.hash,
-        "software": html.escape(software()),
         "grid": grid,
         "clearance": show(film.clearance, "m") if film else "no gas film",
         "floor": show(machine.solver.minimum_film, "m"),
@@ -157,9 +149,8 @@ def page(model: PlantUnit) -> str:
         "speed": f"{model.speed * 30 / math.pi:.6g} rpm",
         "pressure": f"{model.pressure / 1e6:.6g} MPa",
         "effects": "\n".join(_effects(model)),
-        "variables": "\n".join(_variable_row(v) for v in model.variables),
     }
-    return Template((folder / "index.html").read_text(encoding="utf-8")).substitute(values)
+    return _page("plant", model, machine.name, machine.description, values)
 
 
 def _effects(model: PlantUnit) -> list[str]:

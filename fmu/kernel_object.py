@@ -151,9 +151,8 @@ def serve_signature(assembly: Any) -> Any:
 def entry_ir(dispatcher: Any, arguments: tuple[Any, ...], name: str) -> str:
     """LLVM IR, not optimised, of a compiled function under a new name, with everything it calls."""
     dispatcher.compile(arguments)
-    result = dispatcher.overloads[arguments]
-    module = result.library._final_module
-    return str(module).replace(result.fndesc.mangled_name, name)
+    ir: str = dispatcher.inspect_llvm(arguments)
+    return ir.replace(dispatcher.overloads[arguments].fndesc.mangled_name, name)
 
 
 def emit(ir: str, name: str, target: ObjectTarget) -> bytes:

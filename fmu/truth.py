@@ -63,7 +63,7 @@ def _comparable(model: PlantUnit, name: str, inputs: Mapping[str, np.ndarray]) -
     n = len(inputs["drive.on"])
     good = np.ones(n + 1, bool)
     for start, causes in AT_ONCE.items():
-        if name.startswith(start) and not (start.startswith("piezo") and model.assembly.rig.mode > 0):
+        if name.startswith(start) and not (start.startswith("piezo") and model.assembly.rig.driven > 0):
             for cause in causes:
                 changes = np.flatnonzero(np.diff(inputs[cause]) != 0) + 1
                 good[changes] = False
