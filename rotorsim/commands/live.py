@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from rotorsim.live.replay import Replay
     from rotorsim.live.scene import Scene
 
+UNVISITED = 60.0
+"""Seconds after which a page that only complains is taken away if nobody came."""
 EXAMPLE = "Example: rotorsim live dtu_gas_bearing --law my_law.json"
 
 
@@ -32,33 +34,46 @@ def live(
 
     MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
     """
-    from rotorsim.errors import DataError
+    from rotorsim.errors import DataError, MachineFileError
     from rotorsim.live.desk import Desk
     from rotorsim.live.laws import read_laws
     from rotorsim.live.rig import Rig
     from rotorsim.live.runner import Runner
-    from rotorsim.live.server import serve
+    from rotorsim.live.server import complaint, run_desk, serve
+    from rotorsim.machine import load_machine
 
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is no port; give one from 1 to 65535")
     scene, replay = _scene(machine), _replay(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
+
+    def tell(address: str, taken: int) -> None:
+        _tell(address, port, taken, keep_open)
+
+    own = scene is None and replay is None and Path(machine).is_file()
+    if own and browser:  # who reads the page may not see the terminal
+        try:
+            load_machine(machine)
+        except MachineFileError as error:
+            typer.echo(str(error), err=True)
+            serve(complaint(machine, error.problems), port, tell, browser, False, patience=UNVISITED)
+            raise typer.Exit(2) from error
     plant = make_plant(name, grid, time_step, changes or [])
     laws = read_laws(law or [])
     say_if_compiling(plant)
     desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)
     if scene is not None:
-        desk.apply(scene)
+        desk.arrange(scene.values)  # of this machine, whatever --set changed of it
     if replay is not None:
         desk.runner.play(replay)
-    serve(desk, port, lambda address, taken: _tell(address, port, taken), browser, keep_open)
+    run_desk(desk, port, tell, browser, keep_open)
 
 
-def _tell(address: str, wanted: int, taken: int) -> None:
+def _tell(address: str, wanted: int, taken: int, keep_open: bool) -> None:
     if taken != wanted:
         typer.echo(f"port {wanted} is in use, took {taken}", err=True)
-    typer.echo(f"the rig runs at {address}")
-    typer.echo("closing the page or Ctrl-C ends it", err=True)
+    typer.echo(f"the page is at {address}")
+    typer.echo("Ctrl-C ends it" if keep_open else "closing the page or Ctrl-C ends it", err=True)
 
 
 def _scene(name: str) -> Scene | None:

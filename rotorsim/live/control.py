@@ -8,8 +8,7 @@ from typing import Any
 
 from rotorsim.errors import DataError
 
-POWER = 3
-"""Wide ranges are spread over a slider by this power, so that small values have room."""
+HUGE = 1e300
 
 
 @dataclass(frozen=True)
@@ -25,10 +24,12 @@ class Control:
     neutral: float
     whole: bool = False
     doc: str = ""
+    power: int = 3
+    """Wide ranges are spread over a slider by this power, so that small values have room."""
 
     def clamp(self, value: Any) -> tuple[float, str]:
         """The nearest value [SI] within the limits, and a sentence if that is another one; raises DataError."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < HUGE:
             raise DataError(f"{self.key}: {str(value)[:40]!r} is not a number; give one from {self.limits}")
         inside = min(max(float(value), self.low), self.high)
         if self.whole:
@@ -52,10 +53,10 @@ class Control:
         """Where a slider from -1 (or 0) to 1 stands for a value; its zero is the neutral value."""
         away = value - self.neutral
         reach = self.high - self.neutral if away >= 0 else self.neutral - self.low
-        return math.copysign((abs(away) / reach) ** (1 / POWER), away) if reach > 0 else 0.0
+        return math.copysign((abs(away) / reach) ** (1 / self.power), away) if reach > 0 else 0.0
 
     def value(self, place: float) -> float:
         """The value [SI] for a slider's place: three digits, so that people can say it."""
         reach = self.high - self.neutral if place >= 0 else self.neutral - self.low
-        away = math.copysign(abs(place) ** POWER * reach, place)
+        away = math.copysign(abs(place) ** self.power * reach, place)
         return float(f"{(self.neutral + away) / self.scale:.3g}") * self.scale

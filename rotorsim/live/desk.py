@@ -45,7 +45,11 @@ class Desk:
         other = Machine.from_text(scene.machine)
         if other.hash != self.machine.hash:
             raise DataError(f"the scene belongs to another machine ({other.name}); open it with rotorsim live FILE")
-        self.runner.order(lambda: _arrange(self.runner, scene.values))
+        self.arrange(scene.values)
+
+    def arrange(self, values: dict[str, float | str]) -> None:
+        """Set everything and stand at the equilibrium."""
+        self.runner.order(lambda: _arrange(self.runner, values))
 
     def visit(self, stop: Stop) -> None:
         """Set a scene of the tour, from the equilibrium where it begins."""
@@ -83,9 +87,7 @@ class Desk:
 
 def _arrange(runner: Runner, values: dict[str, float | str]) -> None:
     """Set everything (what cannot be set is said) and stand at the equilibrium; the controller comes last."""
-    for key, value in values.items():
-        if key != "controller":
-            runner.apply(key, value)
+    runner.arrange({key: value for key, value in values.items() if key != "controller"})
     if runner.recorder is None:
         runner.rig.reset()
     if "controller" in values:

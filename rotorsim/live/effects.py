@@ -72,6 +72,8 @@ def with_value(machine: Machine, key: str, value: float) -> Effect:
     name, _, parameter = key.partition(".")
     effect: Any = replace(machine.effects[name][0], **{parameter: value})
     changed = machine.model_copy(update={"effects": machine.effects | {name: (effect, *machine.effects[name][1:])}})
-    for where, sentence in effect.problems(changed).items():
-        raise DataError(f"{name}.{where or parameter}: {sentence}")
+    for other, tables in changed.effects.items():
+        for one in tables:
+            for where, sentence in one.problems(changed).items():
+                raise DataError(f"{other}.{where or parameter}: {sentence}")
     return effect

@@ -33,6 +33,8 @@ def modes_at(a: Assembly, speed: float, pressure: float) -> Modes:
         plant = linearise(a, settle(a, speed, pressure), speed)
     except RotorsimError as error:
         return Modes(why=str(error))
+    except np.linalg.LinAlgError:
+        return Modes(why="cannot be computed here")
     first = [plant.mode_of_axis(axis) for axis in range(2)]
     return Modes(tuple((plant.wn[first] / (2 * np.pi)).tolist()), tuple(plant.zeta[first].tolist()))
 

@@ -32,7 +32,6 @@ class Geometry:
     pins: int
     theta: np.ndarray
     z: np.ndarray
-    limit: float
     ambient: float
 
     @classmethod
@@ -40,13 +39,16 @@ class Geometry:
         """Geometry of a machine and its film grid (angles [rad], places along the bearing [m])."""
         film = machine.film
         clearance = 0.0 if film is None else film.clearance * 1e6
-        limit = 5.0 if machine.actuators is None else machine.actuators.limit
-        return cls(clearance, 20.0, len(machine.injectors), theta, z, limit, machine.gas.ambient_pressure)
+        return cls(clearance, 20.0, len(machine.injectors), theta, z, machine.gas.ambient_pressure)
+
+    def alike(self, other: Geometry) -> bool:
+        """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
+        return not len(self.theta) or (np.array_equal(self.theta, other.theta) and np.array_equal(self.z, other.z))
 
     def told(self) -> dict[str, Any]:
         """Plain values for a page."""
         return {
-            "clearance": round(self.clearance, 3), "safety": self.safety, "pins": self.pins, "limit": self.limit,
+            "clearance": round(self.clearance, 3), "safety": self.safety, "pins": self.pins,
             "theta": _plain(np.degrees(self.theta), 2), "z": _plain(self.z * 1e3, 3), "highest": HIGHEST,
         }  # fmt: skip
 
@@ -98,9 +100,10 @@ def _numbers(rows: np.ndarray) -> dict[str, Any]:
 
 
 def _traces(rows: np.ndarray, pins: int) -> dict[str, Any]:
-    """Disc and journal [um], references [V], pins [um] over the last half second."""
+    """Disc [um], references [V], pins [um] over the last half second."""
     thin = rows[:: max(len(rows) // POINTS, 1)]
-    found = {"x": _plain(thin[:, READ] * 1e6, 2), "y": _plain(thin[:, READ + 1] * 1e6, 2)}
+    found: dict[str, Any] = {"x": _plain(thin[:, READ] * 1e6, 2), "y": _plain(thin[:, READ + 1] * 1e6, 2)}
+    found["seconds"] = round(len(rows) * SAMPLE, 4)
     found |= {"reference_x": _plain(thin[:, -4], 3), "reference_y": _plain(thin[:, -3], 3)}
     for k in range(pins):
         found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * 1e6, 2)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hmac
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -72,11 +71,9 @@ class Guard:
         )
 
     def _known(self, headers: dict[str, str]) -> bool:
-        try:
-            held = SimpleCookie(headers.get("cookie", "")).get(self.cookie)
-        except CookieError:
-            return False
-        return held is not None and hmac.compare_digest(held.value.encode(), self.token.encode())
+        pairs = (part.strip().partition("=") for part in headers.get("cookie", "").split(";"))
+        return any(name == self.cookie and hmac.compare_digest(held.encode(), self.token.encode())
+                   for name, _, held in pairs)  # fmt: skip
 
 
 class Rate:

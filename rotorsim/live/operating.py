@@ -24,15 +24,15 @@ def operating(machine: Machine) -> dict[str, Control]:
     """Numbers that an operator sets, by key."""
     limit = 5.0 if machine.actuators is None else machine.actuators.limit
     found = [
-        Control("speed", "speed", "rpm", RPM, 0.0, 30_000 * RPM, 0.0, doc="Speed the drive holds."),
+        Control("speed", "speed", "rpm", RPM, 0.0, 30_000 * RPM, 0.0, doc="Speed the drive holds.", power=1),
         Control("acceleration", "acceleration", "rpm/s", RPM, RPM, 10_000 * RPM, 500 * RPM, doc="Limit of the drive."),
-        Control("torque", "torque", "N*m", 1.0, 0.0, 5.0, 0.0, doc="Drive torque; it turns the shaft forward."),
+        Control("torque", "torque", "N*m", 1.0, 0.0, 5.0, 0.0, doc="Drive torque, forward.", power=1),
         Control("impulse", "impulse", "mN*s", 1e-3, 0.0, 0.2, 0.01, doc="Of a hammer's hit on the disc, 1 ms long."),
     ]
     if machine.film is not None:
-        found.append(Control("pressure", "pressure", "MPa", 1e6, 0.0, 1e6, 0.3e6, doc="Injection pressure, gauge."))
+        found.append(Control("pressure", "pressure", "MPa", 1e6, 0.0, 1e6, 0.3e6, doc="Gauge pressure.", power=1))
     if machine.injectors:
         for axis in "xy":
             key = f"reference_{axis}"
-            found.append(Control(key, f"reference {axis}", "V", 1.0, -limit, limit, 0.0, doc="Constant reference."))
+            found.append(Control(key, f"reference {axis}", "V", 1.0, -limit, limit, 0.0, doc="Constant.", power=1))
     return {control.key: control for control in found}

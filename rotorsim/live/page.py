@@ -20,10 +20,12 @@ from rotorsim.machine.numerics import SAMPLE
 
 HERE = Path(__file__).parent
 SCENE = Path(nicegui_scene.__file__).parent / "dist"
-REFRESH = 0.2
+REFRESH, LIST = 0.2, 2.0
+"""Seconds between two looks at the rig, and at the folder of its files."""
 TOUCHED = 0.8
 """Seconds that a control keeps what its own window gave it, whatever the rig says."""
-SWITCH_LABELS = {"drive": "drive", "sense": "sense", "noise": "noise", "controller": "controller"}
+LEVERS = ("drive", "sense", "noise", "controller")
+"""Switches of the rig."""
 
 
 class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
@@ -46,6 +48,7 @@ class Board:
         self._seen, self._heard = -1, self.runner.rig.sentences
         self._build()
         ui.timer(REFRESH, self._refresh)
+        ui.timer(LIST, self._list)
 
     def _build(self) -> None:
         dark = ui.dark_mode(value=None)
@@ -76,10 +79,10 @@ class Board:
                     build()
 
     def _operate(self) -> None:
-        for key, label in SWITCH_LABELS.items():
+        for key in LEVERS:
             with ui.row().classes("items-center"):
-                ui.label(label).classes("live-name")
-                self._toggle(key, label)
+                ui.label(key).classes("live-name")
+                self._toggle(key, key)
         for control in self.settings.operating.values():
             self._number(control)
 
@@ -131,7 +134,7 @@ class Board:
         slider.on("update:model-value", turned, throttle=0.05)
         field.on("update:model-value", lambda: self._typing.add(key))
         field.on("change", typed)
-        field.on("keydown.enter", typed)
+        field.on("blur", lambda: self._typing.discard(key))
         self._fields.setdefault(key, []).append(show)
 
     def _toggle(self, key: str, label: str) -> None:
@@ -163,7 +166,6 @@ class Board:
         recorder, replay = self.runner.recorder, self.runner.replay
         self._record.text = "Record" if recorder is None else f"Stop ({recorder.seconds:.0f} s)"
         self._state.text = "" if replay is None else f"replay of {replay.name}"
-        self._list()
 
     def _list(self) -> None:
         """Files by name, drawn again when there are others."""
@@ -186,7 +188,7 @@ class Board:
         if self.runner.recorder is None:
             self._try(self.desk.record)
         else:
-            self.runner.stop_recording()
+            self._try(self.runner.stop_recording)
 
     def _seek(self) -> None:
         replay = self.runner.replay

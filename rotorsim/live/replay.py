@@ -22,13 +22,18 @@ class Replay:
     def __init__(self, path: Path) -> None:
         import identification as idn
 
-        record = idn.read(path)
+        try:
+            record = idn.read(path)
+        except (idn.ReadError, idn.SchemaError) as error:
+            raise DataError(str(error)) from error
         try:
             self.machine = Machine.from_text(record.attrs["machine"])
-        except (KeyError, MachineFileError) as error:
+        except KeyError as error:
             raise DataError(
                 f"{path}: carries no machine, so its views cannot be drawn; replay a virtual record"
             ) from error
+        except MachineFileError as error:
+            raise DataError(f"{path}: its machine is refused ({error.problems[0]}); replay another record") from error
         self.name, self.rows = path.name, _table(record)
         film = "film_pressure" in record
         self._films = np.asarray(record["film_pressure"]) if film else None
@@ -37,6 +42,10 @@ class Replay:
         self.geometry = Geometry.of(self.machine, theta, z)
         self.rest = np.asarray(record.attrs.get("rest", self.rows[0, :2]), float)
         self.at = 0
+
+    def drop_film(self) -> None:
+        """Show no film."""
+        self._films = None
 
     @property
     def samples(self) -> int:

@@ -90,13 +90,35 @@ class Rig:
     def set(self, key: str, value: Any) -> None:
         """Set a number [SI] or a switch by its key; what cannot be is said and changes nothing."""
         try:
-            if key in self.settings.switches:
-                self._switch(key, self.settings.position(key, value))
-            else:
-                self._number(key, *self.settings.number(key, value))
+            self.put(key, value)
         except RotorsimError as error:
             self.say(str(error))
             self.settings.revision += 1
+
+    def put(self, key: str, value: Any) -> None:
+        """Set a number [SI] or a switch by its key; raises RotorsimError and changes nothing if it cannot be."""
+        if key in self.settings.switches:
+            self._switch(key, self.settings.position(key, value))
+        else:
+            self._number(key, *self.settings.number(key, value))
+
+    def put_all(self, values: Mapping[str, Any]) -> None:
+        """Set much at once; what only fits beside other new values is tried after them, what never does is said."""
+        left = dict(values)
+        while left:
+            refused = {key: value for key, value in left.items() if not self._fits(key, value)}
+            if len(refused) == len(left):
+                break
+            left = refused
+        for key, value in left.items():
+            self.set(key, value)
+
+    def _fits(self, key: str, value: Any) -> bool:
+        try:
+            self.put(key, value)
+        except RotorsimError:
+            return False
+        return True
 
     def strike(self, axis: int) -> None:
         """Hit the disc along x (0) or y (1)."""

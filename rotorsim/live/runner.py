@@ -9,9 +9,9 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rotorsim.errors import RotorsimError
 from rotorsim.live.eigenvalue import Modes, Watcher
@@ -23,6 +23,9 @@ from rotorsim.live.replay import Replay
 from rotorsim.live.rig import Rig
 from rotorsim.live.ringdown import WAIT, Reading, read_ringdown
 from rotorsim.machine.numerics import SAMPLE
+
+if TYPE_CHECKING:
+    import numpy as np
 
 PART = 10
 PATIENCE = 0.03
@@ -89,7 +92,10 @@ class Runner:
         return self.order(lambda: self._record(path))
 
     def play(self, replay: Replay | None) -> bool:
-        """Order a replay in place of the plant, or the plant again."""
+        """Order a replay in place of the plant, or the plant again; a film on another grid is left out."""
+        if replay is not None and not replay.geometry.alike(self.geometry):
+            replay.drop_film()
+            self.rig.say(f"{replay.name}: its film is on another grid than this rig's and is not drawn")
         return self.order(lambda: setattr(self, "replay", replay))
 
     def frame(self) -> dict[str, Any]:
@@ -136,8 +142,8 @@ class Runner:
             with self._lock:
                 try:
                     what()
-                except (RotorsimError, OSError) as error:
-                    self.rig.say(str(error))
+                except Exception as error:  # the plant's thread must live on
+                    self.rig.say(_sentence(error))
         self._watch()
 
     def _advance(self, samples: int) -> int:
@@ -156,14 +162,23 @@ class Runner:
             return self.replay.advance(samples)
         try:
             new = self.rig.advance(samples)
+            self._write(new)
+            self._listen()
         except Exception as error:  # the plant's thread must live on
-            self.rig.stopped = f"{type(error).__name__}: {error}; this is a fault of the program, reset goes on"
+            self.rig.stopped = f"{_sentence(error)}; reset goes on"
             self.rig.say(self.rig.stopped)
             return 0
-        if self.recorder is not None:
-            self.recorder.write(new)
-        self._listen()
         return len(new)
+
+    def _write(self, new: np.ndarray) -> None:
+        """Record what is new; a disk that takes no more ends the record, not the run."""
+        if self.recorder is None:
+            return
+        try:
+            self.recorder.write(new)
+        except (RotorsimError, OSError) as error:
+            self.recorder = None
+            self.rig.say(f"the record ends here: {error}")
 
     def apply(self, key: str, value: Any) -> None:
         """Set something now and note it in the record; for orders only."""
@@ -173,11 +188,17 @@ class Runner:
             if kept is not None:
                 self.recorder.note(key, kept)
 
+    def arrange(self, values: Mapping[str, float | str]) -> None:
+        """Set much at once and note it in the record; for orders only."""
+        before = self.rig.settings.everything()
+        self.rig.put_all({key: value for key, value in values.items() if before.get(key) != value})
+        if self.recorder is not None:
+            for key, kept in self.rig.settings.everything().items():
+                if kept != before[key]:
+                    self.recorder.note(key, kept)
+
     def _restore_effects(self) -> None:
-        numbers = self.rig.settings.numbers
-        for key, value in self.rig.settings.file.items():
-            if numbers[key] != value:
-                self.apply(key, value)
+        self.arrange(self.rig.settings.file)
 
     def _reset(self) -> None:
         if self.recorder is not None:
@@ -210,6 +231,12 @@ class Runner:
 
     def _keep_modes(self, modes: Modes) -> None:
         self.modes = modes
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, (RotorsimError, OSError)):
+        return str(error)
+    return f"{type(error).__name__}: {error}; this is a fault of the program"
 
 
 def _geometry(rig: Rig) -> Geometry:

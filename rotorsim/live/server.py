@@ -7,7 +7,8 @@ import secrets
 import socket
 import sys
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from threading import Event
 from typing import Any
 
 from rotorsim.errors import DataError
@@ -19,6 +20,7 @@ HOST = "127.0.0.1"
 TRIES = 50
 GRACE = 10
 """Seconds without any window after which the server ends."""
+Tell = Callable[[str, int], None]
 
 
 def free_port(wanted: int) -> tuple[socket.socket, int]:
@@ -29,10 +31,10 @@ def free_port(wanted: int) -> tuple[socket.socket, int]:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((HOST, port))
+            listener.listen()
         except OSError:
             listener.close()
             continue
-        listener.listen()
         return listener, listener.getsockname()[1]
     raise DataError(f"--port: none of {wanted} to {wanted + TRIES - 1} is free; give another")
 
@@ -41,7 +43,6 @@ def application(desk: Desk) -> Any:
     """The web application of a desk, unguarded: the page at / and its frames."""
     import orjson
     from fastapi import FastAPI, Response
-    from nicegui import ui
 
     from rotorsim.live.page import Board
 
@@ -56,27 +57,66 @@ def application(desk: Desk) -> Any:
     def settings() -> Response:
         return Response(orjson.dumps(desk.runner.rig.in_force()), media_type="application/json")
 
-    def root() -> None:
-        Board(desk)
+    return _with_page(app, lambda: Board(desk))
 
-    ui.run_with(app, root=root, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
+
+def _with_page(app: Any, root: Callable[[], object]) -> Any:
+    """The application with a page of what `root` puts there at every address that it does not answer itself yet."""
+    from nicegui import ui
+
+    def page() -> None:
+        root()
+
+    ui.run_with(app, root=page, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
     return app
 
 
-async def leave_when_empty(server: Any) -> None:
-    """End the server some seconds after its last window was closed; a page that is loaded anew is back before."""
+async def leave_when_empty(server: Any, visited: Event, patience: float) -> None:
+    """End the server some seconds after its last window was closed, or after `patience` if there never was one.
+
+    A page that is loaded anew is back before.
+    """
     from nicegui import Client
 
-    seen, alone = False, 0
+    alone = 0
     while not server.should_exit:
         await asyncio.sleep(1.0)
         present = any(client.has_socket_connection for client in list(Client.instances.values()))
-        seen, alone = seen or present, 0 if present else alone + 1
-        server.should_exit = server.should_exit or (seen and alone >= GRACE)
+        alone = 0 if present else alone + 1
+        server.should_exit = server.should_exit or alone >= (GRACE if visited.is_set() else patience)
 
 
-def serve(desk: Desk, port: int, tell: Callable[[str, int], None], show: bool, keep_open: bool) -> None:
-    """Serve until Ctrl-C, or until the last window is closed; `tell` gets the address and the port that was taken."""
+def complaint(name: str, problems: Iterable[str]) -> Any:
+    """The web application of a machine that cannot be run: its problems, a sentence each."""
+    from fastapi import FastAPI
+    from nicegui import ui
+
+    said = list(problems)
+
+    def root() -> None:
+        ui.label(f"rotorsim live: {name} cannot be run").classes("text-h6")
+        for problem in said:
+            ui.label(problem).props('role="alert"').style("font-family: monospace; white-space: pre-wrap")
+        ui.label("Mend the file and start rotorsim live again.")
+
+    return _with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
+
+
+def run_desk(desk: Desk, port: int, tell: Tell, show: bool, keep_open: bool) -> None:
+    """Run a desk's rig and serve its page; see `serve`."""
+    runner: Runner = desk.runner
+    runner.start()
+    try:
+        serve(application(desk), port, tell, show, keep_open)
+    finally:
+        runner.close()
+
+
+def serve(application: Any, port: int, tell: Tell, show: bool, keep_open: bool, patience: float = float("inf")) -> None:
+    """Serve until Ctrl-C, or until the last window is closed; `tell` gets the address and the port that was taken.
+
+    `patience` [s] is how long the first window is waited for.
+    """
     import uvicorn
     from nicegui import app as pages
 
@@ -84,14 +124,14 @@ def serve(desk: Desk, port: int, tell: Callable[[str, int], None], show: bool, k
     token = secrets.token_urlsafe(24)
     address = f"http://{HOST}:{taken}/?token={token}"
     config = uvicorn.Config(
-        Guard(application(desk), token, HOST, taken), log_level="critical", access_log=False, ws_max_size=LONGEST,
+        Guard(application, token, HOST, taken), log_level="critical", access_log=False, ws_max_size=LONGEST,
         timeout_graceful_shutdown=2,
     )  # fmt: skip
     server = uvicorn.Server(config)
     if not keep_open:
-        pages.on_startup(lambda: leave_when_empty(server))
-    runner: Runner = desk.runner
-    runner.start()
+        visited = Event()  # some windows stay for less than a second
+        pages.on_connect(visited.set)
+        pages.on_startup(lambda: leave_when_empty(server, visited, patience))
     tell(address, taken)
     if show:
         webbrowser.open(address)
@@ -100,5 +140,4 @@ def serve(desk: Desk, port: int, tell: Callable[[str, int], None], show: bool, k
     except KeyboardInterrupt:
         pass
     finally:
-        runner.close()
         listener.close()

@@ -1,7 +1,8 @@
 // Asks the server for a frame, draws it, asks again: a page that is not seen asks for nothing.
 import { drawFilm, drawOrbit, drawSpectrum, drawTraces, Film3d, readings, Waterfall } from "rotorsim-live";
 
-const LEAST = 40;
+const LEAST = 40; // ms between two frames
+const SLOW = 5; // frames between two readings of the numbers; maps and spectra take turns, orbits and traces always move
 
 export default {
   props: { rig: Object },
@@ -51,20 +52,24 @@ export default {
     },
     draw(frame) {
       window.rotorsimFrame = frame;
-      this.readings = readings(frame, this.rig);
+      if (this.frames % SLOW === 0) this.readings = readings(frame, this.rig);
       if (!frame.orbit) return;
       const r = this.$refs, rig = this.rig, film = frame.film;
       const safety = { radius: rig.safety, name: `safety ${rig.safety} um`, dash: [5, 4] };
       drawOrbit(r.disc, frame.orbit.disc, [safety], frame.centre);
       drawTraces(r.traces, frame.trace);
       this.fall.add(frame.spectrum, frame.time);
-      drawSpectrum(r.spectrum, frame.spectrum, frame.now.speed, this.cursor);
-      this.fall.draw(r.waterfall, rig.highest);
-      if (!film) return;
-      const room = { radius: rig.clearance, name: `clearance ${rig.clearance.toFixed(1)} um`, dash: [] };
-      drawOrbit(r.journal, frame.orbit.journal, [room], [0, 0]);
-      drawFilm(r.film, film, rig);
-      this.drawSolid(film, frame);
+      if (film) {
+        const room = { radius: rig.clearance, name: `clearance ${rig.clearance.toFixed(1)} um`, dash: [] };
+        drawOrbit(r.journal, frame.orbit.journal, [room], [0, 0]);
+      }
+      if (this.frames % 2) {
+        drawSpectrum(r.spectrum, frame.spectrum, frame.now.speed, this.cursor);
+        this.fall.draw(r.waterfall, rig.highest);
+      } else if (film) {
+        drawFilm(r.film, film, rig);
+        this.drawSolid(film, frame);
+      }
     },
     drawSolid(film, frame) {
       if (this.solid === undefined) {

@@ -1,6 +1,6 @@
 """The page of the live rig in a real browser: every control is turned and its effect on the plant read back.
 
-These take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/optional/live_page does.
+These take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/run does.
 """
 
 import json
@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 
 import pytest
+
+from rotorsim.machine import machine_text
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed; pip install '.[test]'")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -140,10 +142,12 @@ def test_every_effect_of_the_catalogue_is_turned_by_its_field(page):
     before = settings(page)
     keys = [key for key in before if "." in key]
     assert len(keys) > 80
-    for header in page.locator(".q-expansion-item .q-item--clickable").all():
-        header.click()
     for key in keys:
-        shown = float(page.get_by_label(f"{key} value", exact=True).input_value())
+        field = page.get_by_label(f"{key} value", exact=True)
+        if not field.is_visible():
+            page.locator(".q-expansion-item").filter(has=field).locator(".q-item--clickable").click()
+            field.wait_for(timeout=PATIENCE * 1e3)
+        shown = float(field.input_value())
         whole = key.endswith(("injector", "order", "_lobes", "counts", "window", "surface"))
         fill(page, key, f"{shown + 1 if whole else shown * 0.9 or 0.01:.6g}")
         until(page, lambda s, key=key: s[key] != before[key])
@@ -289,6 +293,21 @@ def test_every_scene_of_the_tour_opens(page):
         page.wait_for_timeout(700)
         assert frame(page)["status"]["stopped"] == ""
     until(page, lambda s: s["controller"] == "P")
+
+
+def test_a_machine_file_with_an_error_is_shown_on_a_page(browser, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text(machine_text("dtu_gas_bearing").replace('me = "6.5 g*mm"', 'me = "10 g"'))
+    command = [sys.executable, "-m", "rotorsim", "live", str(path), "--out", str(tmp_path)]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "BROWSER": "true"}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    page = browser.new_context().new_page()
+    page.goto(process.stdout.readline().split()[-1])
+    said = page.get_by_role("alert").first
+    playwright.expect(said).to_contain_text("effects.unbalance.me", timeout=PATIENCE * 1e3)
+    page.context.close()
+    assert process.wait(timeout=PATIENCE) == 2
+    assert "effects.unbalance.me" in process.stderr.read()
 
 
 def test_closing_the_page_ends_the_rig_and_finishes_its_record(browser, tmp_path):

@@ -1,12 +1,11 @@
 // Colours that colour-blind people can tell apart (Okabe and Ito), for light and dark pages.
-export const X = "#0072B2", Y = "#D55E00", THIRD = "#009E73", FOURTH = "#CC79A7";
-export const LINES = [X, Y, THIRD, FOURTH];
+const LIGHT = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"], DARK = ["#56B4E9", "#E69F00", "#3fc79a", "#CC79A7"];
 
 export function theme() {
   const dark = document.body.classList.contains("body--dark");
   return dark
-    ? { ink: "#e8e8e8", faint: "#555", paper: "#1d1d1d", x: "#56B4E9", y: "#E69F00", lines: ["#56B4E9", "#E69F00", "#3fc79a", "#CC79A7"] }
-    : { ink: "#222", faint: "#ccc", paper: "#ffffff", x: X, y: Y, lines: LINES };
+    ? { ink: "#e8e8e8", faint: "#555", paper: "#1d1d1d", x: DARK[0], y: DARK[1], lines: DARK }
+    : { ink: "#222", faint: "#ccc", paper: "#ffffff", x: LIGHT[0], y: LIGHT[1], lines: LIGHT };
 }
 
 // Cividis, seven of its colours; linear in between.

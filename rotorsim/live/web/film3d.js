@@ -1,7 +1,7 @@
 // The film round the journal: its inner face is the journal, its outer face stands out by the pressure. The clearance is
 // exaggerated: 25 um would not be seen on 40 mm.
 import { OrbitControls, THREE } from "nicegui-scene";
-import { cividis, theme } from "./colours.js";
+import { cividis } from "./colours.js";
 import { span } from "./film.js";
 
 const SHARE = 0.15; // of the time, at most: a machine without a graphics processor has other work to do
@@ -75,7 +75,6 @@ export class Film3d {
       this.camera.aspect = w / Math.max(h, 1);
       this.camera.updateProjectionMatrix();
     }
-    this.renderer.setClearColor(theme().paper, 0);
     this.controls.update();
   }
 

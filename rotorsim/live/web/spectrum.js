@@ -43,8 +43,9 @@ export class Waterfall {
   }
   add(spectrum, time) {
     if (time < this.at) this.image = null;
-    if (this.image && time - this.at < EVERY) return;
-    this.at = time;
+    const rows = this.image ? Math.min(Math.floor((time - this.at) / EVERY + 1e-6), ROWS) : 1;
+    if (rows < 1) return;
+    this.at = this.image ? this.at + rows * EVERY : time;
     if (!this.image) {
       this.image = document.createElement("canvas");
       this.image.width = spectrum.length;
@@ -54,10 +55,10 @@ export class Waterfall {
       g.fillRect(0, 0, spectrum.length, ROWS);
     }
     const g = this.image.getContext("2d", { willReadFrequently: true });
-    g.drawImage(this.image, 0, 1);
+    g.drawImage(this.image, 0, rows);
     const row = g.createImageData(spectrum.length, 1);
     spectrum.forEach((size, i) => row.data.set([...cividis(share(size)), 255], 4 * i));
-    g.putImageData(row, 0, 0);
+    for (let k = 0; k < rows; k++) g.putImageData(row, 0, k);
   }
   draw(canvas, highest) {
     const view = begin(canvas), { g, w, h } = view, box = { x: 52, y: 6, w: w - 112, h: h - 44 };
