@@ -45,6 +45,7 @@ class Board:
         self._fields: dict[str, list[Callable[[Any], None]]] = {}
         self._touched: dict[str, float] = {}
         self._typing: set[str] = set()
+        self._showing = False
         self._seen, self._heard = -1, self.runner.rig.sentences
         self._build()
         ui.timer(REFRESH, self._refresh)
@@ -123,24 +124,32 @@ class Board:
         def show(value: float) -> None:
             slider.value, field.value = control.place(value), float(f"{value / control.scale:.6g}")
 
-        def turned() -> None:
-            self._order(key, control.value(slider.value))
+        def turned(event: Any) -> None:
+            if not self._showing:
+                self._order(key, control.value(event.value))
+
+        def typing() -> None:
+            if not self._showing:
+                self._typing.add(key)
 
         def typed() -> None:
             self._typing.discard(key)
             if field.value is not None:
                 self._order(key, float(field.value) * control.scale)
 
-        slider.on("update:model-value", turned, throttle=0.05)
-        field.on("update:model-value", lambda: self._typing.add(key))
+        slider.on_value_change(turned)
+        field.on_value_change(typing)
         field.on("change", typed)
         field.on("blur", lambda: self._typing.discard(key))
         self._fields.setdefault(key, []).append(show)
 
     def _toggle(self, key: str, label: str) -> None:
-        switch = ui.toggle(list(self.settings.switches[key]), value=self.settings.positions[key])
+        def turned(event: Any) -> None:
+            if not self._showing:
+                self._order(key, event.value)
+
+        switch = ui.toggle(list(self.settings.switches[key]), value=self.settings.positions[key], on_change=turned)
         switch.props(f'dense no-caps aria-label="{label}"')
-        switch.on("update:model-value", lambda: self._order(key, switch.value))
         self._fields.setdefault(key, []).append(lambda value: _stand(switch, value))
 
     def _order(self, key: str, value: Any) -> None:
@@ -157,8 +166,7 @@ class Board:
             self._touched = {key: at for key, at in self._touched.items() if now - at < TOUCHED}
             for key, value in rig.settings.everything().items():
                 if key not in self._touched and key not in self._typing:
-                    for show in self._fields.get(key, ()):
-                        show(value)
+                    self._show(key, value)
         for number, sentence in list(rig.said):
             if number > self._heard:
                 self._heard = number
@@ -166,6 +174,13 @@ class Board:
         recorder, replay = self.runner.recorder, self.runner.replay
         self._record.text = "Record" if recorder is None else f"Stop ({recorder.seconds:.0f} s)"
         self._state.text = "" if replay is None else f"replay of {replay.name}"
+
+    def _show(self, key: str, value: Any) -> None:
+        """Put a value into a control without taking that for somebody's hand."""
+        self._showing = True
+        for show in self._fields.get(key, ()):
+            show(value)
+        self._showing = False
 
     def _list(self) -> None:
         """Files by name, drawn again when there are others."""
