@@ -64,7 +64,7 @@ RECIPES: dict[str, tuple[Recipe, ...]] = {
     "crack": (
         R(
             "loss",
-            1e5,
+            1e4,
             options=(("phase", tuple(k * pi / 4 for k in range(8))),),
             refine=(("phase", 0.1),),
             signed=False,

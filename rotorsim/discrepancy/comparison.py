@@ -18,7 +18,8 @@ from rotorsim.discrepancy.twin import Twin
 
 THREADS = min(2, os.cpu_count() or 1)
 BEYOND = 0.01
-"""Displacement [m] that no machine survives: no solution."""
+NO_SOLUTION = 1e-3
+"""Displacement [m] that no machine survives, and lines [m] that stand for it: no solution."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,13 @@ class Comparison:
             columns.append(found[knob.key] * (share[self.layout.record] if knob.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
+    def apart(self, point: Point) -> list[np.ndarray]:
+        """Measured less simulated lines of every block (blocks, 2, lines) [m] by trial."""
+        return self._apart(self.spectra(point))
+
+    def _apart(self, found: list[np.ndarray]) -> list[np.ndarray]:
+        return [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
+
     def set_floor(
         self, point: Point, fine: Twin | None, tolerance: float, law: Twin | None = None, share: float = 0.0
     ) -> np.ndarray:
@@ -143,7 +151,7 @@ class Comparison:
         `law` is the twin with the injectors' other law, whose flow is that of this one at a drift of `share`.
         """
         found = self.spectra(point)
-        residuals = [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
+        residuals = self._apart(found)
         scatter, means, drifts, self.told_scatter = repeat_scatter(self.trials, residuals)
         self.scatter = (scatter, means, drifts)
         response = self._joined(found)
@@ -172,5 +180,5 @@ def simulate(twin: Twin, trial: Trial, point: Point, whole: bool = False) -> np.
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=not trial.orders)[:, :2]
     if not np.abs(table).max() < BEYOND:  # nor a number
-        return np.full(trial.spectra.shape, 1e-3, complex)
+        return np.full(trial.spectra.shape, NO_SOLUTION, complex)
     return trial.short_lines(table) if short else trial.lines(table)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.discrepancy.twin import Twin
+from rotorsim.effects import Effect
 
 REFERENCE_PRESSURE = 0.5e6
 REFERENCE_SPEED = 2 * np.pi * 100
@@ -78,11 +79,21 @@ def setting(twin: Twin, sums: Mapping[str, float], fixed: Mapping[str, float] | 
     for (owner, amplitude, phase), vector in turned.items():
         name, table = owner.split(".")
         own = twin.effect(name, int(table))
-        base = complex(getattr(own, amplitude) * np.exp(1j * getattr(own, phase)))
-        total = base + vector
+        n = out.get(f"{owner}.{amplitude}_lobes", lobes(own, amplitude))
+        total = wave(own, amplitude, phase, n) + vector
         out[f"{owner}.{amplitude}"] = float(abs(total))
-        out[f"{owner}.{phase}"] = float(np.angle(total))
+        out[f"{owner}.{phase}"] = float(np.angle(total)) / n
     return out
+
+
+def lobes(effect: Effect, amplitude: str) -> float:
+    """Lobes round the circumference, where the phase of an amplitude is the place of one; 1 where it is a wave's."""
+    return float(getattr(effect, f"{amplitude}_lobes", 1.0))
+
+
+def wave(effect: Effect, amplitude: str, phase: str, n: float = 1.0) -> complex:
+    """Amplitude and phase as cosine + i sine of a wave of which the phase is an n-th."""
+    return complex(getattr(effect, amplitude) * np.exp(1j * n * getattr(effect, phase)))
 
 
 def within(knobs: Iterable[Knob], values: np.ndarray) -> np.ndarray:

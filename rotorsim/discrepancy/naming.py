@@ -65,6 +65,8 @@ class Search:
     base_held: float
     say: Callable[[], None] = lambda: None
     renewed: set[str] | None = None
+    unsteady: float = 0.0
+    """Part of the excess that does not repeat from period to period: no effect takes it away."""
 
     def screened(self) -> Screen:
         """All forms, projected off the calibration."""
@@ -99,7 +101,7 @@ class Search:
             point = self._start(own, fixed, S, start)
             residual = self.comparison.residual(point)
         first = fit(self.comparison, point, knobs, J, residual, say=self.say)
-        done = excess(table(self.comparison, first.residual)) < (1 - ENOUGH) * self.base_excess
+        done = self._left(first) < (1 - ENOUGH) * self.base_excess
         if not done and first.cost < self.base.cost:
             refine = tuple(k for f in forms for k in f.refine)
             turned = (*own, *refine)
@@ -108,9 +110,7 @@ class Search:
             J = np.concatenate([first.J[:, : len(self.base.knobs)], fresh], axis=1)
             again = fit(self.comparison, first.point, (*self.base.knobs, *turned), J, first.residual, say=self.say)
             first = again if again.cost < first.cost else first
-        left = excess(table(self.comparison, first.residual))
-        held = self._held(first.point)
-        return Hypothesis(tuple(forms), first, left, held, 1 - left / max(self.base_excess, 1e-300))
+        return self._found(tuple(forms), first)
 
     def polished(self, h: Hypothesis) -> Hypothesis:
         """The hypothesis fitted once more with every sensitivity taken where it stands.
@@ -119,8 +119,15 @@ class Search:
         """
         J = self.comparison.jacobian(h.fit.point, h.fit.knobs, say=self.say)
         done = fit(self.comparison, h.fit.point, h.fit.knobs, J, h.fit.residual, say=self.say)
-        left = excess(table(self.comparison, done.residual))
-        return Hypothesis(h.forms, done, left, self._held(done.point), 1 - left / max(self.base_excess, 1e-300))
+        return self._found(h.forms, done)
+
+    def _left(self, fit: Fit) -> float:
+        """Excess that a fit leaves."""
+        return excess(table(self.comparison, fit.residual)) + self.unsteady
+
+    def _found(self, forms: tuple[Form, ...], fit: Fit) -> Hypothesis:
+        left = self._left(fit)
+        return Hypothesis(forms, fit, left, self._held(fit.point), 1 - left / max(self.base_excess, 1e-300))
 
     def _start(self, own: tuple[Knob, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""

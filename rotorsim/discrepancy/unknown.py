@@ -18,6 +18,7 @@ from rotorsim.discrepancy.comparison import Comparison, Point
 from rotorsim.discrepancy.knobs import contributions, setting
 from rotorsim.discrepancy.localise import Flag
 from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.unsteady import GROUP, tone
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
@@ -51,32 +52,38 @@ def _of_record(
     metres = residual * comparison.sigma
     r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
     white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
-    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups])
+    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {GROUP}])
     values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
     a = comparison.twin.set(values)
     plant = linearise(a, settle(a, trial.speed, trial.pressure), trial.speed)
-    turns = trial.speed / (2 * np.pi)
+    # off the lines of a record that no period fits, a tone is spread over neighbours
+    spread = 0 if trial.periodic else 2
     for k in _peaks(white * inside, 3):
-        f = float(trial.frequencies[1 + k])
-        G = plant.transfer(2j * np.pi * f)[:, 2:4]
-        force = np.linalg.solve(G, r[:, k])
-        # off the lines of a record that no period fits, a tone is spread over neighbours
-        spread = 0 if trial.periodic else 2
-        whole = np.linalg.norm(np.linalg.solve(G, r[:, max(0, k - spread) : k + spread + 1]))
-        forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
-        order = f / turns if turns > 0.1 else float("nan")
-        found.append(
-            {
-                "record": trial.name,
-                "point": trial.point,
-                "frequency_hz": f,
-                "order": order if abs(order - round(order)) < 0.02 or order < 1 else None,
-                "force_n": float(whole),
-                "direction": _direction(forward, backward, force),
-                "residual_um": float(np.linalg.norm(r[:, k])) * 1e6,
-            }
-        )
+        near = r[:, max(0, k - spread) : k + spread + 1]
+        found.append(_line(trial, plant, float(trial.frequencies[1 + k]), r[:, k], near))
+    if GROUP in groups:
+        f, size = tone(trial, comparison.apart(point)[i])
+        found.append(_line(trial, plant, f, size, size[:, None]) | {"unsteady": True})
     return found
+
+
+def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
+    """A line r (2,) [m] at f [Hz] as the force that makes it, with the size of `near` (2, lines)."""
+    G = plant.transfer(2j * np.pi * f)[:, 2:4]
+    force = np.linalg.solve(G, r)
+    forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
+    turns = trial.speed / (2 * np.pi)
+    order = f / turns if turns > 0.1 else float("nan")
+    return {
+        "record": trial.name,
+        "point": trial.point,
+        "frequency_hz": f,
+        "order": order if abs(order - round(order)) < 0.02 or order < 1 else None,
+        "force_n": float(np.linalg.norm(np.linalg.solve(G, near))),
+        "direction": _direction(forward, backward, force),
+        "residual_um": float(np.linalg.norm(r)) * 1e6,
+        "unsteady": False,
+    }
 
 
 def _peaks(size: np.ndarray, most: int) -> list[int]:
@@ -103,6 +110,7 @@ def _direction(forward: float, backward: float, force: np.ndarray) -> str:
 
 def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag]) -> dict[str, float]:
     """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
+    flags = [f for f in flags if f.group != GROUP]
     if not flags:
         return {}
     layout, trials = comparison.layout, comparison.trials

@@ -11,12 +11,12 @@ import numpy as np
 
 from rotorsim.discrepancy.calibrate import MOST_RENEWALS, Calibrated, recalibrate, renewed
 from rotorsim.discrepancy.candidates import Form, candidates
-from rotorsim.discrepancy.comparison import THREADS, Comparison, Point
+from rotorsim.discrepancy.comparison import NO_SOLUTION, THREADS, Comparison, Point
 from rotorsim.discrepancy.fit import Fit
 from rotorsim.discrepancy.floor import TOLERANCE
 from rotorsim.discrepancy.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.intake import data_hash, limits, make_trials, open_records
-from rotorsim.discrepancy.knobs import Knob, contributions, setting
+from rotorsim.discrepancy.knobs import Knob, contributions, lobes, setting, wave
 from rotorsim.discrepancy.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.memo import Memo
 from rotorsim.discrepancy.mistakes import check_before
@@ -31,6 +31,8 @@ from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
 from rotorsim.discrepancy.unknown import equivalent_force
+from rotorsim.discrepancy.unsteady import GROUP as UNSTEADY
+from rotorsim.discrepancy.unsteady import unsteady
 from rotorsim.discrepancy.verdict import Verdict, judge
 from rotorsim.errors import DataError
 from rotorsim.machine import Machine, load_machine
@@ -176,12 +178,13 @@ class Work:
             last, base = base.cost, renewed(self.fitted, base, lambda: self.say("calibrate"))
             if base.cost > 0.95 * last:
                 break
-        flags = flagged(table(self.fitted, base.residual))
+        apart = self._unsteady(base)
+        flags = flagged(table(self.fitted, base.residual)) + apart
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.say("prove")
                 self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
-        verdict, search = self._name(base, flags)
+        verdict, search = self._name(base, flags, apart)
         if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
             verdict = replace(verdict, status="unknown", best=None, rivals=())
         return self._told(calibrated, base, flags, verdict, search, notes)
@@ -191,9 +194,14 @@ class Work:
             return []
         return ["no repeats and no periods: the floor comes from the quiet lines within the records"]
 
-    def _name(self, base: Fit, flags: list[Flag]) -> tuple[Verdict, Search | None]:
-        if not flags:
-            return Verdict("no_disagreement"), None
+    def _unsteady(self, base: Fit) -> list[Flag]:
+        """What of the records to fit does not repeat."""
+        assert self.fitted.scatter is not None
+        return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
+
+    def _name(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> tuple[Verdict, Search | None]:
+        if len(flags) == len(apart):
+            return Verdict("unknown" if apart else "no_disagreement"), None
         raw: dict[str, np.ndarray] = {}
         origin, store = Point(), Sensitivities(self.fitted)
         for form in self.forms:
@@ -202,10 +210,15 @@ class Work:
             raw[form.label] = own / self.fitted.sigma[:, None]
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
-        usable = tuple(f for f in self.forms if np.all(np.isfinite(raw[f.label])) and np.abs(raw[f.label]).max() > 0)
-        search = Search(self.fitted, held, base, usable, raw, excess(table(self.fitted, base.residual)), held_excess,
-                        lambda: self.say("name"))  # fmt: skip
+        usable = tuple(f for f in self.forms if self._usable(f, raw[f.label]))
+        search = Search(self.fitted, held, base, usable, raw, sum(f.excess for f in flags), held_excess,
+                        lambda: self.say("name"), unsteady=sum(f.excess for f in apart))  # fmt: skip
         return judge(search), search
+
+    def _usable(self, form: Form, columns: np.ndarray) -> bool:
+        """Whether a form changes anything, and the plant has a solution with it."""
+        moved = np.abs(columns * [k.step for k in form.knobs] * self.fitted.sigma[:, None])
+        return bool(np.all(np.isfinite(columns)) and 0 < moved.max() < NO_SOLUTION / 2)
 
     def _told(
         self, calibrated: Calibrated, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None,
@@ -216,8 +229,8 @@ class Work:
         final = base if best is None else best.fit
         unknown: dict[str, Any] = {}
         if verdict.status in ("unknown", "partial"):
-            left = flagged(table(self.fitted, final.residual)) or flags
-            unknown = equivalent_force(self.fitted, final.point, final.residual, left)
+            left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
+            unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
         ahead: dict[str, Any] = {}
         if verdict.status == "tie" and best is not None and verdict.rivals:
             ahead = next_experiment(self.fitted, best, verdict.rivals[0])
@@ -269,9 +282,11 @@ def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[s
         pair = path.split(".")[2].split("~")
         name, table = path.split(".")[:2]
         effect = twin.effect(name, int(table))
-        base = getattr(effect, pair[0]) * np.exp(1j * getattr(effect, pair[1]))
+        n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
         c, s = (fit.point.values.get(k, 0.0) for k in form.knobs)
-        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], base)
+        own_wave = wave(effect, pair[0], pair[1], n)
+        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
+        sd[pair[1]] /= n
     for knob in (*form.knobs, *form.refine):
         if "~" not in knob.key and knob in at:
             sd[knob.key.split(".")[2]] = float(np.sqrt(V[at[knob], at[knob]]))

@@ -75,5 +75,5 @@ def with_value(machine: Machine, key: str, value: float) -> Effect:
     for other, tables in changed.effects.items():
         for one in tables:
             for where, sentence in one.problems(changed).items():
-                raise DataError(f"{other}.{where or parameter}: {sentence}")
+                raise DataError(f"{other}{'.' if where else ''}{where}: {sentence}")
     return effect

@@ -9,11 +9,13 @@ from rotorsim.discrepancy.candidates import Form, own_recipes
 from rotorsim.discrepancy.classes import class_of
 from rotorsim.discrepancy.comparison import Point
 from rotorsim.discrepancy.fit import Fit, fit, singular_directions
-from rotorsim.discrepancy.knobs import REFERENCE_SPEED, Knob, contributions
+from rotorsim.discrepancy.knobs import REFERENCE_SPEED, Knob, contributions, setting
 from rotorsim.discrepancy.projection import screen
 from rotorsim.discrepancy.result import EXIT_CODES
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
 from rotorsim.effects import REGISTRY
+from rotorsim.machine import load_machine
 
 A, B = Knob("a", 0.1), Knob("b", 0.1)
 
@@ -128,3 +130,14 @@ def test_every_effect_of_the_catalogue_gets_recipes_from_its_own_parameters():
 
 def test_exit_codes_are_those_of_the_interface():
     assert EXIT_CODES == {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+
+
+def test_the_phase_of_lobes_is_the_place_of_one_of_them():
+    """cos n (theta - phi): cosine and sine of the wave are n phi apart, a quarter of a lobe."""
+    twin = Twin(load_machine("dtu_gas_bearing"), only=("out_of_round",))
+    stem = "out_of_round.0.sleeve~sleeve_phase"
+    found = setting(twin, {f"{stem}.s": 2e-6}, {"out_of_round.0.sleeve_lobes": 3.0})
+    assert found["out_of_round.0.sleeve"] == pytest.approx(2e-6)
+    assert found["out_of_round.0.sleeve_phase"] == pytest.approx(np.pi / 2 / 3)
+    both = setting(twin, {f"{stem}.c": 1e-6, f"{stem}.s": 1e-6})  # two lobes, as by default
+    assert both["out_of_round.0.sleeve_phase"] == pytest.approx(np.pi / 4 / 2)

@@ -8,6 +8,7 @@ from rotorsim.discrepancy.floor import repeat_scatter, repeats
 from rotorsim.discrepancy.groups import make_layout
 from rotorsim.discrepancy.intake import limits
 from rotorsim.discrepancy.trial import block_lines, find_period, make_trial
+from rotorsim.discrepancy.unsteady import tone, unsteady
 from rotorsim.errors import DataError
 from rotorsim.experiments import Multisine
 
@@ -56,6 +57,33 @@ def test_the_scatter_of_white_noise_is_found_and_repeats_are_recognised(rng):
     # a real part of a line of N samples, averaged over all 4 x 2000, has sigma sqrt(2 / 8000)
     assert told
     assert np.median(scatter[:, :, 1:]) == pytest.approx(sigma * np.sqrt(2 / 8000), rel=0.15)
+
+
+def test_a_tone_between_the_lines_is_seen_where_the_mean_over_blocks_cancels_it(rng):
+    def shaken(size):
+        t = np.arange(12000) / RATE
+        humming = size * np.column_stack([np.sin(2 * np.pi * 136.25 * t), 0 * t])  # 54.5 turns in a block
+        return make_trial(record(rng.normal(0, 0.3e-6, (12000, 2)) + humming))
+
+    trials = [shaken(0.0), shaken(0.4e-6), shaken(0.0)]
+    spectra = [t.spectra for t in trials]
+    scatter = repeat_scatter(trials, spectra)[0]
+    line = np.searchsorted(trials[1].frequencies, 136.25)
+    assert np.abs(spectra[1].mean(axis=0)[0, line - 1 : line + 1]).max() < 0.02e-6
+    (flag,) = unsteady(trials, spectra, scatter)
+    assert (flag.number, flag.channel, flag.group) == (1, "x", "unsteady")
+    frequency, size = tone(trials[1], spectra[1])
+    assert frequency == pytest.approx(136.25)
+    assert np.abs(size[0]) == pytest.approx(0.4e-6, rel=0.1) and np.abs(size[1]) < 0.04e-6
+
+
+def test_a_speed_that_wavers_about_an_order_is_not_called_unsteady(rng):
+    t = np.arange(12000) / RATE
+    wavering = 5e-6 * np.cos(2 * np.pi * 40 * t + 0.02 * np.sin(2 * np.pi * 0.7 * t))
+    moved = [rng.normal(0, 0.3e-6, (12000, 2)) + wavering[:, None] for _ in range(3)]
+    trials = [make_trial(record(y)) for y in moved]
+    spectra = [trial.spectra for trial in trials]
+    assert unsteady(trials, spectra, repeat_scatter(trials, spectra)[0]) == []
 
 
 def test_a_run_up_is_refused_as_a_record_at_constant_speed():

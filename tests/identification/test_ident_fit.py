@@ -74,6 +74,26 @@ def test_sensitivities_of_a_full_state_space_agree_with_central_differences():
     assert worst_slope(problem, theta, rng.normal(size=3)) < 1e-6
 
 
+def test_the_directions_of_a_full_state_space_leave_out_changes_of_basis_only():
+    rng = np.random.default_rng(5)
+    n, m, p = 4, 2, 2
+    full = FullStateSpace(n, m, p)
+    A = np.diag([0.9, 0.8, 0.7, 0.5]) + 0.05 * rng.normal(size=(n, n))
+    B, C = rng.normal(size=(n, m)), rng.normal(size=(p, n))
+    kept = full.directions(full.pack(A, B, C))
+    assert kept.shape == (n * (n + m + p), n * (m + p))
+    np.testing.assert_allclose(kept.T @ kept, np.eye(n * (m + p)), atol=1e-12)
+    for E in 1e-6 * rng.normal(size=(5, n, n)):  # T = I + E: A' = T^-1 A T, B' = T^-1 B, C' = C T
+        turn = full.pack(A @ E - E @ A, -E @ B, C @ E)
+        assert np.linalg.norm(kept.T @ turn) < 1e-12 * np.linalg.norm(turn)
+    markov = [C @ np.linalg.matrix_power(A, k) @ B for k in range(2 * n)]
+    step = 1e-6
+    for direction in kept.T:  # every other direction changes the response
+        F, G, H, _ = full.sampled(full.pack(A, B, C) + step * direction)
+        moved = [H @ np.linalg.matrix_power(F, k) @ G for k in range(2 * n)]
+        assert np.linalg.norm(np.array(moved) - np.array(markov)) > 1e-3 * step
+
+
 def test_the_normal_equations_of_the_kernel_are_those_of_the_jacobian():
     rng = np.random.default_rng(4)
     Q = np.linalg.qr(rng.normal(size=(400, 5)))[0]

@@ -33,6 +33,7 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         (("hinf", MODEL, "--spec", "Ts=1e-2"), "exceeds 10/Ts"),
         (("p", MODEL, "--spec", "kappa_x=-1.125"), "the loop with the model is unstable"),
         (("p", MODEL, "--bias", "9,0"), "leaves no room below the limit"),
+        (("p", MODEL, "--bias", "nan,0"), "is no pair of voltages"),
         (("p", MODEL, "--bias", "much"), "is no pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
         (("lqr", MODEL, "--spec", "Ts=0"), "is no sampling time"),

@@ -34,6 +34,13 @@ def test_a_study_of_four_points_ends_in_claims_models_and_a_report(run, tmp_path
     assert again.points.shape == (4, 2)
 
 
+def test_a_rotor_without_actuators_is_no_machine_of_the_whole_study(run, tmp_path):
+    code, out, err = run("study", "whole", "plain_rotor", "--out", tmp_path / "study")
+    assert (code, out) == (2, "")
+    assert "has no actuators in a gas film; there is nothing to identify or control" in err
+    assert not (tmp_path / "study").exists()
+
+
 def test_a_folder_without_the_right_records_ends_in_a_sentence(run, tmp_path):
     code, _, err = run(
         "study", "identification-vs-physics", "--campaign", tmp_path / "nothing", "--out", tmp_path / "study"

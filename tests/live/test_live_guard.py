@@ -33,7 +33,7 @@ def ask(guard=None, kind="http", path="/frame", query="", method="GET", body=b""
     given = {"host": PLACE, "cookie": COOKIE} | {k.replace("_", "-"): v for k, v in headers.items()}
     scope = {
         "type": kind, "path": path, "query_string": query.encode(), "method": method,
-        "headers": [(k.encode(), v.encode()) for k, v in given.items() if v],
+        "headers": [(k.encode(), v.encode("latin-1")) for k, v in given.items() if v],
     }  # fmt: skip
     waiting = [{"type": "http.request", "body": body}] if kind == "http" else [{"type": "websocket.connect"}]
     waiting += [{"type": "websocket.receive", "text": text} for text in messages]
@@ -59,6 +59,13 @@ def test_the_address_with_the_token_gives_the_cookie_and_hides_the_token():
     headers = dict(answer["headers"])
     assert answer["status"] == 303 and headers[b"location"] == b"/"
     assert b"HttpOnly" in headers[b"set-cookie"] and b"SameSite=Strict" in headers[b"set-cookie"]
+
+
+@pytest.mark.parametrize("other", ['prefs={"a":1}', "a=b=c", "odd", "rotorsim_8750=old", "x=\xe9"])
+def test_cookies_of_other_servers_of_this_computer_do_not_lock_the_page_out(other):
+    assert ask(cookie=f"{other}; {COOKIE}")[0]["status"] == 200
+    assert ask(cookie=f"{COOKIE}; {other}")[0]["status"] == 200
+    assert ask(cookie=other)[0]["status"] == 403
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The live rig without clock and page: settings act on the plant, nothing ends it, what is recorded plays again."""
 
 import json
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -253,6 +254,42 @@ def test_scenes_of_the_desk_come_back_and_those_of_another_machine_do_not(tmp_pa
             desk.save_scene(name)
     assert desk.scenes() == ["mine"]
     runner.close()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_values_that_fit_only_together_are_set_in_any_order(turned):
+    values = {"gravity.acceleration": 0.0, "crack.loss": 0.0}
+    rig = make_rig(**{"crack.loss": 1e6})
+    rig.put_all(dict(sorted(values.items(), reverse=turned)))
+    assert not rig.said
+    assert (rig.in_force()["gravity.acceleration"], rig.in_force()["crack.loss"]) == (0.0, 0.0)
+
+
+def test_values_that_a_machine_file_refuses_together_are_refused_here():
+    rig = make_rig(**{"crack.loss": 1e6})
+    rig.put_all({"gravity.acceleration": 0.0, "rub.friction": 0.2})
+    assert len(rig.said) == 1
+    assert rig.said[0][1].startswith("crack: the weight opens and closes a crack, but there is none")
+    assert (rig.in_force()["gravity.acceleration"], rig.in_force()["rub.friction"]) == (9.81, 0.2)
+    assert len(rig.advance(20)) == 20
+
+
+def test_a_film_on_another_grid_is_not_drawn_and_that_is_said(tmp_path):
+    runner = Runner(make_rig(speed=3000 * RPM))
+    runner.record(tmp_path / "r.nc")
+    runner._obey()
+    runner._part(500)
+    runner.close()
+    replay = Replay(tmp_path / "r.nc")
+    replay.advance(500)
+    assert replay.frame()["film"] is not None
+    other = Runner(make_rig())
+    other.geometry = replace(other.geometry, theta=other.geometry.theta[::2])
+    other.play(replay)
+    other._obey()
+    assert "its film is on another grid" in other.rig.said[-1][1]
+    assert other.replay is replay and "film" not in other.frame()
+    other.close()
 
 
 def test_every_scene_of_the_tour_can_be_set_without_a_word():

@@ -8,7 +8,7 @@ import pytest
 from rotorsim.report.study_page import Block
 from rotorsim.study.cache import file_of, find, keep, key_of
 from rotorsim.study.page import blocks_of, plain_blocks
-from rotorsim.study.pool import Case, run_cases
+from rotorsim.study.pool import Case, processes, run_cases
 
 
 def square(value, log):
@@ -34,6 +34,12 @@ def test_a_stage_is_run_once_and_then_read(tmp_path):
     assert first == {"case 2": {"square": 4}, "case 3": {"square": 9}}
     assert run_cases(tmp_path / "stages", cases(log, (2, 3, 4)), 1, silent)["case 4"] == {"square": 16}
     assert log.read_text().split() == ["2", "3", "4"]
+
+
+def test_processes_give_what_one_process_gives_in_the_same_order():
+    for workers in (1, 2):
+        with processes(workers) as each:
+            assert list(each(abs, [-3, 2, -1])) == [3, 2, 1]
 
 
 def test_what_was_done_before_a_failure_is_kept(tmp_path):

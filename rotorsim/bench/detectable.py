@@ -1,0 +1,59 @@
+"""How large a hidden effect must be to be seen at all: its signature after re-calibration against the floor.
+
+A size is detectable whose projected signature makes a chi-square of 50 in the records to fit of a machine in which
+nothing is hidden. What is smaller can only be met with silence; flags want two to five times as much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+
+import numpy as np
+
+from rotorsim.discrepancy.calibrate import recalibrate, renewed
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.comparison import Comparison
+from rotorsim.discrepancy.hidden import Truth, hide
+from rotorsim.discrepancy.intake import make_trials, open_records
+from rotorsim.discrepancy.projection import Screen, screen
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.workflow import Workshop
+from rotorsim.machine import Machine
+
+CHI2 = 50.0
+
+
+@dataclass(frozen=True, eq=False)
+class Detectable:
+    """Projected signatures of all forms; `place` finds a form by its label."""
+
+    view: Screen
+    place: dict[str, int]
+
+    @classmethod
+    def of(cls, machine: Machine, truth_plant: Twin, workshop: Workshop, seed: int = 0) -> Detectable:
+        """From records of the campaign in which nothing is hidden."""
+        records = hide(machine, (), seed, twin=truth_plant, tiled=True)
+        trials = [t for t in make_trials(machine, open_records(records, None), None) if t.role == "fit"]
+        comparison = Comparison(workshop.twin, trials, threads=1)
+        base = renewed(comparison, recalibrate(comparison, workshop.fine, law=workshop.law).fit)
+        base = replace(base, J=comparison.jacobian(base.point, base.knobs))
+        forms, here = candidates(workshop.twin), comparison.predict(base.point)
+        columns = [comparison.jacobian(base.point.holding(f.fixed), f.knobs, here) for f in forms]
+        return cls(screen(base, forms, columns), {f.label: i for i, f in enumerate(forms)})
+
+    def times(self, truth: Truth) -> float:
+        """How many times its detectable size the least of the hidden effects has; infinite where nothing is hidden."""
+        found = inf
+        for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):
+            if form.label not in self.place:
+                return 0.0
+            own = self.view.where[self.place[form.label]]
+            steps = np.array(amplitude) / [k.step for k in form.knobs]
+            found = min(found, sqrt(max(float(steps @ self.view.gram[own, own] @ steps), 0.0) / CHI2))
+        return found
+
+    def table(self) -> dict[str, float]:
+        """Detectable size in steps by label."""
+        return {label: sqrt(CHI2) / max(self.view.size(i), 1e-300) for label, i in self.place.items()}
