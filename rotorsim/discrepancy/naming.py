@@ -19,6 +19,10 @@ from rotorsim.discrepancy.projection import Screen, screen
 MOST_EFFECTS = 3
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
+CLEAR = 200.0
+"""A name lowers the sum of squares by this much at least, beside k ln N: four times what makes it detectable."""
+MORE = 100.0
+"""Flagged excess that explanations may leave before another effect is looked for beside them."""
 A_FIFTH = 0.2
 REFITS = 3
 """Hypotheses of each size that are re-fitted with the plant."""
@@ -129,6 +133,14 @@ class Search:
         left = self._left(fit)
         return Hypothesis(forms, fit, left, self._held(fit.point), 1 - left / max(self.base_excess, 1e-300))
 
+    def onward(self, h: Hypothesis) -> Search:
+        """A search for what is missing beside a hypothesis."""
+        taken = {f.effect for f in h.forms}
+        forms = tuple(f for f in self.forms if f.effect not in taken)
+        columns = {f.label: self.columns[f.label] for f in forms}
+        return Search(self.comparison, self.held_out, h.fit, forms, columns, h.excess, h.held_out, self.say,
+                      unsteady=self.unsteady)  # fmt: skip
+
     def _start(self, own: tuple[Knob, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
         values = start * np.array([k.step for k in own])
@@ -213,7 +225,8 @@ def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, .
 
 def passes(h: Hypothesis, search: Search) -> bool:
     """Whether a hypothesis explains what is flagged and does so at held-out points too."""
-    better = search.base.cost - h.fit.cost > (len(h.fit.knobs) - len(search.base.knobs)) * log(len(h.fit.residual))
+    price = CLEAR + (len(h.fit.knobs) - len(search.base.knobs)) * log(len(h.fit.residual))
+    better = search.base.cost - h.fit.cost > price
     held = search.held_out is None or h.held_out <= max(0.25 * search.base_held, 0.1 * search.base_excess)
     return bool(better and held and h.gone >= ENOUGH)
 

@@ -15,7 +15,7 @@ import numpy as np
 from reynolds.jit import cache_root
 from rotorsim.discrepancy.comparison import Comparison, Point
 from rotorsim.discrepancy.knobs import Knob
-from rotorsim.discrepancy.memo import read, write
+from rotorsim.discrepancy.memo import read, sources, write
 from rotorsim.discrepancy.trial import Trial
 
 
@@ -29,8 +29,7 @@ def rounded(trial: Trial) -> Trial:
 
 def key_of(comparison: Comparison, point: Point, knob: Knob) -> str:
     """Name of a column: plant with its kernels, inputs, place in parameter space, knob."""
-    digest = hashlib.sha256()
-    digest.update(comparison.twin.equipped[0].hash.encode())
+    digest = hashlib.sha256(sources() + comparison.twin.equipped[0].hash.encode())
     digest.update(str(comparison.twin.assembly.module.__name__).encode())
     for trial in comparison.trials:
         digest.update(f"{trial.inputs} {trial.angle!r} {trial.lead}".encode())

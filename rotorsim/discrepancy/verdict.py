@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rotorsim.discrepancy.classes import class_of
-from rotorsim.discrepancy.naming import A_FIFTH, MOST_EFFECTS, Hypothesis, Search, passes, tied, without_idle
+from rotorsim.discrepancy.naming import (
+    A_FIFTH,
+    MORE,
+    MOST_EFFECTS,
+    Hypothesis,
+    Search,
+    passes,
+    tied,
+    without_idle,
+)
 
 STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
 
@@ -50,11 +59,36 @@ def _accepted(
     if len(best.forms) > 1:
         best = without_idle(best, search)
     best = search.polished(best)
-    rivals = [h for h in tied(best, found, search.base) if len(h.forms) <= len(best.forms)]
+    rivals = tied(best, found, search.base)
+    while len(best.forms) < MOST_EFFECTS and best.excess - search.unsteady > MORE:
+        beside = _beside(search, best, tried)
+        if not beside:
+            break
+        best, *others = beside
+        rivals += others
+    rivals = [h for h in rivals if len(h.forms) <= len(best.forms)]
     classes = tuple(class_of(k, known) for k in best.keys)
     rivals = [h for h in rivals if not _same(h, best, known)]
     several = any(len(c) > 1 for c in classes) or bool(rivals)
     return Verdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
+
+
+def _beside(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
+    """The best hypothesis with another effect beside it that explains what it leaves, and what is tied with that."""
+    onward = search.onward(best)
+    found = onward.singles()
+    good = [h for h in found if passes(h, onward)]
+    if not good:
+        return []
+    first = onward.polished(good[0])
+    joined = [_joined(search, best, h) for h in (first, *tied(first, found, onward.base))]
+    tried += joined
+    return joined
+
+
+def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
+    """A hypothesis that was found beside another, with the forms of both."""
+    return replace(h, forms=(*best.forms, *h.forms), gone=1 - h.excess / max(search.base_excess, 1e-300))
 
 
 def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
