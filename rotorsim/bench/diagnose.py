@@ -253,7 +253,7 @@ def figures(found: list[Case]) -> Iterator[Figure]:
     yield Figure("error of the injectors' law, wrong names", share(("law",), ("wrong",)), "1", 0.03)
     yield Figure("left out of the candidates, wrong names", share(("left_out",), ("wrong",)), "1", 0.10)
     yield Figure("noise x3, wrong names", share(("noise",), ("wrong",)), "1", 0.0)
-    yield Figure("pairs not both named", 1 - share(("pair",), ("right", "class")), "1", 0.40)
+    yield Figure("pairs not both named", 1 - share(("pair",), ("right", "class"), 1.0), "1", 0.40)
     yield Figure("pairs, wrong names", share(("pair",), ("wrong",)), "1", 0.05)
     told = [c for c in found if c.verdict in ("right", "class") and c.named]
     left = [1 - c.reduction for c in told if np.isfinite(c.reduction)]

@@ -9,8 +9,9 @@ import numpy as np
 
 from rotorsim.discrepancy.comparison import Comparison
 
-SIGMAS, LEAST = 6.0, 12.0
-"""A group is flagged when its sum of squares is beyond its number by so many standard deviations and so much."""
+SIGMAS, LEAST = 6.0, 20.0
+"""A group is flagged when its sum of squares is beyond its number by so many standard deviations and so much: of two
+numbers, as an order has, one in 60 000 is by chance."""
 CHANNELS = "xy"
 
 

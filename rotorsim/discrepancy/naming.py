@@ -23,6 +23,8 @@ CLEAR = 200.0
 """A name lowers the sum of squares by this much at least, beside k ln N: four times what makes it detectable."""
 MORE = 100.0
 """Flagged excess that explanations may leave before another effect is looked for beside them."""
+NEARLY = 0.8
+"""From this share on a hypothesis is fitted with all sensitivities renewed before it is dropped."""
 A_FIFTH = 0.2
 REFITS = 3
 """Hypotheses of each size that are re-fitted with the plant."""
@@ -114,7 +116,11 @@ class Search:
             J = np.concatenate([first.J[:, : len(self.base.knobs)], fresh], axis=1)
             again = fit(self.comparison, first.point, (*self.base.knobs, *turned), J, first.residual, say=self.say)
             first = again if again.cost < first.cost else first
-        return self._found(tuple(forms), first)
+        h = self._found(tuple(forms), first)
+        if NEARLY <= h.gone < ENOUGH:
+            again = self.polished(h)
+            h = again if again.fit.cost < h.fit.cost else h
+        return h
 
     def polished(self, h: Hypothesis) -> Hypothesis:
         """The hypothesis fitted once more with every sensitivity taken where it stands.

@@ -17,7 +17,7 @@ import numpy as np
 from rotorsim.discrepancy.comparison import Comparison, Point
 from rotorsim.discrepancy.knobs import contributions, setting
 from rotorsim.discrepancy.localise import Flag
-from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.discrepancy.unsteady import GROUP, tone
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
@@ -72,18 +72,24 @@ def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -
     G = plant.transfer(2j * np.pi * f)[:, 2:4]
     force = np.linalg.solve(G, r)
     forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
-    turns = trial.speed / (2 * np.pi)
-    order = f / turns if turns > 0.1 else float("nan")
     return {
         "record": trial.name,
         "point": trial.point,
         "frequency_hz": f,
-        "order": order if abs(order - round(order)) < 0.02 or order < 1 else None,
+        "order": _order(trial, f),
         "force_n": float(np.linalg.norm(np.linalg.solve(G, near))),
         "direction": _direction(forward, backward, force),
         "residual_um": float(np.linalg.norm(r)) * 1e6,
         "unsteady": False,
     }
+
+
+def _order(trial: Trial, f: float) -> float | None:
+    """Order of a frequency [Hz] that is a whole one or below 1X; None for others and at rest."""
+    if abs(trial.speed) <= TURNING:
+        return None
+    order = f * 2 * np.pi / abs(trial.speed)
+    return order if abs(order - round(order)) < 0.02 or order < 1 else None
 
 
 def _peaks(size: np.ndarray, most: int) -> list[int]:

@@ -96,7 +96,8 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         yield _figure(
             "Where it disagrees",
             "Groups of lines whose residual, after re-calibration, is beyond the floor; the darker, the farther. 1X is "
-            "the speed of the shaft, 'slow' the mean and its drift, 'between' lines that nothing excites.",
+            "the speed of the shaft, 'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' "
+            "what does not repeat from period to period.",
             plots.flag_map(d),
         )
         yield from _spectra(d)
@@ -168,7 +169,8 @@ def _gap_table(d: Diagnosis) -> str:
 
 def _unknown(d: Diagnosis) -> str:
     rows = [
-        (x["point"], f"{x['frequency_hz']:.4g} Hz", "" if x["order"] is None else f"{x['order']:.2f} X",
+        (x["point"], f"{x['frequency_hz']:.4g} Hz" + (", unsteady" if x["unsteady"] else ""),
+         "" if x["order"] is None else f"{x['order']:.2f} X",
          f"{x['force_n']:.3g} N", x["direction"], f"{x['residual_um']:.3g} um")
         for x in d.unknown["lines"]
     ]  # fmt: skip
