@@ -116,11 +116,10 @@ class Search:
             J = np.concatenate([first.J[:, : len(self.base.knobs)], fresh], axis=1)
             again = fit(self.comparison, first.point, (*self.base.knobs, *turned), J, first.residual, say=self.say)
             first = again if again.cost < first.cost else first
-        h = self._found(tuple(forms), first)
-        if NEARLY <= h.gone < ENOUGH:
-            again = self.polished(h)
-            h = again if again.fit.cost < h.fit.cost else h
-        return h
+        found = self._found(tuple(forms), first)
+        if NEARLY <= found.gone < ENOUGH:
+            found = min(found, self.polished(found), key=lambda h: h.fit.cost)
+        return found
 
     def polished(self, h: Hypothesis) -> Hypothesis:
         """The hypothesis fitted once more with every sensitivity taken where it stands.
