@@ -176,5 +176,9 @@ def load_model(path: str | Path) -> LinearModel | LpvModel:
         return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
     except FileNotFoundError as error:
         raise ModelError(f"{path}: is not there; give a file that 'rotorsim identify' wrote") from error
-    except (ValueError, KeyError, TypeError, UnicodeDecodeError, IsADirectoryError) as error:
+    except KeyError as error:
+        raise ModelError(
+            f"{path}: is no model, it has no {error}; give a file that 'rotorsim identify' wrote"
+        ) from error
+    except (ValueError, TypeError, UnicodeDecodeError, IsADirectoryError) as error:
         raise ModelError(f"{path}: is no model ({error}); give a file that 'rotorsim identify' wrote") from error

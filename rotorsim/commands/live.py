@@ -24,7 +24,7 @@ def live(
     grid: GridSize = None,
     time_step: TimeStep = None,
     changes: Changes = None,
-    seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
     out: Annotated[Path, typer.Option(help="Folder for scenes and records.")] = Path("live"),
     port: Annotated[int, typer.Option(help="Port on this machine; the next free one if it is taken.")] = 8750,
     keep_open: Annotated[bool, typer.Option("--keep-open", help="Go on when the last window is closed.")] = False,
@@ -44,6 +44,8 @@ def live(
 
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is no port; give one from 1 to 65535")
+    if out.is_file():
+        raise DataError(f"--out {out}: is a file; give a folder for scenes and records")
     scene, replay = _scene(machine), _replay(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
 
@@ -59,6 +61,8 @@ def live(
             serve(complaint(machine, error.problems), port, tell, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = make_plant(name, grid, time_step, changes or [])
+    if law and not plant.machine.injectors:
+        raise DataError(f"--law: {plant.machine.name} has no injectors that a controller could move; leave it out")
     laws = read_laws(law or [])
     say_if_compiling(plant)
     desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)

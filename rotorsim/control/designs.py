@@ -34,6 +34,10 @@ def module_of(name: str) -> Any:
     return import_module(f"rotorsim.control.{name}")
 
 
+UNITS = {"speed": ("rad/s", "4000 rpm"), "slowest": ("rad/s", "1000 rpm"), "pressure": ("Pa", "0.5 MPa")}
+"""Fields that are read with a unit: the one they are kept in, and an example."""
+
+
 def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
     """Specification of a design: its defaults or a preset, changed by texts ``field=value``; raises DesignError."""
     module = module_of(name)
@@ -41,7 +45,8 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
     if preset:
         known = getattr(module, "PRESETS", {})
         if preset not in known:
-            raise DesignError(f"design {name}: no preset '{preset}'; known are {', '.join(known) or 'none'}")
+            hint = f"known are {', '.join(known)}" if known else "it has none, use --spec"
+            raise DesignError(f"design {name}: no preset '{preset}'; {hint}")
         spec = known[preset]
     for change in changes:
         path, equals, value = change.partition("=")
@@ -70,12 +75,10 @@ def _changed(spec: Any, path: list[str], value: str, said: str) -> Any:
 
 
 def _value(old: Any, name: str, text: str, said: str) -> Any:
-    """The text as a value of the kind that the field holds; speed and pressure may have units."""
+    """The text as a value of the kind that the field holds; speeds and pressures have units."""
+    if name in UNITS:
+        return _quantity(text, said, *UNITS[name])
     try:
-        if name in ("speed", "slowest"):
-            return _quantity(text, "rad/s")
-        if name == "pressure":
-            return _quantity(text, "Pa")
         if isinstance(old, bool):
             return {"true": True, "false": False}[text.lower()]
         if name == "order" and text.lower() in ("none", "auto"):
@@ -90,7 +93,10 @@ def _value(old: Any, name: str, text: str, said: str) -> Any:
         raise DesignError(f"--spec: '{said}': '{text}' is no value like {old}; give another") from error
 
 
-def _quantity(text: str, unit: str) -> float:
+def _quantity(text: str, said: str, unit: str, example: str) -> float:
     from rotorsim.machine.units import parse
 
-    return float(parse(text, unit))
+    try:
+        return float(parse(text, unit))
+    except (ValueError, KeyError) as error:
+        raise DesignError(f"--spec: '{said}': '{text}' is no number with a unit; write e.g. {example}") from error

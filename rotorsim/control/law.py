@@ -195,8 +195,8 @@ def load_law(path: str | Path) -> Law:
     path = Path(path)
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        if data.pop("kind") != "law":
-            raise KeyError("kind is not 'law'")
+        if (kind := data.pop("kind", None)) != "law":
+            raise ValueError(f"its kind is '{kind}'" if kind else "it does not say its kind")
         for name in ("bias", "centre"):
             data[name] = None if data[name] is None else tuple(data[name])
         return Law(**data)

@@ -10,6 +10,7 @@ from identification import load_model
 from rotorsim.control import load_law
 
 MODEL = Path(__file__).parent.parent / "control" / "rig_model.json"
+BROKEN = Path(__file__).parent / "no_model.json"
 
 
 def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
@@ -36,6 +37,9 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         (("p", MODEL, "--bias", "nan,0"), "is no pair of voltages"),
         (("p", MODEL, "--bias", "much"), "is no pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
+        (("lqr", MODEL, "--preset", "mild"), "it has none, use --spec"),
+        (("hinf", MODEL, "--spec", "speed=4000"), "is no number with a unit; write e.g. 4000 rpm"),
+        (("hinf", BROKEN), "is no model, it has no 'A'"),
         (("lqr", MODEL, "--spec", "Ts=0"), "is no sampling time"),
         (("hinf", MODEL, "--spec", "weights.zeta_1=-3"), "makes no stable weight"),
         (("hinf", MODEL, "--spec", "weights.over_M_b=0"), "some reference costs nothing at high frequency"),
