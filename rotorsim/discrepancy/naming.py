@@ -71,12 +71,14 @@ class Search:
     base_held: float
     say: Callable[[], None] = lambda: None
     renewed: set[str] | None = None
+    nominal: Fit | None = None
+    """The base with sensitivities of where `columns` were taken; where there is none all are renewed at once."""
     unsteady: float = 0.0
     """Part of the excess that does not repeat from period to period: no effect takes it away."""
 
-    def screened(self) -> Screen:
-        """All forms, projected off the calibration."""
-        return screen(self.base, self.forms, [self.columns[f.label] for f in self.forms])
+    def screened(self, base: Fit | None = None) -> Screen:
+        """All forms, projected off the calibration as it is at the re-fitted point (or at that of another `base`)."""
+        return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
 
     def renew(self, forms: Iterable[Form]) -> None:
         """Take sensitivities of these forms at the re-fitted point."""
@@ -168,9 +170,13 @@ class Search:
 
     def singles(self) -> list[Hypothesis]:
         """The best single forms, re-fitted; of one effect and place only its best option."""
-        first = self.screened()
-        order = np.argsort([-first.drop(i)[0] for i in range(len(self.forms))])
-        self.renew(self.forms[i] for i in order[:FINALISTS] if first.drop(int(i))[0] > 0)
+        if self.nominal is None:
+            self.renew(self.forms)
+        else:
+            # sensitivities of forms and calibration of one point: mixed, a faint effect drowns in the difference
+            first = self.screened(self.nominal)
+            order = np.argsort([-first.drop(i)[0] for i in range(len(self.forms))])
+            self.renew(self.forms[i] for i in order[:FINALISTS] if first.drop(int(i))[0] > 0)
         again = self.screened()
         ranked = sorted(range(len(self.forms)), key=lambda i: -again.drop(i)[0])
         ranked = [i for i in ranked if self.forms[i].label in (self.renewed or set())]
@@ -189,13 +195,12 @@ class Search:
 
     def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
         """The best pairs or triples, re-fitted."""
+        self.renew(self.forms)
         view = self.screened()
         pool = list(of) if of is not None else self._pool(view, 40 if size == 2 else 14)
         combos = [c for c in combinations(pool, size) if len({self.forms[i].effect for i in c}) == size]
         drops = sorted(((view.drop(*c)[0], c) for c in combos), key=lambda d: -d[0])
         top = _distinct([tuple(self.forms[i] for i in c) for d, c in drops[:200] if d > 0], REFITS)
-        self.renew(f for forms in top for f in forms)
-        view = self.screened()
         found = []
         for forms in top:
             drop, start = view.drop(*(self.forms.index(f) for f in forms))

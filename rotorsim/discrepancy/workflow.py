@@ -208,11 +208,12 @@ class Work:
             self.say("screen")
             own = store.columns(origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
             raw[form.label] = own / self.fitted.sigma[:, None]
+        nominal = replace(base, J=store.columns(origin, base.knobs) / self.fitted.sigma[:, None])
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         usable = tuple(f for f in self.forms if self._usable(f, raw[f.label]))
         search = Search(self.fitted, held, base, usable, raw, sum(f.excess for f in flags), held_excess,
-                        lambda: self.say("name"), unsteady=sum(f.excess for f in apart))  # fmt: skip
+                        lambda: self.say("name"), nominal=nominal, unsteady=sum(f.excess for f in apart))  # fmt: skip
         return judge(search), search
 
     def _usable(self, form: Form, columns: np.ndarray) -> bool:
