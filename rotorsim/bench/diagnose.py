@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ from rotorsim.discrepancy.hidden import Truth, draw, truth_twin
 from rotorsim.discrepancy.knobs import REFERENCE_PRESSURE, Knob, contributions, setting
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.workflow import Workshop
-from rotorsim.errors import RotorsimError
+from rotorsim.errors import DataError, RotorsimError
 from rotorsim.machine import Machine, load_machine
 
 REPORTING = 100_000
@@ -41,6 +42,8 @@ UNSEEN = ("creep", "slip", "viscosity", "torque_ripple", "rub", "base_vibration"
 """Effects that are not drawn: undetectable on this rig with an excitation that has no mean, shape parameters that a
 draw does not vary, or (a droop of the supply) told by the records' own gauge, which sits at the injectors."""
 INJECTOR = " of injector "
+MOST_DRAWS, AGAIN = 20, 10_000_000
+"""How often a machine is drawn, and what lies between the seeds."""
 ABOVE = 2.2
 """Times its detectable size above which a single effect should nearly always be named."""
 
@@ -113,18 +116,7 @@ def run_case(
 ) -> Case:
     """Hide and diagnose."""
     kind = KINDS[number % len(KINDS)]
-    rng = np.random.default_rng([number, 11])
-    pool = sorted({f.key for f in candidates(truth_plant) if f.effect not in UNSEEN})
-    count = {"single": 1, "left_out": 1, "pair": 2}.get(kind, 0)
-    picked = _pick(pool, count, rng)
-    truth = draw(truth_plant, picked, number)
-    disturb = foreign(int(rng.integers(5))) if kind == "foreign" else None
-    if kind == "law":
-        truth = law_error(truth, rng)
-    if kind == "noise":
-        values = {**truth.point.values, Knob("noise.0.sigma", 1e-7): 0.66e-6}
-        truth = replace(truth, point=replace(truth.point, values=values))
-    records = hide(machine, picked, number, truth=truth, disturb=disturb, twin=truth_plant, tiled=True)
+    picked, truth, records = _hidden(number, kind, machine, truth_plant)
     begin, used = time.perf_counter(), time.process_time()
     effects = None
     if kind == "left_out":
@@ -144,6 +136,27 @@ def run_case(
     verdict = judged(kind, hidden, d, {f.key for f in candidates(workshop.twin)})
     gone, inside = reduction(d.gap), _within(d, truth, workshop.twin)
     return Case(number, kind, hidden, steps, times, d.status, named, verdict, seconds, gone, inside, cpu)
+
+
+def _hidden(number: int, kind: str, machine: Machine, truth_plant: Twin) -> tuple[list[str], Truth, list[Any]]:
+    """Effects, truth and records of a case; a machine that does not lift off is drawn again."""
+    rng = np.random.default_rng([number, 11])
+    pool = sorted({f.key for f in candidates(truth_plant) if f.effect not in UNSEEN})
+    count = {"single": 1, "left_out": 1, "pair": 2}.get(kind, 0)
+    for attempt in range(MOST_DRAWS):
+        seed = number + attempt * AGAIN
+        picked = _pick(pool, count, rng)
+        truth = draw(truth_plant, picked, seed)
+        disturb = foreign(int(rng.integers(5))) if kind == "foreign" else None
+        if kind == "law":
+            truth = law_error(truth, rng)
+        if kind == "noise":
+            values = {**truth.point.values, Knob("noise.0.sigma", 1e-7): 0.66e-6}
+            truth = replace(truth, point=replace(truth.point, values=values))
+        with suppress(DataError):
+            records = hide(machine, picked, seed, truth=truth, disturb=disturb, twin=truth_plant, tiled=True)
+            return picked, truth, records
+    raise DataError(f"bench: case {number} has no machine that lifts off; begin with another seed")
 
 
 def _pick(pool: list[str], count: int, rng: np.random.Generator) -> list[str]:

@@ -65,7 +65,7 @@ def difference(before: Machine, after: Machine) -> str:
 def _comments(diagnosis: Diagnosis, found: Found) -> list[str]:
     units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[found.effect])}
     lines = [f"found by rotorsim diagnose, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
-    lines += [f"{p} +- {show(float(f'{sd:.2g}'), units[p])} (one standard deviation)" for p, sd in found.sd.items()]
+    lines += [f"{p} +- {_rough(sd, units[p])} (one standard deviation)" for p, sd in found.sd.items()]
     evidence = diagnosis.evidence
     if "share_gone" in evidence:
         lines.append(
@@ -76,6 +76,12 @@ def _comments(diagnosis: Diagnosis, found: Found) -> list[str]:
     if others:
         lines.append(f"cannot be told from: {', '.join(others)}")
     return lines
+
+
+def _rough(value: float, unit: str) -> str:
+    """Two digits of a value in a unit people use."""
+    number, _, written = show(value, unit).partition(" ")
+    return f"{float(number):.2g} {written}".rstrip()
 
 
 def _add(effects: Any, machine: Machine, name: str, values: dict[str, float], comments: list[str]) -> None:
