@@ -60,7 +60,8 @@ def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
 
 def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
     """Hidden cases one after another, then the table and the rates."""
-    from rotorsim.bench.diagnose import cases, confusion, figures
+    from rotorsim.bench.diagnose import cases
+    from rotorsim.bench.verdicts import confusion, figures
 
     found = []
     for case in cases(count, seed, keep):

@@ -14,9 +14,9 @@ from rotorsim.discrepancy.candidates import Form, candidates
 from rotorsim.discrepancy.comparison import NO_SOLUTION, THREADS, Comparison, Point
 from rotorsim.discrepancy.fit import Fit
 from rotorsim.discrepancy.floor import TOLERANCE
+from rotorsim.discrepancy.found import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.intake import data_hash, limits, make_trials, open_records
-from rotorsim.discrepancy.knobs import Knob, contributions, lobes, setting, wave
 from rotorsim.discrepancy.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.memo import Memo
 from rotorsim.discrepancy.mistakes import check_before
@@ -29,7 +29,7 @@ from rotorsim.discrepancy.shown import spectra_of
 from rotorsim.discrepancy.store import Sensitivities
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
+from rotorsim.discrepancy.uncertainty import covariance
 from rotorsim.discrepancy.unknown import equivalent_force
 from rotorsim.discrepancy.unsteady import GROUP as UNSTEADY
 from rotorsim.discrepancy.unsteady import unsteady
@@ -168,7 +168,7 @@ class Work:
         )
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
-        notes += self._scatter_note() + [_null_sentence(n) for n in calibrated.null]
+        notes += self._scatter_note() + [null_sentence(n) for n in calibrated.null]
         fitted = self.fitted.measured - calibrated.fit.residual * self.fitted.sigma
         notes += check_after(self.fitted, fitted)
         base = calibrated.fit
@@ -248,8 +248,8 @@ class Work:
             next_experiment=ahead,
             gap=gap,
             notes=tuple(notes),
-            calibration=_calibration(final, self.fitted, base.knobs),
-            evidence=_evidence(base, best, search),
+            calibration=calibration_of(final, self.fitted, base.knobs),
+            evidence=evidence_of(base, best, search),
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(
@@ -265,57 +265,6 @@ class Work:
         V = covariance(best.fit, self.fitted.layout.record)
         classes = dict(zip(best.keys, verdict.classes, strict=False))
         return tuple(found_of(self.workshop.twin, f, best.fit, V, classes.get(f.key, (f.key,))) for f in best.forms)
-
-
-def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[str, ...]) -> Found:
-    """Parameters of a form with standard deviations, as its table of the machine file has them."""
-    own = {k: fit.point.values.get(k, 0.0) for k in (*form.knobs, *form.refine)}
-    absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
-    parameters = {key.split(".")[2]: value for key, value in absolute.items()}
-    table = next(iter(absolute)).split(".")[1]
-    position = getattr(twin.effect(form.effect, int(table)), "position", None)
-    parameters |= {} if position is None else {"position": position}
-    at = {k: i for i, k in enumerate(fit.knobs)}
-    sd: dict[str, float] = {}
-    if len(form.knobs) == 2 and "~" in form.knobs[0].key:
-        i, j = (at[k] for k in form.knobs)
-        path = form.knobs[0].key[:-2]
-        pair = path.split(".")[2].split("~")
-        name, table = path.split(".")[:2]
-        effect = twin.effect(name, int(table))
-        n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
-        c, s = (fit.point.values.get(k, 0.0) for k in form.knobs)
-        own_wave = wave(effect, pair[0], pair[1], n)
-        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
-        sd[pair[1]] /= n
-    for knob in (*form.knobs, *form.refine):
-        if "~" not in knob.key and knob in at:
-            sd[knob.key.split(".")[2]] = float(np.sqrt(V[at[knob], at[knob]]))
-    return Found(form.effect, form.key, parameters, sd, tie_class)
-
-
-def _calibration(fit: Fit, comparison: Comparison, knobs: Sequence[Knob]) -> dict[str, tuple[float, float]]:
-    V = covariance(fit, comparison.layout.record)
-    at = {k: i for i, k in enumerate(fit.knobs)}
-    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in knobs}
-
-
-def _evidence(base: Fit, best: Any, search: Search | None) -> dict[str, float]:
-    told = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
-    if search is not None:
-        told |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
-    if best is not None:
-        told |= {
-            "chi2_with_effect": best.fit.chi2,
-            "share_gone": best.gone,
-            "held_out_excess_with_effect": best.held_out,
-        }
-    return told
-
-
-def _null_sentence(null: dict[str, float]) -> str:
-    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
-    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
 
 
 __all__ = ["Workshop", "diagnose"]

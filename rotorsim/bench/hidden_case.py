@@ -1,0 +1,98 @@
+"""What is hidden in a case of the benchmark of diagnoses: kinds, effects, disturbances, and the records of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from rotorsim.discrepancy import hide
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.design import Planned
+from rotorsim.discrepancy.hidden import Truth, draw
+from rotorsim.discrepancy.knobs import REFERENCE_PRESSURE, Knob
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.errors import DataError
+from rotorsim.machine import Machine
+
+KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")
+"""What cases are, in turn."""
+UNSEEN = ("creep", "slip", "viscosity", "torque_ripple", "rub", "base_vibration", "unbalance", "supply_droop")
+"""Effects that are not drawn: undetectable on this rig with an excitation that has no mean, shape parameters that a
+draw does not vary, or (a droop of the supply) told by the records' own gauge, which sits at the injectors."""
+MOST_DRAWS, AGAIN = 20, 10_000_000
+"""How often a machine is drawn, and what lies between the seeds."""
+
+
+def foreign(kind: int) -> Callable[[np.ndarray, Planned], np.ndarray]:
+    """A disturbance of the inputs that no effect of the catalogue makes."""
+
+    def disturb(rows: np.ndarray, planned: Planned) -> np.ndarray:
+        t = np.arange(len(rows)) * 2e-4
+        angle = rows[0, 0] * t
+        if kind == 0:
+            rows[:, 4] += 0.6 * np.sin(2 * np.pi * 136.25 * t)
+        elif kind == 1:
+            rows[:, 4] += 0.5 * np.cos(4 * angle)
+            rows[:, 5] += 0.5 * np.sin(4 * angle)
+        elif kind == 2:
+            rows[:, 5] += 0.8 * np.cos(0.5 * angle)
+        elif kind == 3:
+            rows[:, 1] *= 1 + 0.03 * np.sin(2 * np.pi * 31.25 * t)
+        else:
+            slow = 1 + 0.8 * np.cos(2 * np.pi * 6.25 * t)
+            rows[:, 4] += 1.5 * slow * np.cos(angle)
+            rows[:, 5] += 1.5 * slow * np.sin(angle)
+        return rows
+
+    return disturb
+
+
+@dataclass(frozen=True)
+class Bent(Knob):
+    """A knob that counts by another power of the pressure than the calibration's trend does."""
+
+    power: float = 0.0
+
+    def share(self, speed: float, pressure: float) -> float:
+        """1 at 1 MPa, 0 at the reference pressure."""
+        return float(((pressure / REFERENCE_PRESSURE) ** self.power - 1) / (2**self.power - 1))
+
+
+def law_error(truth: Truth, rng: np.random.Generator) -> Truth:
+    """Another pressure law of the pins: 5 % more or less flow when the pressure doubles, by some power of it."""
+    knob = Bent("discharge_drift.0.drift", 0.02, trend="pressure", power=float(rng.choice([-1.0, 0.5, 2.0])))
+    values = {**truth.point.values, knob: float(rng.choice([-0.05, 0.05]))}
+    return replace(truth, point=replace(truth.point, values=values))
+
+
+def hidden_case(number: int, kind: str, machine: Machine, truth_plant: Twin) -> tuple[list[str], Truth, list[Any]]:
+    """Effects, truth and records of a case; a machine that does not lift off is drawn again."""
+    rng = np.random.default_rng([number, 11])
+    pool = sorted({f.key for f in candidates(truth_plant) if f.effect not in UNSEEN})
+    count = {"single": 1, "left_out": 1, "pair": 2}.get(kind, 0)
+    for attempt in range(MOST_DRAWS):
+        seed = number + attempt * AGAIN
+        picked = _pick(pool, count, rng)
+        truth = draw(truth_plant, picked, seed)
+        disturb = foreign(int(rng.integers(5))) if kind == "foreign" else None
+        if kind == "law":
+            truth = law_error(truth, rng)
+        if kind == "noise":
+            values = {**truth.point.values, Knob("noise.0.sigma", 1e-7): 0.66e-6}
+            truth = replace(truth, point=replace(truth.point, values=values))
+        with suppress(DataError):
+            records = hide(machine, picked, seed, truth=truth, disturb=disturb, twin=truth_plant, tiled=True)
+            return picked, truth, records
+    raise DataError(f"bench: case {number} has no machine that lifts off; begin with another seed")
+
+
+def _pick(pool: list[str], count: int, rng: np.random.Generator) -> list[str]:
+    """Keys of different effects."""
+    while True:
+        picked = [pool[i] for i in rng.choice(len(pool), count, replace=False)]
+        if len({p.split(".")[0] for p in picked}) == count:
+            return picked

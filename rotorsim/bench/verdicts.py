@@ -1,0 +1,142 @@
+"""Verdicts of the benchmark of diagnoses: what counts as right or wrong, and the rates beside their bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.bench.hidden_case import KINDS
+from rotorsim.bench.result import Figure
+from rotorsim.discrepancy import Diagnosis
+from rotorsim.discrepancy.classes import class_of
+from rotorsim.discrepancy.hidden import Truth
+from rotorsim.discrepancy.knobs import contributions, setting
+from rotorsim.discrepancy.twin import Twin
+
+INJECTOR = " of injector "
+ABOVE = 2.2
+"""Times its detectable size above which a single effect should nearly always be named."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case's outcome."""
+
+    number: int
+    kind: str
+    hidden: tuple[str, ...]
+    steps: float
+    times: float
+    """How many times its detectable size the least hidden effect has."""
+    status: str
+    named: tuple[str, ...]
+    verdict: str
+    seconds: float
+    reduction: float
+    within: float
+    """Share of the hidden parameters within two standard deviations (NaN where none was named)."""
+    cpu: float
+    """Seconds of one core."""
+
+
+def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) -> str:
+    """right (exact), class (a tie that holds it), silent, partial (or one of two), or wrong (a name that is not it)."""
+    if d.status in ("no_disagreement", "unknown"):
+        return "right" if not hidden and (d.status == "no_disagreement" or kind == "foreign") else "silent"
+    if d.status == "partial":
+        return "partial"
+    said = [tuple(f.form for f in d.effects), *d.ties]
+    target = sorted(class_of(h, known) for h in hidden)
+    parts = [sorted(class_of(k, known) for k in keys) for keys in said]
+    holds = [own == target for own in parts]
+    if kind == "left_out":
+        # what is named instead is no error if no record could tell it from what is hidden
+        return "class" if any(holds) else "wrong"
+    if any(len(own) < len(target) and all(c in target for c in own) for own in parts) and not any(holds):
+        return "partial"
+    if d.status == "named":
+        due = any(len(class_of(h, known)) > 1 for h in hidden)
+        return "right" if holds[0] and not due else "wrong"
+    return "class" if any(holds) and hidden else "wrong"
+
+
+def within(d: Diagnosis, truth: Truth, twin: Twin) -> float:
+    """Share of the hidden parameters within two standard deviations of what was found."""
+    inside = []
+    for found in d.effects if d.status in ("named", "tie") else ():
+        for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):
+            if form.key != found.form:
+                continue
+            hidden = setting(twin, contributions(dict(zip(form.knobs, amplitude, strict=True)), 0.0, 0.0), form.fixed)
+            for key, value in hidden.items():
+                parameter = key.split(".")[2]
+                if parameter in found.sd:
+                    away = _apart(found.parameters[parameter] - value, parameter, hidden, key)
+                    inside.append(away < 2 * found.sd[parameter])
+    return float(np.mean(inside)) if inside else float("nan")
+
+
+def _apart(difference: float, parameter: str, hidden: dict[str, float], key: str) -> float:
+    """Size of a difference; phases repeat after a turn, places of lobes after one lobe."""
+    if not parameter.endswith("phase"):
+        return abs(difference)
+    turn = 2 * np.pi / hidden.get(key.replace("_phase", "_lobes"), 1.0)
+    return abs((difference + turn / 2) % turn - turn / 2)
+
+
+def confusion(found: list[Case]) -> str:
+    """Verdicts by kind as a table."""
+    columns = ("right", "class", "partial", "silent", "wrong")
+    rows = ["| kind | cases | " + " | ".join(columns) + " |", "|---|---|" + "---|" * len(columns)]
+    for kind in dict.fromkeys(KINDS):
+        own = [c for c in found if c.kind == kind]
+        if own:
+            counts = [sum(c.verdict == v for c in own) for v in columns]
+            rows.append(f"| {kind} | {len(own)} | " + " | ".join(map(str, counts)) + " |")
+    return "\n".join(rows)
+
+
+def _place(key: str) -> str:
+    """Which injector a key is of; '' where it is of none."""
+    return key.partition(INJECTOR)[2]
+
+
+def figures(found: list[Case]) -> Iterator[Figure]:
+    """Rates beside what they should reach; a bound on what must be small, none on what must be large."""
+
+    def share(kinds: tuple[str, ...], verdicts: tuple[str, ...], least: float = 0.0) -> float:
+        own = [c for c in found if c.kind in kinds and c.times >= least]
+        return sum(c.verdict in verdicts for c in own) / len(own) if own else float("nan")
+
+    yield Figure("singles not named (exact or class)", 1 - share(("single",), ("right", "class"), 1.0), "1", 0.30)
+    yield Figure(
+        f"singles above {ABOVE}x the detectable size not named",
+        1 - share(("single",), ("right", "class"), ABOVE), "1", 0.10,
+    )  # fmt: skip
+    yield Figure("singles, wrong names", share(("single",), ("wrong",)), "1", 0.03)
+    yield Figure("no effect, wrong names", share(("none",), ("wrong",)), "1", 0.03)
+    yield Figure("out of the catalogue, wrong names", share(("foreign",), ("wrong",)), "1", 0.03)
+    yield Figure("error of the injectors' law, wrong names", share(("law",), ("wrong",)), "1", 0.03)
+    yield Figure("left out of the candidates, wrong names", share(("left_out",), ("wrong",)), "1", 0.10)
+    yield Figure("noise x3, wrong names", share(("noise",), ("wrong",)), "1", 0.0)
+    yield Figure("pairs not both named", 1 - share(("pair",), ("right", "class"), 1.0), "1", 0.40)
+    yield Figure("pairs, wrong names", share(("pair",), ("wrong",)), "1", 0.05)
+    told = [c for c in found if c.verdict in ("right", "class") and c.named]
+    left = [1 - c.reduction for c in told if np.isfinite(c.reduction)]
+    if left:
+        yield Figure("gap left on untouched records, median", float(np.median(left)), "1", 0.20)
+        yield Figure("gap left on untouched records, tenth percentile", float(np.percentile(left, 90)), "1", 0.50)
+    numbered = [c for c in told if any(INJECTOR in key for key in c.hidden)]
+    if numbered:
+        missed = [c for c in numbered if not {_place(k) for k in c.hidden} & {_place(k) for k in c.named}]
+        yield Figure("another injector than the hidden one", len(missed) / len(numbered), "1", 0.10)
+    inside = [c.within for c in told if np.isfinite(c.within)]
+    if inside:
+        yield Figure("true sizes beyond two standard deviations", 1 - float(np.mean(inside)), "1", 0.10)
+    seconds = [c.seconds for c in found if c.seconds > 0]
+    if seconds:
+        yield Figure("one diagnosis, median", float(np.median(seconds)), "s", 180.0)
+        yield Figure("one diagnosis, median, one core's time", float(np.median([c.cpu for c in found])), "s")
+        yield Figure("one diagnosis, longest", float(max(seconds)), "s", 900.0)
