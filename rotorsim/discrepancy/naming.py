@@ -19,8 +19,9 @@ from rotorsim.discrepancy.projection import Screen, screen
 MOST_EFFECTS = 3
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
-CLEAR = 200.0
-"""A name lowers the sum of squares by this much at least, beside k ln N: four times what makes it detectable."""
+CLEAR = 100.0
+"""A name lowers the sum of squares by this much at least, beside k ln N: twice what makes an effect detectable. Where
+nothing is missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
 MORE = 100.0
 """Flagged excess that explanations may leave before another effect is looked for beside them."""
 NEARLY = 0.8
@@ -80,6 +81,11 @@ class Search:
         """All forms, projected off the calibration as it is at the re-fitted point (or at that of another `base`)."""
         return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
 
+    def promise(self) -> float:
+        """By how much the best form would lower the sum of squares, as far as linear sensitivities tell."""
+        view = self.screened(self.nominal)
+        return max((view.drop(i)[0] for i in range(len(self.forms))), default=0.0)
+
     def renew(self, forms: Iterable[Form]) -> None:
         """Take sensitivities of these forms at the re-fitted point."""
         self.renewed = self.renewed or set()
@@ -109,7 +115,7 @@ class Search:
             point = self._start(own, fixed, S, start)
             residual = self.comparison.residual(point)
         first = fit(self.comparison, point, knobs, J, residual, say=self.say)
-        done = self._left(first) < (1 - ENOUGH) * self.base_excess
+        done = self._left(first) <= (1 - ENOUGH) * self.base_excess
         if not done and first.cost < self.base.cost:
             refine = tuple(k for f in forms for k in f.refine)
             turned = (*own, *refine)

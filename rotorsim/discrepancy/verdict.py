@@ -31,12 +31,10 @@ class Verdict:
 
 
 def judge(search: Search) -> Verdict:
-    """Search singles, then pairs, then triples until one explains what is flagged."""
-    if search.base_excess <= 0:
-        return Verdict("no_disagreement")
+    """Search singles, then pairs, then triples until one explains what is flagged; where nothing is, singles only."""
     known = {f.key for f in search.forms}
     tried: list[Hypothesis] = []
-    for size in range(1, MOST_EFFECTS + 1):
+    for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
         found = search.singles() if size == 1 else search.sets(size)
         tried += found
         good = [h for h in found if passes(h, search)]

@@ -20,7 +20,7 @@ from rotorsim.discrepancy.intake import data_hash, limits, make_trials, open_rec
 from rotorsim.discrepancy.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.memo import Memo
 from rotorsim.discrepancy.mistakes import check_before
-from rotorsim.discrepancy.naming import Search
+from rotorsim.discrepancy.naming import CLEAR, Search
 from rotorsim.discrepancy.next_experiment import next_experiment
 from rotorsim.discrepancy.other_law import other_law
 from rotorsim.discrepancy.result import Diagnosis, Found
@@ -39,6 +39,7 @@ from rotorsim.machine import Machine, load_machine
 
 GRID, STEP = (32, 8), 2e-4
 FINE_GRID, FINE_STEP = (32, 16), 1e-4
+FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
 Say = Callable[[str], None]
 
 
@@ -185,6 +186,8 @@ class Work:
                 self.say("prove")
                 self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
         verdict, search = self._name(base, flags, apart)
+        if verdict.best is not None and not flags:
+            notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
         if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
             verdict = replace(verdict, status="unknown", best=None, rivals=())
         return self._told(calibrated, base, flags, verdict, search, notes)
@@ -200,8 +203,15 @@ class Work:
         return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
 
     def _name(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> tuple[Verdict, Search | None]:
-        if len(flags) == len(apart):
-            return Verdict("unknown" if apart else "no_disagreement"), None
+        """The verdict; where no group is flagged an effect may still show in all of them together."""
+        search = self._search(base, flags, apart)
+        quiet = Verdict("unknown" if apart else "no_disagreement")
+        if len(flags) == len(apart) and (apart or search.promise() < CLEAR):
+            return quiet, None
+        verdict = judge(search)
+        return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
+
+    def _search(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> Search:
         raw: dict[str, np.ndarray] = {}
         origin, store = Point(), Sensitivities(self.fitted)
         for form in self.forms:
@@ -212,9 +222,8 @@ class Work:
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         usable = tuple(f for f in self.forms if self._usable(f, raw[f.label]))
-        search = Search(self.fitted, held, base, usable, raw, sum(f.excess for f in flags), held_excess,
-                        lambda: self.say("name"), nominal=nominal, unsteady=sum(f.excess for f in apart))  # fmt: skip
-        return judge(search), search
+        return Search(self.fitted, held, base, usable, raw, sum(f.excess for f in flags), held_excess,
+                      lambda: self.say("name"), nominal=nominal, unsteady=sum(f.excess for f in apart))  # fmt: skip
 
     def _usable(self, form: Form, columns: np.ndarray) -> bool:
         """Whether a form changes anything, and the plant has a solution with it."""
