@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -143,6 +144,17 @@ class Comparison:
     def _apart(self, found: list[np.ndarray]) -> list[np.ndarray]:
         return [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
 
+    def proven(self, point: Point, fine: Twin) -> Comparison:
+        """The same comparison with the solver's error as it is at `point`."""
+        other = copy(self)
+        response = self._response(point, self.twin, False)
+        other.correction = self._error(point, fine, response)
+        return other
+
+    def _error(self, point: Point, fine: Twin, response: np.ndarray) -> np.ndarray:
+        """What a finer grid and step change (n,) [m], and what a whole run changes against one period."""
+        return self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
+
     def set_floor(
         self, point: Point, fine: Twin | None, tolerance: float, law: Twin | None = None, share: float = 0.0
     ) -> np.ndarray:
@@ -157,8 +169,7 @@ class Comparison:
         response = self._joined(found)
         error = np.zeros_like(response)
         if fine is not None:
-            # what a finer grid and step change, and what a whole run changes against one period
-            error = self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
+            error = self._error(point, fine, response)
         if law is not None:
             moved = point.moved([Knob("discharge_drift.0.drift", 0.02)], np.array([share]))
             self.directions["law"] = self._response(moved, law, False) - response

@@ -28,7 +28,8 @@ class Layout:
         return (self.record == record) & (self.channel == channel) & (self.group == self.groups.index(group))
 
 
-NAMES = ("slow", "1X", "2X", "3X", "orders", "low band", "resonance", "high band", "between")
+EXCITED = ("low band", "resonance", "high band")
+NAMES = ("slow", "1X", "2X", "3X", "orders", *EXCITED, "between")
 
 
 def make_layout(trials: list[Trial]) -> Layout:
@@ -43,7 +44,7 @@ def _of_trial(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
         return _of_vectors(trial, number)
     f = trial.frequencies[1:]
     group = np.full(len(f), NAMES.index("between"))
-    for band, name in zip(BANDS, ("low band", "resonance", "high band"), strict=True):
+    for band, name in zip(BANDS, EXCITED, strict=True):
         group[trial.excited[1:] & (f >= band[0]) & (f < band[1])] = NAMES.index(name)
     turns = abs(trial.speed) / (2 * np.pi)
     if abs(trial.speed) > TURNING:

@@ -13,6 +13,7 @@ from rotorsim.discrepancy.calibrate import MOST_RENEWALS, Calibrated, recalibrat
 from rotorsim.discrepancy.candidates import Form, candidates
 from rotorsim.discrepancy.comparison import NO_SOLUTION, THREADS, Comparison, Point
 from rotorsim.discrepancy.fit import Fit
+from rotorsim.discrepancy.fit import fit as refit
 from rotorsim.discrepancy.floor import TOLERANCE
 from rotorsim.discrepancy.found import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.gap import gap_dataset, gap_of
@@ -39,6 +40,8 @@ from rotorsim.machine import Machine, load_machine
 
 GRID, STEP = (32, 8), 2e-4
 FINE_GRID, FINE_STEP = (32, 16), 1e-4
+SOLVER_LEFT = 0.5
+"""Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
 Say = Callable[[str], None]
 
@@ -237,6 +240,7 @@ class Work:
         self.say("show")
         best = verdict.best
         final = base if best is None else best.fit
+        proven, moved = (base, np.zeros(len(base.knobs))) if best is None else self._proven(final)
         unknown: dict[str, Any] = {}
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
@@ -251,13 +255,13 @@ class Work:
             status=verdict.status,
             machine=self.machine,
             localisation=tuple(flags),
-            effects=self._found(verdict),
+            effects=self._found(verdict, proven, SOLVER_LEFT * moved),
             ties=tuple(r.keys for r in verdict.rivals),
             unknown=unknown,
             next_experiment=ahead,
             gap=gap,
             notes=tuple(notes),
-            calibration=calibration_of(final, self.fitted, base.knobs),
+            calibration=calibration_of(proven, self.fitted, base.knobs),
             evidence=evidence_of(base, best, search),
             data_hash=data_hash(self.trials),
             spectra=shown,
@@ -267,13 +271,22 @@ class Work:
             ),
         )
 
-    def _found(self, verdict: Verdict) -> tuple[Found, ...]:
+    def _found(self, verdict: Verdict, proven: Fit, left: np.ndarray) -> tuple[Found, ...]:
         if verdict.best is None or verdict.status == "unknown":
             return ()
         best = verdict.best
-        V = covariance(best.fit, self.fitted.layout.record)
+        V = covariance(proven, self.fitted.layout.record) + np.outer(left, left)
         classes = dict(zip(best.keys, verdict.classes, strict=False))
-        return tuple(found_of(self.workshop.twin, f, best.fit, V, classes.get(f.key, (f.key,))) for f in best.forms)
+        return tuple(found_of(self.workshop.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
+
+    def _proven(self, fit: Fit) -> tuple[Fit, np.ndarray]:
+        """The fit with the solver's error as it is with the effect at work, and how far that moves its numbers (k,)."""
+        fine = self.workshop.fine
+        if fine is None:
+            return fit, np.zeros(len(fit.knobs))
+        comparison = self.fitted.proven(fit.point, fine)
+        proven = refit(comparison, fit.point, fit.knobs, fit.J, say=lambda: self.say("show"))
+        return proven, proven.vector - fit.vector
 
 
 __all__ = ["Workshop", "diagnose"]
