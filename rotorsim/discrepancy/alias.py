@@ -99,11 +99,13 @@ def alias_matrix(
     start = Point()
     J = columns(comparison, start, knobs, lambda: progress("calibrate")) / NOISE
     base = Fit(knobs, start, np.zeros(len(J)), J, 0.0)
-    forms = candidates(comparison.twin)
-    S, store = [], Sensitivities(comparison)
-    for form in forms:
+    forms, S, store = [], [], Sensitivities(comparison)
+    for form in candidates(comparison.twin):
         progress("screen")
-        S.append(store.columns(start.holding(form.fixed), form.knobs) / NOISE)
+        own = store.columns(start.holding(form.fixed), form.knobs)
+        if form.felt(own):
+            forms.append(form)
+            S.append(own / NOISE)
     view = screen(base, forms, S)
     best: dict[str, int] = {}
     for i, form in enumerate(forms):

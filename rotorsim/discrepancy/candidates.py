@@ -11,11 +11,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from math import pi
 
+import numpy as np
+
 from rotorsim.discrepancy.knobs import Knob
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.effects import REGISTRY, Effect
 
 TURN = 2 * pi
+NO_SOLUTION = 1e-3
+"""Lines [m] that stand for a plant without solution."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,11 @@ class Form:
     def key(self) -> str:
         """What makes it this form: effect and which of its parameters (and injector), without shape options."""
         return self.label.split(" @ ")[0]
+
+    def felt(self, columns: np.ndarray) -> bool:
+        """Whether sensitivities (n, knobs) [m] say that it changes anything and the plant has a solution with it."""
+        moved = np.abs(columns * [k.step for k in self.knobs])
+        return bool(np.all(np.isfinite(moved)) and 0 < moved.max() < NO_SOLUTION / 2)
 
 
 @dataclass(frozen=True)

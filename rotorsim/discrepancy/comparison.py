@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from rotorsim.discrepancy.candidates import NO_SOLUTION
 from rotorsim.discrepancy.floor import floor, repeat_scatter
 from rotorsim.discrepancy.groups import Layout, make_layout
 from rotorsim.discrepancy.knobs import Knob, contributions, setting
@@ -19,8 +20,7 @@ from rotorsim.discrepancy.twin import Twin
 
 THREADS = min(2, os.cpu_count() or 1)
 BEYOND = 0.01
-NO_SOLUTION = 1e-3
-"""Displacement [m] that no machine survives, and lines [m] that stand for it: no solution."""
+"""Displacement [m] that no machine survives: no solution."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from rotorsim.discrepancy.calibrate import MOST_RENEWALS, Calibrated, recalibrate, renewed
 from rotorsim.discrepancy.candidates import Form, candidates
-from rotorsim.discrepancy.comparison import NO_SOLUTION, THREADS, Comparison, Point
+from rotorsim.discrepancy.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.fit import Fit
 from rotorsim.discrepancy.fit import fit as refit
 from rotorsim.discrepancy.floor import TOLERANCE
@@ -216,22 +216,19 @@ class Work:
 
     def _search(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> Search:
         raw: dict[str, np.ndarray] = {}
+        usable: list[Form] = []
         origin, store = Point(), Sensitivities(self.fitted)
         for form in self.forms:
             self.say("screen")
             own = store.columns(origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
-            raw[form.label] = own / self.fitted.sigma[:, None]
+            if form.felt(own):
+                usable.append(form)
+                raw[form.label] = own / self.fitted.sigma[:, None]
         nominal = replace(base, J=store.columns(origin, base.knobs) / self.fitted.sigma[:, None])
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
-        usable = tuple(f for f in self.forms if self._usable(f, raw[f.label]))
-        return Search(self.fitted, held, base, usable, raw, sum(f.excess for f in flags), held_excess,
+        return Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags), held_excess,
                       lambda: self.say("name"), nominal=nominal, unsteady=sum(f.excess for f in apart))  # fmt: skip
-
-    def _usable(self, form: Form, columns: np.ndarray) -> bool:
-        """Whether a form changes anything, and the plant has a solution with it."""
-        moved = np.abs(columns * [k.step for k in form.knobs] * self.fitted.sigma[:, None])
-        return bool(np.all(np.isfinite(columns)) and 0 < moved.max() < NO_SOLUTION / 2)
 
     def _told(
         self, calibrated: Calibrated, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None,
