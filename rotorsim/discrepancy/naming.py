@@ -83,6 +83,8 @@ class Search:
 
     def promise(self) -> float:
         """By how much the best form would lower the sum of squares, as far as linear sensitivities tell."""
+        if not self.forms:
+            return 0.0
         view = self.screened(self.nominal)
         return max((view.drop(i)[0] for i in range(len(self.forms))), default=0.0)
 
@@ -151,8 +153,8 @@ class Search:
         taken = {f.effect for f in h.forms}
         forms = tuple(f for f in self.forms if f.effect not in taken)
         columns = {f.label: self.columns[f.label] for f in forms}
-        return Search(self.comparison, self.held_out, h.fit, forms, columns, h.excess, h.held_out, self.say,
-                      unsteady=self.unsteady)  # fmt: skip
+        left = h.excess - self.unsteady
+        return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.say)
 
     def _start(self, own: tuple[Knob, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
@@ -176,6 +178,8 @@ class Search:
 
     def singles(self) -> list[Hypothesis]:
         """The best single forms, re-fitted; of one effect and place only its best option."""
+        if not self.forms:
+            return []
         if self.nominal is None:
             self.renew(self.forms)
         else:

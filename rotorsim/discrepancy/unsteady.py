@@ -17,6 +17,8 @@ from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.sampling import SAMPLE
 
 GROUP = "unsteady"
+FAINTEST = 1e-9
+"""Smallest scatter [m] of a line: what the solver's stopping rule leaves."""
 BESIDE = 1.5
 """Lines this near to an order are left out: a speed that wavers spreads it."""
 
@@ -34,7 +36,7 @@ def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarr
         quiet = _quiet(trial)
         apart = (residual - residual.mean(axis=0))[:, :, quiet]
         for c, channel in enumerate(CHANNELS):
-            sigma = scatter[i, c, quiet] * sqrt(trial.blocks)
+            sigma = np.hypot(scatter[i, c, : len(quiet)][quiet] * sqrt(trial.blocks), FAINTEST)
             n = 2 * (trial.blocks - 1) * int(quiet.sum())
             chi2 = float(np.sum(np.abs(apart[:, c]) ** 2 / sigma**2)) if n else 0.0
             if chi2 - n > max(SIGMAS * sqrt(2 * n), LEAST):

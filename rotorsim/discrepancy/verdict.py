@@ -64,7 +64,7 @@ def _accepted(
             break
         best, *others = beside
         rivals += others
-    rivals = [h for h in rivals if len(h.forms) <= len(best.forms)]
+    rivals = [h for h in rivals if len(h.forms) <= len(best.forms) and not set(h.keys) < set(best.keys)]
     classes = tuple(class_of(k, known) for k in best.keys)
     rivals = [h for h in rivals if not _same(h, best, known)]
     several = any(len(c) > 1 for c in classes) or bool(rivals)
@@ -86,7 +86,8 @@ def _beside(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[H
 
 def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
     """A hypothesis that was found beside another, with the forms of both."""
-    return replace(h, forms=(*best.forms, *h.forms), gone=1 - h.excess / max(search.base_excess, 1e-300))
+    left = h.excess + search.unsteady
+    return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=1 - left / max(search.base_excess, 1e-300))
 
 
 def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
