@@ -131,12 +131,13 @@ def work_on(
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
+    every = Twin(machine, GRID, STEP).slots if workshop is None else workshop.twin.slots
+    unknown = sorted(set(effects or ()) - set(every))
+    if unknown:
+        known = ", ".join(sorted(every))
+        raise DataError(f"effects: '{unknown[0]}' cannot be a candidate in {machine.name}; choose among {known}")
     workshop = workshop or Workshop.of(machine, effects)
     parts = {role: Comparison(workshop.twin, own, threads, memo=memo) for role, own in by_role.items() if own}
-    unknown = sorted(set(effects or ()) - set(workshop.twin.slots))
-    if unknown:
-        known = ", ".join(sorted(workshop.twin.slots))
-        raise DataError(f"effects: '{unknown[0]}' cannot be a candidate in {machine.name}; choose among {known}")
     forms = candidates(workshop.twin, effects)
     found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
     if memo is not None:
