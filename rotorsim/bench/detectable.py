@@ -53,7 +53,3 @@ class Detectable:
             steps = np.array(amplitude) / [k.step for k in form.knobs]
             found = min(found, sqrt(max(float(steps @ self.view.gram[own, own] @ steps), 0.0) / CHI2))
         return found
-
-    def table(self) -> dict[str, float]:
-        """Detectable size in steps by label."""
-        return {label: sqrt(CHI2) / max(self.view.size(i), 1e-300) for label, i in self.place.items()}

@@ -98,9 +98,9 @@ def confusion(found: list[Case]) -> str:
     return "\n".join(rows)
 
 
-def _place(key: str) -> str:
-    """Which injector a key is of; '' where it is of none."""
-    return key.partition(INJECTOR)[2]
+def _places(keys: tuple[str, ...]) -> set[str]:
+    """Which injectors keys are of."""
+    return {key.partition(INJECTOR)[2] for key in keys if INJECTOR in key}
 
 
 def figures(found: list[Case]) -> Iterator[Figure]:
@@ -128,9 +128,9 @@ def figures(found: list[Case]) -> Iterator[Figure]:
     if left:
         yield Figure("gap left on untouched records, median", float(np.median(left)), "1", 0.20)
         yield Figure("gap left on untouched records, tenth percentile", float(np.percentile(left, 90)), "1", 0.50)
-    numbered = [c for c in told if any(INJECTOR in key for key in c.hidden)]
+    numbered = [c for c in found if c.status in ("named", "tie") and _places(c.hidden) and c.kind != "left_out"]
     if numbered:
-        missed = [c for c in numbered if not {_place(k) for k in c.hidden} & {_place(k) for k in c.named}]
+        missed = [c for c in numbered if _places(c.named) != _places(c.hidden)]
         yield Figure("another injector than the hidden one", len(missed) / len(numbered), "1", 0.10)
     inside = [c.within for c in told if np.isfinite(c.within)]
     if inside:

@@ -44,12 +44,14 @@ def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[s
 
 
 def calibration_of(fit: Fit, comparison: Comparison, knobs: Sequence[Knob]) -> dict[str, tuple[float, float]]:
+    """Values and standard deviations of the calibration's knobs by name."""
     V = covariance(fit, comparison.layout.record)
     at = {k: i for i, k in enumerate(fit.knobs)}
     return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in knobs}
 
 
 def evidence_of(base: Fit, best: Hypothesis | None, search: Search | None) -> dict[str, float]:
+    """Sums of squares and excesses before and with the effect."""
     told = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
     if search is not None:
         told |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
@@ -63,5 +65,6 @@ def evidence_of(base: Fit, best: Hypothesis | None, search: Search | None) -> di
 
 
 def null_sentence(null: dict[str, float]) -> str:
+    """What is said of a combination of knobs that the records do not determine."""
     parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
     return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"

@@ -12,13 +12,12 @@ from math import sqrt
 
 import numpy as np
 
+from rotorsim.discrepancy.floor import LEAST as FAINTEST
 from rotorsim.discrepancy.localise import CHANNELS, LEAST, SIGMAS, Flag
 from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.sampling import SAMPLE
 
 GROUP = "unsteady"
-FAINTEST = 1e-9
-"""Smallest scatter [m] of a line: what the solver's stopping rule leaves."""
 BESIDE = 1.5
 """Lines this near to an order are left out: a speed that wavers spreads it."""
 
