@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from itertools import groupby
+from itertools import count, groupby
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +21,6 @@ HERE = Path(__file__).parent
 SCENE = Path(nicegui_scene.__file__).parent / "dist"
 REFRESH, LIST = 0.2, 2.0
 """Seconds between two looks at the rig, and at the folder of its files."""
-TOUCHED = 0.8
-"""Seconds that a control keeps what its own window gave it, whatever the rig says."""
 LEVERS = ("drive", "sense", "noise", "controller")
 """Switches of the rig."""
 
@@ -36,14 +33,25 @@ class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui
         self._props["rig"] = geometry
 
 
+class Slider(ui.slider):
+    """A slider whose place is the browser's own: an echo of where it stood would pull it back under a fast hand."""
+
+    LOOPBACK = False
+
+
 class Board:
-    """The page of one window."""
+    """The page of one window.
+
+    A control that was turned here shows again what the rig says once the rig has carried out its last order.
+    """
 
     def __init__(self, desk: Desk) -> None:
         self.desk, self.runner = desk, desk.runner
         self.settings = self.runner.rig.settings
         self._fields: dict[str, list[Callable[[Any], None]]] = {}
-        self._touched: dict[str, float] = {}
+        self._ordered: dict[str, int] = {}
+        self._obeyed: dict[str, int] = {}
+        self._orders = count()
         self._typing: set[str] = set()
         self._showing = False
         self._seen, self._heard = -1, self.runner.rig.sentences
@@ -108,7 +116,7 @@ class Board:
         self._lists = ui.column().classes("w-full")
         self._listed: Any = None
         ui.button("Back to the plant", on_click=lambda: self.runner.play(None)).props("dense outline")
-        self._place = ui.slider(min=0, max=1, step=0.01, value=0).props('aria-label="place in the replay"')
+        self._place = Slider(min=0, max=1, step=0.01, value=0).props('aria-label="place in the replay"')
         self._place.on("change", lambda: self._seek())
 
     def _number(self, control: Control) -> None:
@@ -117,12 +125,14 @@ class Board:
         low, high = f"{control.low / control.scale:.6g}", f"{control.high / control.scale:.6g}"
         with ui.row().classes("live-number items-center no-wrap"):
             ui.label(f"{control.label}" + (f" [{control.shown}]" if control.shown else "")).classes("live-name")
-            slider = ui.slider(min=least, max=1, step=0.001, value=0).props(f'dense aria-label="{key}"')
+            slider = Slider(min=least, max=1, step=0.001, value=0).props(f'dense aria-label="{key}"')
             field = ui.number(format="%.6g").props(f'dense aria-label="{key} value"').classes("live-field")
             field.tooltip(f"{control.doc} {low} to {high}".strip())
 
         def show(value: float) -> None:
-            slider.value, field.value = control.place(value), float(f"{value / control.scale:.6g}")
+            if control.clamp(control.value(slider.value))[0] != value:
+                slider.value = control.place(value)
+            field.value = float(f"{value / control.scale:.6g}")
 
         def turned(event: Any) -> None:
             if not self._showing:
@@ -137,10 +147,14 @@ class Board:
             if field.value is not None:
                 self._order(key, float(field.value) * control.scale)
 
+        def left() -> None:
+            self._typing.discard(key)
+            self._seen = -1
+
         slider.on_value_change(turned)
         field.on_value_change(typing)
         field.on("change", typed)
-        field.on("blur", lambda: self._typing.discard(key))
+        field.on("blur", left)
         self._fields.setdefault(key, []).append(show)
 
     def _toggle(self, key: str, label: str) -> None:
@@ -153,20 +167,22 @@ class Board:
         self._fields.setdefault(key, []).append(lambda value: _stand(switch, value))
 
     def _order(self, key: str, value: Any) -> None:
-        self._touched[key] = time.monotonic()
-        if not self.runner.set(key, value):
+        number = self._ordered[key] = next(self._orders)
+
+        def obey() -> None:
+            try:
+                self.runner.apply(key, value)
+            finally:
+                self._obeyed[key] = number
+
+        if not self.runner.order(obey):
+            self._obeyed[key] = number
             ui.notify("too many changes at once; wait a moment", type="warning")
 
     def _refresh(self) -> None:
-        """Show what the rig says: settings that others changed, sentences, files."""
+        """Show what the rig says: settings, sentences, files."""
+        self._refresh_controls()
         rig = self.runner.rig
-        now = time.monotonic()
-        if self._seen != rig.settings.revision or self._touched:
-            self._seen = rig.settings.revision
-            self._touched = {key: at for key, at in self._touched.items() if now - at < TOUCHED}
-            for key, value in rig.settings.everything().items():
-                if key not in self._touched and key not in self._typing:
-                    self._show(key, value)
         for number, sentence in list(rig.said):
             if number > self._heard:
                 self._heard = number
@@ -174,6 +190,19 @@ class Board:
         recorder, replay = self.runner.recorder, self.runner.replay
         self._record.text = "Record" if recorder is None else f"Stop ({recorder.seconds:.0f} s)"
         self._state.text = "" if replay is None else f"replay of {replay.name}"
+
+    def _refresh_controls(self) -> None:
+        """Show every setting but those being typed, and those that were ordered and are not yet carried out."""
+        settings = self.runner.rig.settings
+        obeyed = [key for key, number in self._ordered.items() if self._obeyed.get(key) == number]
+        if self._seen == settings.revision and not obeyed:
+            return
+        self._seen = settings.revision
+        for key in obeyed:
+            del self._ordered[key]
+        for key, value in settings.everything().items():
+            if key not in self._ordered and key not in self._typing:
+                self._show(key, value)
 
     def _show(self, key: str, value: Any) -> None:
         """Put a value into a control without taking that for somebody's hand."""

@@ -5,6 +5,7 @@ These take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1,
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -158,16 +159,31 @@ def test_every_effect_of_the_catalogue_is_turned_by_its_field(page):
     until(page, lambda s: s["pace"] == "1x")
 
 
-def test_sliders_move_by_the_keyboard(page):
-    before = settings(page)["pressure"]
-    page.get_by_label("pressure", exact=True).locator("[tabindex]").focus()
+def test_sliders_move_by_the_keyboard_and_lose_no_step(page):
+    fill(page, "pressure", "0.45")
+    before = until(page, lambda s: s["pressure"] == pytest.approx(0.45e6))["pressure"]
+    slider = page.get_by_label("pressure", exact=True)
+    playwright.expect(slider).to_have_attribute("aria-valuenow", re.compile(r"0\.214"), timeout=PATIENCE * 1e3)
+    slider.locator("[tabindex]").focus()
     for _ in range(5):
         page.keyboard.press("ArrowLeft")
-    lower = until(page, lambda s: s["pressure"] != before)["pressure"]
-    assert lower < before
+    until(page, lambda s: s["pressure"] < before)
     for _ in range(5):
         page.keyboard.press("ArrowRight")
-    until(page, lambda s: s["pressure"] > lower)
+    until(page, lambda s: s["pressure"] == before)
+
+
+def test_a_slider_that_is_moved_step_by_step_stays_where_it_is_put(page):
+    """Its first steps away from the neutral place change nothing that three digits show."""
+    slider = page.get_by_label("acceleration", exact=True)
+    fill(page, "acceleration", "500")
+    until(page, lambda s: s["acceleration"] == pytest.approx(500 / UNIT["acceleration"]))
+    playwright.expect(slider).to_have_attribute("aria-valuenow", "0", timeout=PATIENCE * 1e3)
+    slider.locator("[tabindex]").focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+        page.wait_for_timeout(1500)
+    playwright.expect(slider).to_have_attribute("aria-valuenow", "0.003", timeout=PATIENCE * 1e3)
 
 
 def test_keys_pause_and_hit(page):
