@@ -3,8 +3,10 @@ r"""Static equilibrium of rotor, film and plena.
 With K_s = K + k_n Phi_b' Phi_b (k_n the nominal spring, which makes K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
 X_f = Phi_b K_s^-1 f, the journal's equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The film is settled
 by pseudo-transient continuation (reynolds.steady). Forces that depend on the motion (a bearing's clearance, a rub)
-enter with their tangent, which is renewed until the rotor rests: first without them, then in steps of bounded length,
-because a bearing within its clearance carries nothing. A supply line is settled together with the flow it carries.
+enter with their tangent, which is renewed until the rotor rests: first without them, then with it. A bearing within
+its clearance carries nothing, and its tangent leads far off: such a pass is repeated with the rotor held to where it
+is, by a share of its own stiffness that fades with every pass that gets through (the proximal point method, Rockafellar
+1976). A supply line is settled together with the flow it carries.
 
 This file is a template as `step` is.
 """
@@ -36,6 +38,8 @@ DAMPING = 2e3
 MOST_PASSES = 60
 LONGEST = 10.0
 """Longest step of a pass, in displacements of the rotor before it."""
+HOLD, FIRMER, LOOSER, FAINT = 1.0, 4.0, 0.25, 1e-6
+"""Share of the rotor's stiffness that first holds it, its growth, its fading, and what is let go."""
 SETTLED, BEYOND_STROKE, NO_LIFT_OFF, RESTLESS = 1, -1, -2, -3
 """What `settle` returns: an actuator cannot hold its pin at the bias; the film does not carry the rotor; supply line or
 motion-dependent forces find no rest."""
@@ -152,16 +156,24 @@ def restart(w, initial):
 
 
 @inlined
-def shorten(w):
-    """Bound the way from q_old to q, which leads far off where the tangent is almost singular."""
+def hold_rotor(w, share):
+    """Add a spring, `share` of the rotor's stiffness, that is relaxed where the rotor was."""
+    for r in range(ROTOR.n):
+        for c in range(ROTOR.n):
+            k = share * w[ROTOR.K + c * ROTOR.n + r]
+            w[ROTOR.KT + c * ROTOR.n + r] += k
+            w[ROTOR.f + r] += k * w[ROTOR.q_old + c]
+
+
+@inlined
+def led_off(w):
+    """Whether a pass led far off, as it does where the tangent is almost singular."""
     moved, size = 0.0, 0.0
     for m in range(ROTOR.n):
         moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
         size = max(size, abs(w[ROTOR.q_old + m]))
-    if moved > LONGEST * size and size > 0.0:
-        share = LONGEST * size / moved
-        for m in range(ROTOR.n):
-            w[ROTOR.q + m] = w[ROTOR.q_old + m] + share * (w[ROTOR.q + m] - w[ROTOR.q_old + m])
+    # written so that a step that is not a number leads off
+    return size > 0.0 and not moved <= LONGEST * size
 
 
 @inlined
@@ -182,7 +194,7 @@ def settle(w, initial, ix, P, speed, supply):
     `initial` is the workspace before any state is put into it. Returns SETTLED or why not. All in
     one function, because every further layer over the film's solver is compiled with it once more.
     """
-    flow = 0.0
+    flow, hold = 0.0, 0.0
     resting = False
     for m in range(ROTOR.n):
         w[ROTOR.q + m] = 0.0
@@ -191,6 +203,9 @@ def settle(w, initial, ix, P, speed, supply):
         if prepare(w, P, speed, supply, flow) == 0:
             return BEYOND_STROKE
         static_terms(w, P, speed, number > 0)
+        if hold > 0.0:
+            hold_rotor(w, hold)
+        carries = True
         if ROTOR.has_film == 0:
             free_statics(w)
         else:
@@ -214,7 +229,8 @@ def settle(w, initial, ix, P, speed, supply):
                     w[FILM.journal], w[FILM.journal + 1] = x, y
                     step *= RETREAT
             # written so that a gap that is not a number is no gap
-            if step < LAST_STEP or not converged or not narrowest(w, P) > 2.0 * P.film.h_min:
+            carries = step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
+            if not carries and (number == 0 or RIG.n_motion == 0):
                 return NO_LIFT_OFF
             rest_film(w)
         for m in range(ROTOR.n):
@@ -223,11 +239,16 @@ def settle(w, initial, ix, P, speed, supply):
             lift_rotor(w, P)
         solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
         if RIG.n_motion > 0:
-            shorten(w)
+            if not carries or led_off(w):
+                hold = max(HOLD, FIRMER * hold)
+                for m in range(ROTOR.n):
+                    w[ROTOR.q + m] = w[ROTOR.q_old + m]
+                continue
+            hold = LOOSER * hold if hold > FAINT else 0.0
         carried, flow = flow, 0.0
         for k in range(FILM.n_inj):
             flow += w[FILM.film_flow + k]
-        if rests(w, flow, carried) and (number > 0 or RIG.n_motion == 0):
+        if hold == 0.0 and rests(w, flow, carried) and (number > 0 or RIG.n_motion == 0):
             resting = True
             break
     if not resting:

@@ -229,6 +229,19 @@ def test_clearance_of_one_bearing_lets_the_disc_at_mid_span_sink_by_half_of_it(r
     assert loose - tight == pytest.approx([0, -2e-6], abs=2e-8)
 
 
+@pytest.mark.parametrize("gap", [0.3e-6, 20e-6, 100e-6])
+def test_a_loose_ball_bearing_lets_the_rigs_overhung_disc_sink_about_the_film(neutral, gap):
+    """The free end rises by the gap, the disc sinks by the levers' ratio .142/.237 of it: to 1 %, as above."""
+
+    def rest(clearance):
+        return neutral({"effects.ball_bearing.clearance": f"{clearance} m"}).equilibrium(100 * np.pi, 0.5e6)
+
+    tight, loose = rest(0.0), rest(gap)
+    lever = (0.3787 - 0.2366875) / 0.2366875
+    journal = loose.journal - tight.journal
+    assert loose.disc - tight.disc == pytest.approx((1 + lever) * journal - [0, lever * gap], abs=0.01 * lever * gap)
+
+
 def test_a_soft_ball_bearing_is_the_spring_that_is_left_behind_its_clearance():
     """With the linear bearing's -k x: nothing within the clearance, (1 - sigma) k (e - g) beyond it."""
     k, p = 5e7, SimpleNamespace(softening=0.6, clearance=2e-6, stiffness=5e7, residual=0.0)
