@@ -45,7 +45,7 @@ def run_case(
     effects = None
     if kind == "left_out":
         out = {f.effect for f in truth.forms}
-        effects = [e for e in workshop.twin.slots if e not in out]
+        effects = {f.effect for f in candidates(workshop.twin)} - out
     steps = max((abs(complex(*a, *([0] * (2 - len(a))))) / f.knobs[0].step
                  for f, a in zip(truth.forms, truth.amplitudes, strict=True)), default=0.0)  # fmt: skip
     times = seen.times(truth)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,9 +18,14 @@ if TYPE_CHECKING:
 
 EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
 STAGES = {
-    "check": "checking the records", "calibrate": "re-calibrating", "prove": "proving the solver",
-    "screen": "screening candidates", "name": "re-fitting candidates", "show": "showing the gap",
-}  # fmt: skip
+    "compile": "compiling the plant of this kind of machine (minutes, once)",
+    "check": "checking the records",
+    "calibrate": "re-calibrating",
+    "prove": "proving the solver",
+    "screen": "screening candidates",
+    "name": "re-fitting candidates",
+    "show": "showing the gap",
+}
 
 
 def diagnose(
@@ -35,10 +41,14 @@ def diagnose(
     ] = None,
     mapping: Annotated[Path | None, typer.Option("--mapping", help="Columns of files that are not .nc.")] = None,
     effect: Annotated[
-        list[str] | None, typer.Option("--effect", help="Only these effects are candidates; may be repeated.")
+        list[str] | None,
+        typer.Option("--effect", help="Only this is a candidate, e.g. runout or runout.second; may be repeated."),
     ] = None,
     tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004,
-    out: Annotated[Path, typer.Option("--out", help="Folder for the verdict.")] = Path("diagnosis"),
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for the verdict; by default diagnosis, diagnosis-2, ...")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a verdict that is in the folder.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="Kept with the verdict; nothing is drawn.")] = 0,
     self_test: Annotated[
         bool, typer.Option("--self-test", help="Print which effects the campaign cannot tell apart, and stop.")
@@ -62,11 +72,12 @@ def diagnose(
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
+    folder = _folder(out, force)
     diagnosis = find(
         machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
-        resume=out / ".unfinished",
+        resume=folder / ".unfinished",
     )  # fmt: skip
-    files = _write(diagnosis, out, report)
+    files = _write(diagnosis, folder, report)
     if as_json:
         typer.echo(json.dumps(diagnosis.told() | {"files": files}, indent=2, default=float))
     else:
@@ -90,6 +101,20 @@ class Stages:
             bar = "#" * number + "." * (len(STAGES) - number)
             text = f"[{bar}] {STAGES[stage]}: step {self.steps}, {elapsed:.0f} s\033[K"
             print(("\n" if new and elapsed > 0.5 else "\r") + text, end="", file=sys.stderr, flush=True)
+
+
+def _folder(out: Path | None, force: bool) -> Path:
+    """Where the verdict goes: a folder without one, be it that of a diagnosis that was interrupted."""
+    from rotorsim.errors import DataError
+
+    if out is None:
+        names = (Path("diagnosis" if n == 1 else f"diagnosis-{n}") for n in count(1))
+        return next(f for f in names if not f.exists() or (f / ".unfinished").is_dir())
+    if out.exists() and not out.is_dir():
+        raise DataError(f"--out: {out} is a file; name a folder")
+    if (out / "diagnosis.json").exists() and not force:
+        raise DataError(f"{out / 'diagnosis.json'}: is there already; choose another --out or add --force")
+    return out
 
 
 def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
@@ -118,10 +143,8 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
         print(file=sys.stderr)
     typer.echo(diagnosis.sentence)
     for found in diagnosis.effects:
-        numbers = ", ".join(
-            f"{p} = {v:.4g}" + (f" +- {found.sd[p]:.2g}" if p in found.sd else "") for p, v in found.parameters.items()
-        )
-        typer.echo(f"  {found.form}: {numbers} (SI)")
+        numbers = (f"{p} = {value}" + (f" +- {sd}" if sd else "") for p, value, sd in found.sizes())
+        typer.echo(f"  {found.form}: {', '.join(numbers)}")
         others = [k for k in found.tie_class if k != found.form]
         if others:
             typer.echo(f"    no record tells it from: {', '.join(others)}")
@@ -147,8 +170,6 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
         )
     for note in diagnosis.notes:
         typer.echo(f"  note: {note}")
-    if "difference" in files:
-        typer.echo(Path(files["difference"]).read_text(encoding="utf-8"))
     for kind, path in files.items():
         typer.echo(f"{kind}: {path}")
 

@@ -16,6 +16,7 @@ import numpy as np
 from rotorsim.discrepancy.knobs import Knob
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.effects import REGISTRY, Effect
+from rotorsim.errors import DataError
 
 TURN = 2 * pi
 NO_SOLUTION = 1e-3
@@ -37,6 +38,11 @@ class Form:
     def key(self) -> str:
         """What makes it this form: effect and which of its parameters (and injector), without shape options."""
         return self.label.split(" @ ")[0]
+
+    @property
+    def names(self) -> set[str]:
+        """What a user may call it: the effect, the effect's parameter, and that of one injector."""
+        return {self.effect, self.key.split(" of ")[0], self.key}
 
     def felt(self, columns: np.ndarray) -> bool:
         """Whether sensitivities (n, knobs) [m] say that it changes anything and the plant has a solution with it."""
@@ -122,14 +128,26 @@ NOT_CANDIDATES = ("gravity", "contact")
 
 
 def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, ...]:
-    """Forms of every effect (or of those named) that can be hidden in the machine, sorted by label."""
-    chosen = set(twin.slots) if effects is None else set(effects)
+    """Forms of every effect (or of those named, as 'runout' or 'runout.second') that can be hidden, sorted by label.
+
+    Raises DataError for one that this machine cannot have.
+    """
     forms: list[Form] = []
-    for name in sorted(twin.slots):
-        if name in NOT_CANDIDATES or name not in chosen:
-            continue
+    for name in sorted(set(twin.slots) - set(NOT_CANDIDATES)):
         forms += [f for recipe in RECIPES.get(name) or own_recipes(REGISTRY[name]) for f in _forms(twin, name, recipe)]
+    if effects is not None:
+        forms = [f for f in forms if f.names & _known(effects, forms, twin.machine.name)]
     return tuple(sorted(forms, key=lambda f: f.label))
+
+
+def _known(effects: Iterable[str], forms: Iterable[Form], machine: str) -> set[str]:
+    """The names given, all of them those of forms."""
+    asked, known = set(effects), set().union(*(f.names for f in forms))
+    for unknown in sorted(asked - known):
+        own = sorted(n for n in known if n.startswith(unknown.partition(".")[0] + "."))
+        among = ", ".join(own or sorted(n for n in known if "." not in n))
+        raise DataError(f"effects: '{unknown}' cannot be a candidate in {machine}; choose among {among}")
+    return asked
 
 
 def own_recipes(effect: type[Effect]) -> tuple[Recipe, ...]:

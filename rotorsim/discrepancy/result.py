@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +12,7 @@ import numpy as np
 
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.localise import Flag
+from rotorsim.effects import REGISTRY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +38,13 @@ class Found:
     parameters: dict[str, float]
     sd: dict[str, float]
     tie_class: tuple[str, ...]
+
+    def sizes(self) -> Iterator[tuple[str, str, str]]:
+        """Parameter, value and standard deviation as people read them; no standard deviation where it was held."""
+        units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[self.effect])}
+        for name, value in self.parameters.items():
+            sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
+            yield name, _with_unit(value, units[name], 4), sd
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +117,12 @@ class Diagnosis:
             "tried": list(self.tried),
             "data_hash": self.data_hash,
         }  # fmt: skip
+
+
+def _with_unit(value: float, unit: str, digits: int) -> str:
+    """A number of SI with its unit; lengths in micrometres, angles in degrees."""
+    factor, shown = {"m": (1e6, "um"), "rad": (180 / pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
+    return f"{value * factor:.{digits}g} {shown}".rstrip()
 
 
 def _number(value: float) -> float | None:

@@ -37,6 +37,7 @@ from rotorsim.discrepancy.unsteady import unsteady
 from rotorsim.discrepancy.verdict import Verdict, judge
 from rotorsim.errors import DataError
 from rotorsim.machine import Machine, load_machine
+from rotorsim.plant.compose import is_compiled
 
 GRID, STEP = (32, 8), 2e-4
 FINE_GRID, FINE_STEP = (32, 16), 1e-4
@@ -90,7 +91,7 @@ def diagnose(
     held_out, untouched :
         Records at other operating points that choose the effect, and that only show the gap.
     effects : names
-        Effects that are candidates; the whole catalogue when not given.
+        Effects that are candidates, or their forms ('runout', 'runout.second'); the whole catalogue when not given.
     seed : int
         Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
     tolerance : float
@@ -127,19 +128,20 @@ def work_on(
     workshop: Workshop | None = None, threads: int = THREADS, memo: Memo | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnose trials."""
-    effects = None if effects is None else sorted(set(effects))
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
-    every = Twin(machine, GRID, STEP).slots if workshop is None else workshop.twin.slots
-    unknown = sorted(set(effects or ()) - set(every))
-    if unknown:
-        known = ", ".join(sorted(every))
-        raise DataError(f"effects: '{unknown[0]}' cannot be a candidate in {machine.name}; choose among {known}")
-    workshop = workshop or Workshop.of(machine, effects)
+    forms = candidates(Twin(machine, GRID, STEP) if workshop is None else workshop.twin, effects)
+    workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms})
     parts = {role: Comparison(workshop.twin, own, threads, memo=memo) for role, own in by_role.items() if own}
-    forms = candidates(workshop.twin, effects)
-    found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    if not is_compiled(workshop.twin.assembly.module):
+        progress("compile")
+    try:
+        found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    except DataError:
+        if memo is not None:
+            memo.clear()
+        raise
     if memo is not None:
         memo.clear()
     return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -17,7 +16,6 @@ from plotly.offline import get_plotlyjs
 
 from rotorsim.discrepancy.adding import difference
 from rotorsim.discrepancy.gap import reduction
-from rotorsim.effects import REGISTRY
 from rotorsim.errors import DataError
 from rotorsim.report import diagnosis_plots as plots
 from rotorsim.report.page import POLICY, TOOLS
@@ -117,12 +115,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
 
 
 def _effects(d: Diagnosis) -> str:
-    rows = []
-    for f in d.effects:
-        units = {x.name: x.metadata.get("unit", "") for x in fields(REGISTRY[f.effect])}
-        for p, v in f.parameters.items():
-            unit = units.get(p, "")
-            rows.append((f.form, p, _with_unit(v, unit, 4), _with_unit(f.sd[p], unit, 2) if p in f.sd else "held"))
+    rows = [(f.form, p, value, sd or "held") for f in d.effects for p, value, sd in f.sizes()]
     said = "".join(
         f"<p>No record tells {escape(f.form)} from {escape(', '.join(k for k in f.tie_class if k != f.form))}.</p>"
         for f in d.effects
@@ -130,12 +123,6 @@ def _effects(d: Diagnosis) -> str:
     )
     said += "".join(f"<p>Fits as well: {escape(' with '.join(t))}.</p>" for t in d.ties)
     return _table("What is missing", (("effect", "parameter", "value", "standard deviation"),), rows, said)
-
-
-def _with_unit(value: float, unit: str, digits: int) -> str:
-    """A number of SI with its unit; lengths in micrometres, angles in degrees."""
-    factor, shown = {"m": (UM, "um"), "rad": (180 / np.pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
-    return f"{value * factor:.{digits}g} {shown}".rstrip()
 
 
 def _spectra(d: Diagnosis) -> Iterator[str]:

@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rotorsim.commands.diagnose import _folder
+from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.design import campaign
 from rotorsim.discrepancy.hidden import draw, record_of, write
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.workflow import GRID
+from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
 EFFECTS = ("coupling", "runout", "shaft_bow")
@@ -64,6 +67,43 @@ def test_records_that_are_there_already_are_not_replaced(run, tmp_path):
 def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path):
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--tolerance", "3")
     assert code == 2 and "is no share" in err
+
+
+def test_a_verdict_that_is_there_is_not_replaced_and_a_file_is_no_folder(run, tmp_path):
+    (tmp_path / "diagnosis.json").write_text("{}")
+    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--out", tmp_path)
+    assert code == 2 and "is there already; choose another --out or add --force" in err
+    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--out", tmp_path / "diagnosis.json")
+    assert code == 2 and "is a file; name a folder" in err
+
+
+def test_the_verdict_goes_to_a_fresh_folder_or_to_one_of_an_interrupted_diagnosis(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert _folder(None, False) == Path("diagnosis")
+    Path("diagnosis").mkdir()
+    assert _folder(None, False) == Path("diagnosis-2")
+    Path("diagnosis/.unfinished").mkdir()
+    assert _folder(None, False) == Path("diagnosis")
+
+
+@pytest.mark.parametrize(
+    ("name", "known"), [("runout.fifth", "runout.first, runout.roughness"), ("gravity", "crack, internal_damping")]
+)
+def test_what_is_no_candidate_is_a_sentence_with_those_there_are(name, known):
+    with pytest.raises(DataError, match=f"'{name}' cannot be a candidate in .*; choose among .*{known}"):
+        candidates(Twin(load_machine("plain_rotor"), GRID, 5e-5), [name])
+
+
+def test_a_candidate_is_an_effect_one_of_its_parameters_or_that_of_one_injector():
+    twin = Twin(load_machine("dtu_gas_bearing"), GRID, 2e-4)
+
+    def keys(*names):
+        return {f.key for f in candidates(twin, names)}
+
+    assert keys("runout.second") == {"runout.second"}
+    assert keys("weak_injector") == keys("weak_injector.blocked", "weak_injector.stuck")
+    assert keys("weak_injector.stuck of injector 3") == {"weak_injector.stuck of injector 3"}
+    assert len(keys("weak_injector.stuck")) == 4
 
 
 @pytest.mark.slow
