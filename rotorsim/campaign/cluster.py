@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
+from rotorsim.campaign.stopping import deaf_processes
 from rotorsim.campaign.versions import mismatch, versions
 
 CONNECT = 10.0
@@ -70,12 +71,12 @@ def _local(workers: int | None, most: int) -> Iterator[Any]:
         stack.enter_context(dask.config.set(CALM))
         scratch = stack.enter_context(TemporaryDirectory(prefix="rotorsim-", ignore_cleanup_errors=True))
         try:
-            local = stack.enter_context(
-                LocalCluster(
+            with deaf_processes():
+                local = LocalCluster(
                     n_workers=count, threads_per_worker=1, processes=True, host=LOOPBACK, dashboard_address=None,
                     memory_limit=0, silence_logs=logging.CRITICAL, local_directory=scratch,
-                )
-            )  # fmt: skip
+                )  # fmt: skip
+            stack.enter_context(local)
             client = stack.enter_context(Client(local))
         except (OSError, RuntimeError) as error:
             raise ClusterError(

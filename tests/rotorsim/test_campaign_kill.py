@@ -206,6 +206,22 @@ def _address(file):
     return None
 
 
+def test_ctrl_c_of_a_terminal_reaches_every_process_and_is_one_sentence(tmp_path):
+    plan = SLEEPING.format(12, "0.2 s")
+    (tmp_path / "plan.toml").write_text(plan)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rotorsim", "campaign", tmp_path / "plan.toml", "--out", tmp_path / "store"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    until(lambda: cells(process), process)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert err.splitlines()[-1].startswith("stopped: ") and "Traceback" not in err
+    run_campaign(make_plan(plan), tmp_path / "store", Settings(show=False))
+    assert_whole(tmp_path / "store", solved_here(plan, tmp_path / "alone", "rotorsim"))
+
+
 def test_a_scheduler_that_is_killed_ends_in_a_sentence_and_the_rest_runs_elsewhere(tmp_path):
     plan, folder = SLEEPING.format(5, "0.5 s"), tmp_path / "store"
     with (
