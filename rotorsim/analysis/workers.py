@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, wait
 from typing import Any
+
+from rotorsim.processes import Processes
 
 WORTH = 60
 """Points that make one more process worth its start."""
@@ -27,22 +28,9 @@ def spread(job: Callable[..., Any], jobs: Sequence[tuple], workers: int) -> Iter
             for number, arguments in enumerate(jobs):
                 yield number, job(*arguments)
         return
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_quiet)
-    try:
+    with Processes(workers) as pool:
         waiting = {pool.submit(job, *arguments): number for number, arguments in enumerate(jobs)}
         while waiting:
             done, _ = wait(waiting, return_when=FIRST_COMPLETED)
             for future in done:
                 yield waiting.pop(future), future.result()
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _quiet() -> None:
-    """One thread of linear algebra a process; an interrupt is the parent's business."""
-    import signal
-
-    from threadpoolctl import threadpool_limits
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threadpool_limits(1)

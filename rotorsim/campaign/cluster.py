@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
-from rotorsim.campaign.stopping import deaf_processes
 from rotorsim.campaign.versions import mismatch, versions
+from rotorsim.processes import deaf_processes
 
 CONNECT = 10.0
 """Time [s] to wait for a scheduler."""

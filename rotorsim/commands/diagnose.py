@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotorsim.commands.options import AsJson, WithReport
+from rotorsim.commands.options import AsJson, WithReport, resumable
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -28,6 +28,7 @@ STAGES = {
 }
 
 
+@resumable
 def diagnose(
     machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
     records: Annotated[

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -118,6 +120,20 @@ def leave_if_cut(ended: str, samples: int, asked: int, record: Path) -> None:
     if ended != "complete":
         print(f"{ended}; what was simulated is in {record}", file=sys.stderr)
         raise typer.Exit(2)
+
+
+def resumable(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that says on Ctrl-C that what it has computed is not lost."""
+
+    @wraps(command)
+    def run(*arguments: Any, **options: Any) -> None:
+        try:
+            command(*arguments, **options)
+        except KeyboardInterrupt:
+            print("\ninterrupted: what was computed is kept, and the same command goes on", file=sys.stderr)
+            raise typer.Exit(130) from None
+
+    return run
 
 
 def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import MachineName
+from rotorsim.commands.options import MachineName, resumable
 from rotorsim.commands.study_told import Counter, numbers_of, print_claims, write_page
 
 app = typer.Typer(
@@ -27,6 +27,7 @@ def _group() -> None:
     name="identification-vs-physics",
     epilog="Example: rotorsim study identification-vs-physics dtu_gas_bearing --out study --quick",
 )
+@resumable
 def identification_vs_physics(
     machine: MachineName = "dtu_gas_bearing",
     out: Annotated[Path, typer.Option("--out", help="Folder for records, tables and report.")] = Path("study"),

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import AsJson, MachineName
+from rotorsim.commands.options import AsJson, MachineName, resumable
 
 EXAMPLE = "Example: rotorsim study control model_2.json dtu_gas_bearing --out control"
 WHOLE_EXAMPLE = "Example: rotorsim study whole dtu_gas_bearing --out study"
@@ -17,6 +17,7 @@ Out = Annotated[Path, typer.Option("--out", help="Folder of laws, results and re
 Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
 
+@resumable
 def control(
     model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote, best Model 2.")],
     machine: MachineName = "dtu_gas_bearing",
@@ -57,6 +58,7 @@ def control(
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results")
 
 
+@resumable
 def whole(
     machine: MachineName = "dtu_gas_bearing",
     out: Out = Path("study"),

@@ -85,8 +85,10 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
 
     Raises
     ------
-    DataError
+    KeyboardInterrupt
         If a campaign was stopped before its end.
+    DataError
+        If records are missing at its end.
     StoreError
         If a folder holds a campaign of another plan or machine.
     """
@@ -96,7 +98,9 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
     for name, plan in plans(machine, layout).items():
         folder = out / name
         outcome = run_campaign(plan, folder, Settings(workers=workers, show=True))
-        if outcome.stopped or outcome.pending:
+        if outcome.stopped:
+            raise KeyboardInterrupt
+        if outcome.pending:
             raise DataError(f"{folder}: stopped with {outcome.pending} records left; the same command goes on")
         folders.append(folder)
     return folders

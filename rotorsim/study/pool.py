@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from rotorsim.processes import Processes
 from rotorsim.study.cache import find, keep
 
 Told = Callable[[str, int, int], None]
@@ -39,17 +39,12 @@ def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> 
             found[case.name] = keep(folder, case.stage, case.key, run_case(case.function, case.arguments))
             done += 1
         return found
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers, len(left)), context, _one_thread) as pool:
+    with Processes(min(workers, len(left))) as pool:
         running = {pool.submit(run_case, case.function, case.arguments): case for case in left}
-        try:
-            for case, result in _as_they_end(running):
-                found[case.name] = keep(folder, case.stage, case.key, result)
-                done += 1
-                told(case.name, done, len(listed))
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        for case, result in _as_they_end(running):
+            found[case.name] = keep(folder, case.stage, case.key, result)
+            done += 1
+            told(case.name, done, len(listed))
     return found
 
 
@@ -62,11 +57,8 @@ def processes(workers: int) -> Iterator[Each]:
     if workers <= 1:
         yield map
         return
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _one_thread)
-    try:
+    with Processes(workers) as pool:
         yield pool.map
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def run_case(function: str, arguments: tuple[Any, ...]) -> Any:
@@ -81,9 +73,3 @@ def _as_they_end(running: dict[Future[Any], Case]) -> Iterable[tuple[Case, Any]]
         ended, left = wait(left, return_when=FIRST_COMPLETED)
         for future in ended:
             yield running[future], future.result()
-
-
-def _one_thread() -> None:
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(1)

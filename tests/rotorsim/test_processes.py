@@ -1,0 +1,50 @@
+"""Processes beside this one: what interrupts us ends them, and the terminal's Ctrl-C does not reach them."""
+
+import signal
+import sys
+import time
+from concurrent.futures import CancelledError
+from concurrent.futures.process import BrokenProcessPool
+
+import pytest
+import typer
+
+from rotorsim.commands.options import resumable
+from rotorsim.processes import Processes, deaf_processes
+
+
+def test_work_under_way_ends_with_an_exception():
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), Processes(1) as pool:
+        pool.submit(abs, -1).result()
+        running = pool.submit(time.sleep, 600)
+        raise KeyboardInterrupt
+    with pytest.raises((CancelledError, BrokenProcessPool)):
+        running.result(timeout=60)
+    assert time.monotonic() - begin < 120
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_process_does_not_hear_ctrl_c_and_we_do():
+    with Processes(1) as pool:
+        for _ in range(2):
+            assert signal.SIGINT in pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_signal_that_comes_meanwhile_is_heard_afterwards():
+    with pytest.raises(KeyboardInterrupt), deaf_processes():
+        signal.raise_signal(signal.SIGINT)
+        heard = True
+    assert heard
+
+
+def test_an_interrupted_command_says_that_it_goes_on(capsys):
+    @resumable
+    def command():
+        raise KeyboardInterrupt
+
+    with pytest.raises(typer.Exit) as ended:
+        command()
+    assert ended.value.exit_code == 130 and "the same command goes on" in capsys.readouterr().err
