@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import active_children, get_context, resource_tracker
+from multiprocessing import get_context, resource_tracker
 from types import TracebackType
 from typing import Any
 
@@ -15,7 +15,8 @@ from typing import Any
 def deaf_processes() -> Iterator[None]:
     """Processes started inside, or by threads that begin inside, do not hear the Ctrl-C of their terminal.
 
-    What is blocked is inherited by threads and processes (POSIX); the signal itself waits for the end of the block.
+    The signal is blocked in this thread, which threads and processes inherit (POSIX); without other threads that hear
+    it, it waits for the end of the block.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -29,11 +30,10 @@ def deaf_processes() -> Iterator[None]:
 
 
 class Processes(ProcessPoolExecutor):
-    """A pool whose work under way ends with an exception in its `with` block, Ctrl-C too."""
+    """A pool whose work under way is ended, not waited for, by an exception in its `with` block, Ctrl-C too."""
 
     def __init__(self, workers: int) -> None:
-        self._others = set(active_children())
-        super().__init__(workers, get_context("spawn"), _one_thread)
+        super().__init__(workers, get_context("spawn"), _begin)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Give work; a process is started here if none is free."""
@@ -43,14 +43,18 @@ class Processes(ProcessPoolExecutor):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
-        if kind is not None:
-            self.shutdown(wait=False, cancel_futures=True)
-            for child in set(active_children()) - self._others:
-                child.terminate()
-        return super().__exit__(kind, error, trace)
+        if kind is None:
+            return super().__exit__(kind, error, trace)
+        own = list((self._processes or {}).values())
+        self.shutdown(wait=False, cancel_futures=True)
+        for process in own:
+            process.terminate()
+        return None
 
 
-def _one_thread() -> None:
+def _begin() -> None:
+    """One thread of linear algebra; Ctrl-C is the parent's business, on systems without signal masks too."""
     from threadpoolctl import threadpool_limits
 
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(1)

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 import time
-from itertools import count
+from collections.abc import Iterator
+from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.commands.options import AsJson, WithReport, resumable
+from rotorsim.commands.options import AsJson, WithReport, fresh_folder, resumable
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
 
 EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
+MONTH = 30 * 86400.0
+"""Seconds that an interrupted diagnosis waits for the same command."""
 STAGES = {
     "compile": "compiling the plant of this kind of machine (minutes, once)",
     "check": "checking the records",
@@ -74,11 +79,12 @@ def diagnose(
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
     folder = _folder(out, force)
-    diagnosis = find(
-        machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
-        resume=folder / ".unfinished",
-    )  # fmt: skip
-    files = _write(diagnosis, folder, report)
+    with _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished:
+        diagnosis = find(
+            machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
+            resume=unfinished,
+        )  # fmt: skip
+        files = _write(diagnosis, folder, report)
     if as_json:
         typer.echo(json.dumps(diagnosis.told() | {"files": files}, indent=2, default=float))
     else:
@@ -104,13 +110,31 @@ class Stages:
             print(("\n" if new and elapsed > 0.5 else "\r") + text, end="", file=sys.stderr, flush=True)
 
 
+@contextmanager
+def _kept(*asked: Any) -> Iterator[Path]:
+    """Where this diagnosis keeps what it computes, in the cache: until its end, or for a month if it is interrupted."""
+    from reynolds.jit import cache_root
+    from rotorsim.errors import RotorsimError
+
+    root = cache_root() / "diagnoses"
+    folder = root / sha256(f"{Path.cwd()} {asked!r}".encode()).hexdigest()[:32]
+    for old in root.iterdir() if root.exists() else ():
+        if time.time() - old.stat().st_mtime > MONTH:
+            shutil.rmtree(old, ignore_errors=True)
+    try:
+        yield folder
+    except RotorsimError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
+
+
 def _folder(out: Path | None, force: bool) -> Path:
-    """Where the verdict goes: a folder without one, be it that of a diagnosis that was interrupted."""
+    """Where the verdict goes: a folder without one."""
     from rotorsim.errors import DataError
 
     if out is None:
-        names = (Path("diagnosis" if n == 1 else f"diagnosis-{n}") for n in count(1))
-        return next(f for f in names if not f.exists() or (f / ".unfinished").is_dir())
+        return Path("diagnosis") if force else fresh_folder(Path("diagnosis"))
     if out.exists() and not out.is_dir():
         raise DataError(f"--out: {out} is a file; name a folder")
     if (out / "diagnosis.json").exists() and not force:
@@ -124,7 +148,6 @@ def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
 
     out.mkdir(parents=True, exist_ok=True)
     files = {"verdict": out / "diagnosis.json", "gap": out / "gap.nc"}
-    files["verdict"].write_text(json.dumps(diagnosis.told(), indent=2, default=float), encoding="utf-8")
     diagnosis.gap.to_netcdf(files["gap"], engine="h5netcdf")
     if diagnosis.effects:
         files["machine"], files["difference"] = out / "machine.toml", out / "machine.diff"
@@ -134,6 +157,7 @@ def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
     if report:
         files["report"] = out / "report.html"
         diagnosis.report(files["report"])
+    files["verdict"].write_text(json.dumps(diagnosis.told(), indent=2, default=float), encoding="utf-8")
     return {kind: str(path) for kind, path in files.items()}
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -35,10 +34,6 @@ class Memo:
             self.folder.mkdir(parents=True, exist_ok=True)
             write(path, found)
         return found
-
-    def clear(self) -> None:
-        """Forget everything: the diagnosis is done."""
-        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 @cache

@@ -99,7 +99,7 @@ def diagnose(
     progress : function of a stage's name
         Called as the work goes on.
     resume : folder
-        Where to keep what was computed until the diagnosis is done, so that an interrupted one goes on.
+        Where to keep what was computed, so that an interrupted diagnosis goes on; yours to delete once it is done.
 
     Returns
     -------
@@ -136,15 +136,7 @@ def work_on(
     parts = {role: Comparison(workshop.twin, own, threads, memo=memo) for role, own in by_role.items() if own}
     if not is_compiled(workshop.twin.assembly.module):
         progress("compile")
-    try:
-        found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
-    except DataError:
-        if memo is not None:
-            memo.clear()
-        raise
-    if memo is not None:
-        memo.clear()
-    return found
+    return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
 
 
 @dataclass(eq=False)

@@ -173,7 +173,7 @@ class Board:
             try:
                 self.runner.apply(key, value)
             finally:
-                self._obeyed[key] = number
+                self._obeyed[key] = max(number, self._obeyed.get(key, number))
 
         if not self.runner.order(obey):
             self._obeyed[key] = number
@@ -207,9 +207,11 @@ class Board:
     def _show(self, key: str, value: Any) -> None:
         """Put a value into a control without taking that for somebody's hand."""
         self._showing = True
-        for show in self._fields.get(key, ()):
-            show(value)
-        self._showing = False
+        try:
+            for show in self._fields.get(key, ()):
+                show(value)
+        finally:
+            self._showing = False
 
     def _list(self) -> None:
         """Files by name, drawn again when there are others."""

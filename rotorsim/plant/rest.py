@@ -6,7 +6,8 @@ by pseudo-transient continuation (reynolds.steady). Forces that depend on the mo
 enter with their tangent, which is renewed until the rotor rests: first without them, then with it. A bearing within
 its clearance carries nothing, and its tangent leads far off: such a pass is repeated with the rotor held to where it
 is, by a share of its own stiffness that fades with every pass that gets through (the proximal point method, Rockafellar
-1976). A supply line is settled together with the flow it carries.
+1976). A supply line is settled together with the flow it carries; where the film does not carry with the flow of the
+last pass, half way back to the one before is tried.
 
 This file is a template as `step` is.
 """
@@ -35,11 +36,11 @@ from rotorsim.plant.step import factorise, solve_film
 
 DAMPING = 2e3
 """Damper [N s/m] on the journal while it settles."""
-MOST_PASSES = 60
+MOST_PASSES = 120
 LONGEST = 10.0
 """Longest step of a pass, in displacements of the rotor before it."""
-HOLD, FIRMER, LOOSER, FAINT = 1.0, 4.0, 0.25, 1e-6
-"""Share of the rotor's stiffness that first holds it, its growth, its fading, and what is let go."""
+HOLD, FIRMER, FIRMEST, LOOSER, FAINT = 1.0, 4.0, 1e6, 0.25, 1e-6
+"""Share of the rotor's stiffness that holds it first, its growth, the last one tried, its fading, what is let go."""
 SETTLED, BEYOND_STROKE, NO_LIFT_OFF, RESTLESS = 1, -1, -2, -3
 """What `settle` returns: an actuator cannot hold its pin at the bias; the film does not carry the rotor; supply line or
 motion-dependent forces find no rest."""
@@ -177,14 +178,14 @@ def led_off(w):
 
 
 @inlined
-def rests(w, flow, carried):
+def rests(w, flow, before):
     """Whether the last pass moved neither the rotor nor the flow in the supply line."""
     moved, size = 0.0, 0.0
     for m in range(ROTOR.n):
         moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
         size = max(size, abs(w[ROTOR.q + m]))
     still = moved <= 1e-9 * size or RIG.n_motion == 0
-    return still and (abs(flow - carried) <= 1e-9 * flow or RIG.n_supply == 0)
+    return still and (abs(flow - before) <= 1e-9 * flow or RIG.n_supply == 0)
 
 
 @kernel
@@ -194,8 +195,8 @@ def settle(w, initial, ix, P, speed, supply):
     `initial` is the workspace before any state is put into it. Returns SETTLED or why not. All in
     one function, because every further layer over the film's solver is compiled with it once more.
     """
-    flow, hold = 0.0, 0.0
-    resting = False
+    flow, through, hold = 0.0, 0.0, 0.0
+    resting, fallen = False, False
     for m in range(ROTOR.n):
         w[ROTOR.q + m] = 0.0
     for number in range(MOST_PASSES):
@@ -230,7 +231,7 @@ def settle(w, initial, ix, P, speed, supply):
                     step *= RETREAT
             # written so that a gap that is not a number is no gap
             carries = step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
-            if not carries and (number == 0 or RIG.n_motion == 0):
+            if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
                 return NO_LIFT_OFF
             rest_film(w)
         for m in range(ROTOR.n):
@@ -238,21 +239,29 @@ def settle(w, initial, ix, P, speed, supply):
         if ROTOR.has_film == 1:
             lift_rotor(w, P)
         solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
-        if RIG.n_motion > 0:
-            if not carries or led_off(w):
-                hold = max(HOLD, FIRMER * hold)
-                for m in range(ROTOR.n):
-                    w[ROTOR.q + m] = w[ROTOR.q_old + m]
-                continue
-            hold = LOOSER * hold if hold > FAINT else 0.0
-        carried, flow = flow, 0.0
+        if not carries or (RIG.n_motion > 0 and led_off(w)):
+            fallen = fallen or not carries
+            hold = max(HOLD, FIRMER * hold)
+            if hold > FIRMEST:
+                break
+            flow = 0.5 * (through + flow)
+            for m in range(ROTOR.n):
+                w[ROTOR.q + m] = w[ROTOR.q_old + m]
+            continue
+        hold = LOOSER * hold if hold > FAINT else 0.0
+        through, flow = flow, 0.0
         for k in range(FILM.n_inj):
             flow += w[FILM.film_flow + k]
-        if hold == 0.0 and rests(w, flow, carried) and (number > 0 or RIG.n_motion == 0):
+        if hold == 0.0 and rests(w, flow, through) and (number > 0 or RIG.n_motion == 0):
             resting = True
             break
     if not resting:
-        return RESTLESS
+        if not fallen:
+            return RESTLESS
+        # the load is told without what held the rotor
+        static_terms(w, P, speed, False)
+        journal_statics(w, P)
+        return NO_LIFT_OFF
     for m in range(ROTOR.n):
         w[ROTOR.q_old + m] = w[ROTOR.q + m]
     # the acceleration with which what turns with the shaft starts to act

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
 from pathlib import Path
+from signal import SIGINT
 from typing import TYPE_CHECKING
 
 from rotorsim.errors import DataError
@@ -86,9 +87,9 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
     Raises
     ------
     KeyboardInterrupt
-        If a campaign was stopped before its end.
+        If Ctrl-C stopped a campaign.
     DataError
-        If records are missing at its end.
+        If another signal did, or records are missing at its end.
     StoreError
         If a folder holds a campaign of another plan or machine.
     """
@@ -98,9 +99,9 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
     for name, plan in plans(machine, layout).items():
         folder = out / name
         outcome = run_campaign(plan, folder, Settings(workers=workers, show=True))
-        if outcome.stopped:
+        if outcome.stopped == SIGINT:
             raise KeyboardInterrupt
-        if outcome.pending:
+        if outcome.stopped or outcome.pending:
             raise DataError(f"{folder}: stopped with {outcome.pending} records left; the same command goes on")
         folders.append(folder)
     return folders

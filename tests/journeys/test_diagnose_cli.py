@@ -1,12 +1,13 @@
 """`rotorsim hide` and `rotorsim diagnose` as a user meets them, on a plain rotor with few candidates."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rotorsim.commands.diagnose import _folder
+from rotorsim.commands.diagnose import _folder, _kept
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.design import campaign
 from rotorsim.discrepancy.hidden import draw, record_of, write
@@ -77,13 +78,54 @@ def test_a_verdict_that_is_there_is_not_replaced_and_a_file_is_no_folder(run, tm
     assert code == 2 and "is a file; name a folder" in err
 
 
-def test_the_verdict_goes_to_a_fresh_folder_or_to_one_of_an_interrupted_diagnosis(tmp_path, monkeypatch):
+def test_the_verdict_goes_to_a_fresh_folder_or_replaces_one_that_is_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert _folder(None, False) == Path("diagnosis")
     Path("diagnosis").mkdir()
     assert _folder(None, False) == Path("diagnosis-2")
-    Path("diagnosis/.unfinished").mkdir()
-    assert _folder(None, False) == Path("diagnosis")
+    assert _folder(None, True) == Path("diagnosis")
+    Path("diagnosis/diagnosis.json").touch()
+    assert _folder(Path("diagnosis"), True) == Path("diagnosis")
+
+
+def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+    with pytest.raises(KeyboardInterrupt), _kept("rotor", ["a.nc"]) as folder:
+        folder.mkdir(parents=True)
+        raise KeyboardInterrupt
+    assert folder.exists()
+    with pytest.raises(DataError), _kept("rotor", ["b.nc"]) as other:
+        assert other != folder
+        other.mkdir()
+        raise DataError("b.nc: of another machine")
+    assert folder.exists() and not other.exists()
+    os.utime(folder, (0, 0))
+    with _kept("rotor", ["b.nc"]):
+        assert not folder.exists()
+    with pytest.raises(KeyboardInterrupt), _kept("rotor", ["a.nc"]) as folder:
+        folder.mkdir()
+        raise KeyboardInterrupt
+    with _kept("rotor", ["a.nc"]) as again:
+        assert again == folder and again.exists()
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "work"),
+    [
+        (("diagnose", "plain_rotor", "x.nc"), "rotorsim.discrepancy.diagnose"),
+        (("study", "whole"), "rotorsim.study.whole.whole_study"),
+        (("study", "identification-vs-physics"), "rotorsim.study.plans.run"),
+    ],
+)
+def test_ctrl_c_says_that_the_same_command_goes_on(run, tmp_path, monkeypatch, command, work):
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(work, interrupted)
+    code, _, err = run(*command)
+    assert code == 130 and "interrupted: what was computed is kept, and the same command goes on" in err
 
 
 @pytest.mark.parametrize(

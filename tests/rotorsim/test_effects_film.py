@@ -8,6 +8,7 @@ import pytest
 
 from reynolds import GasBearing, Injector
 from rotorsim.effects.viscosity import SUTHERLAND
+from rotorsim.errors import NoLiftOffError
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi
@@ -210,6 +211,18 @@ def test_the_supply_droops_by_its_resistance_times_the_flow(neutral, held):
     lost = PRESSURE - table[[0, -1], 6]
     assert lost == pytest.approx(5e8 * table[[0, -1], 10], rel=1e-6)
     assert lost[0] > 2e4
+
+
+def test_a_supply_that_droops_too_much_does_not_lift_the_rotor_and_one_that_droops_less_does(neutral):
+    """5e9 Pa s/kg leave .21 of .4 MPa, which is above lift-off, though the flow at .4 MPa would leave nothing."""
+    plant = neutral({"effects.supply_droop.droop": "5e9 Pa*s/kg"})
+    flow = plant.equilibrium(0.0, 0.4e6).mass_flow.sum()
+    at_injectors = 0.4e6 - 5e9 * flow
+    assert flow == pytest.approx(neutral().equilibrium(0.0, at_injectors).mass_flow.sum(), rel=1e-6)
+    with pytest.raises(NoLiftOffError, match=r"does not carry the 35\.9 N on it; raise the injection pressure"):
+        plant.equilibrium(0.0, 0.3e6)
+    with pytest.raises(NoLiftOffError, match=r"35\.9 N"):
+        neutral({"effects.supply_droop.droop": "3e9 Pa*s/kg"}).equilibrium(0.0, 0.25e6)
 
 
 def test_a_line_fills_with_its_time_constant(neutral, held):
