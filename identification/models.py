@@ -180,5 +180,7 @@ def load_model(path: str | Path) -> LinearModel | LpvModel:
         raise ModelError(
             f"{path}: is no model, it has no {error}; give a file that 'rotorsim identify' wrote"
         ) from error
-    except (ValueError, TypeError, UnicodeDecodeError, IsADirectoryError) as error:
+    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError) as error:
+        raise ModelError(f"{path}: is no model; give a JSON file that 'rotorsim identify' wrote") from error
+    except (ValueError, TypeError) as error:
         raise ModelError(f"{path}: is no model ({error}); give a file that 'rotorsim identify' wrote") from error

@@ -123,7 +123,7 @@ def _reason(error: Exception) -> str:
     root: BaseException = error
     while root.__cause__ is not None:
         root = root.__cause__
-    return (str(root).splitlines() or [type(root).__name__])[0][:150] or type(root).__name__
+    return (str(root).splitlines() or ["no answer"])[0][:150] or "no answer"
 
 
 def _wait_for_workers(client: Any, address: str) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.commands.options import AsJson, WithReport, fresh_folder, resumable
+from rotorsim.commands.options import AsJson, WithReport, a_folder, results_folder, resumable
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""
+RESULTS = ("diagnosis.json", "gap.nc", "machine.toml", "machine.diff", "report.html")
+"""What an older verdict may have left in the folder."""
 STAGES = {
     "compile": "compiling the plant of this kind of machine (minutes, once)",
     "check": "checking the records",
@@ -52,7 +54,8 @@ def diagnose(
     ] = None,
     tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for the verdict; by default diagnosis, diagnosis-2, ...")
+        Path | None,
+        typer.Option("--out", callback=a_folder, help="Folder for the verdict; by default diagnosis, diagnosis-2, ..."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a verdict that is in the folder.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="Kept with the verdict; nothing is drawn.")] = 0,
@@ -78,7 +81,7 @@ def diagnose(
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
-    folder = _folder(out, force)
+    folder = results_folder(out, "diagnosis", "diagnosis.json", force)
     with _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished:
         diagnosis = find(
             machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
@@ -129,24 +132,13 @@ def _kept(*asked: Any) -> Iterator[Path]:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def _folder(out: Path | None, force: bool) -> Path:
-    """Where the verdict goes: a folder without one."""
-    from rotorsim.errors import DataError
-
-    if out is None:
-        return Path("diagnosis") if force else fresh_folder(Path("diagnosis"))
-    if out.exists() and not out.is_dir():
-        raise DataError(f"--out: {out} is a file; name a folder")
-    if (out / "diagnosis.json").exists() and not force:
-        raise DataError(f"{out / 'diagnosis.json'}: is there already; choose another --out or add --force")
-    return out
-
-
 def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
     """Verdict, gap, new machine file and report."""
     from rotorsim.discrepancy.adding import difference
 
     out.mkdir(parents=True, exist_ok=True)
+    for name in RESULTS:
+        (out / name).unlink(missing_ok=True)
     files = {"verdict": out / "diagnosis.json", "gap": out / "gap.nc"}
     diagnosis.gap.to_netcdf(files["gap"], engine="h5netcdf")
     if diagnosis.effects:

@@ -15,7 +15,17 @@ import typer
 from typer.core import TyperGroup
 
 from rotorsim.commands.experiment_run import run_experiment
-from rotorsim.commands.options import AsJson, Changes, Force, GridSize, MachineName, TimeStep, WithReport, quantity
+from rotorsim.commands.options import (
+    AsJson,
+    Changes,
+    Force,
+    GridSize,
+    MachineName,
+    TimeStep,
+    WithReport,
+    a_folder,
+    quantity,
+)
 
 if TYPE_CHECKING:
     from dataclasses import Field
@@ -34,7 +44,9 @@ EXAMPLES = {
     "impact": "--peak '20 N' --width '1 ms' --angle '90 deg' --hits 5",
     "controlled": "--pressure '0.6 MPa' --gain-x '0.25 V/um' --gain-y '0.22 V/um' --hit '20 N' --duration '2 s'",
 }
-Out = Annotated[Path | None, typer.Option("--out", help="Folder for record and report; default a new one.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", callback=a_folder, help="Folder for record and report; default a new one.")
+]
 Seed = Annotated[str, typer.Option("--seed", help="Seed of noise and random inputs.")]
 COMMON: dict[str, tuple[Any, Any]] = {
     "grid": (GridSize, None),

@@ -16,6 +16,7 @@ from rotorsim.commands.options import (
     make_plant,
     print_table,
     say_if_compiling,
+    told_as_kept,
 )
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ def run_experiment(
     experiment = setup.experiment(plant) if hasattr(setup, "experiment") else setup
     outcome = record(plant, experiment, path, number, progress=not as_json)
     leave_if_empty(outcome.ended, outcome.samples)
-    _tell(path, experiment, outcome, report, as_json)
+    with told_as_kept(path):
+        _tell(path, experiment, outcome, report, as_json)
     leave_if_cut(outcome.ended, outcome.samples, outcome.asked, path)
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import AsJson
+from rotorsim.commands.options import AsJson, a_folder
 
 EXAMPLE = "Example: rotorsim hide dtu_gas_bearing --effect coupling.second --seed 3 --out puzzle"
 
@@ -20,7 +20,9 @@ def hide(
         list[str] | None, typer.Option("--effect", help="What to hide, e.g. runout or runout.second; may be repeated.")
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Draws size, phase, calibration and noise.")] = 0,
-    out: Annotated[Path, typer.Option("--out", help="Folder for records and the sealed truth.")] = Path("hidden"),
+    out: Annotated[
+        Path, typer.Option("--out", callback=a_folder, help="Folder for records and the sealed truth.")
+    ] = Path("hidden"),
     as_json: AsJson = False,
 ) -> None:
     """Record a campaign of a machine in which effects are hidden; without --effect nothing is.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.commands.options import Changes, GridSize, MachineName, fresh_folder, make_plant, quantity
+from rotorsim.commands.options import Changes, GridSize, MachineName, a_folder, fresh_folder, make_plant, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,9 @@ def map_command(
     grid: GridSize = None,
     changes: Changes = None,
     jobs: Annotated[int | None, typer.Option(help="Processes; default as many as pay.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for map and report; default a new folder 'map'.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(callback=a_folder, help="Folder for map and report; default a new folder 'map'.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a map that is in the folder.")] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import Changes, GridSize, MachineName, fresh_folder, make_plant, quantity
+from rotorsim.commands.options import Changes, GridSize, MachineName, a_folder, fresh_folder, make_plant, quantity
 
 EXAMPLE = "Example: rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes"
 
@@ -22,7 +22,7 @@ def modes(
     changes: Changes = None,
     show: Annotated[bool, typer.Option("--show", help="Open a window to turn the modes in.")] = False,
     pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG.")] = True,
-    out: Annotated[Path | None, typer.Option(help="Folder; default a new folder 'modes'.")] = None,
+    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film together at one operating point."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -75,6 +76,22 @@ def quantity(option: str, text: str, unit: str) -> float:
         raise MachineFileError(f"--{option}: {error}") from error
 
 
+def a_folder(path: Path | None) -> Path | None:
+    """What --out names, if it can be a folder; a callback of that option. Raises DataError for a file."""
+    from rotorsim.errors import DataError
+
+    if path is not None and path.exists() and not path.is_dir():
+        raise DataError(f"--out: {path} is a file; name a folder")
+    return path
+
+
+def results_folder(out: Path | None, default: str, result: str, force: bool) -> Path:
+    """Folder of new results, `out` or a fresh one; raises DataError if `result` is in it and `force` is not given."""
+    if out is None:
+        return Path(default) if force else fresh_folder(Path(default))
+    return free_record(out / result, force).parent
+
+
 def fresh_folder(base: Path) -> Path:
     """`base`, or the first of base-2, base-3 ... that does not exist yet."""
     folder, n = base, 1
@@ -99,6 +116,16 @@ def say_if_compiling(plant: Plant) -> None:
 
     if sys.stderr.isatty() and not is_compiled(plant.assembly.module):
         print("compiling the kernels for this kind of machine: half a minute, once", file=sys.stderr)
+
+
+@contextmanager
+def told_as_kept(record: Path) -> Iterator[None]:
+    """Ctrl-C while results are made from a record: say that the record is there."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"interrupted: the record is kept, without its results: {record}", file=sys.stderr)
+        raise typer.Exit(130) from None
 
 
 def leave_if_empty(ended: str, samples: int) -> None:

@@ -16,6 +16,7 @@ from rotorsim.commands.options import (
     MachineName,
     TimeStep,
     WithReport,
+    a_folder,
     free_record,
     fresh_folder,
     leave_if_cut,
@@ -24,6 +25,7 @@ from rotorsim.commands.options import (
     print_table,
     quantity,
     say_if_compiling,
+    told_as_kept,
 )
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ def runup(
     time_step: TimeStep = None,
     changes: Changes = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for record and report; default a new folder 'runup'.")
+        Path | None, typer.Option(callback=a_folder, help="Folder for record and report; default a new folder 'runup'.")
     ] = None,
     force: Force = False,
     report: WithReport = True,
@@ -66,7 +68,8 @@ def runup(
     say_if_compiling(plant)
     outcome = record(plant, experiment, path, progress=not as_json)
     leave_if_empty(outcome.ended, outcome.samples)
-    summary, rows = _analyse(path, path.with_name("report.html") if report else None, outcome)
+    with told_as_kept(path):
+        summary, rows = _analyse(path, path.with_name("report.html") if report else None, outcome)
     if as_json:
         typer.echo(json.dumps(summary, indent=2))
     else:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import MachineName, resumable
+from rotorsim.commands.options import MachineName, a_folder, resumable
 from rotorsim.commands.study_told import Counter, numbers_of, print_claims, write_page
 
 app = typer.Typer(
@@ -30,7 +30,9 @@ def _group() -> None:
 @resumable
 def identification_vs_physics(
     machine: MachineName = "dtu_gas_bearing",
-    out: Annotated[Path, typer.Option("--out", help="Folder for records, tables and report.")] = Path("study"),
+    out: Annotated[
+        Path, typer.Option("--out", callback=a_folder, help="Folder for records, tables and report.")
+    ] = Path("study"),
     campaign: Annotated[
         list[Path] | None,
         typer.Option("--campaign", help="Folder of a campaign of this machine to use; may be repeated."),

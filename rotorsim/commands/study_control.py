@@ -9,11 +9,13 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import AsJson, MachineName, resumable
+from rotorsim.commands.options import AsJson, MachineName, a_folder, resumable
 
 EXAMPLE = "Example: rotorsim study control model_2.json dtu_gas_bearing --out control"
 WHOLE_EXAMPLE = "Example: rotorsim study whole dtu_gas_bearing --out study"
-Out = Annotated[Path, typer.Option("--out", help="Folder of laws, results and report; a study there goes on.")]
+Out = Annotated[
+    Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there goes on.")
+]
 Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotorsim.commands.options import Changes, Force, GridSize, MachineName, TimeStep
+from rotorsim.commands.options import Changes, Force, GridSize, MachineName, TimeStep, a_folder
 
 if TYPE_CHECKING:
     from rotorsim.verify import Verification
@@ -24,7 +24,7 @@ def verify(
     machine: MachineName = "dtu_gas_bearing",
     quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
     safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for report and table.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", callback=a_folder, help="Folder for report and table.")] = None,
     grid: GridSize = None,
     time_step: TimeStep = None,
     changes: Changes = None,
@@ -32,13 +32,13 @@ def verify(
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
     """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
-    from rotorsim.commands.options import fresh_folder, make_plant
+    from rotorsim.commands.options import make_plant, results_folder
     from rotorsim.control import load_law
     from rotorsim.verify import closed_loop, safe_speed
 
     loaded = load_law(law)
     plant = make_plant(machine, grid, time_step, changes or [])
-    folder = (out if force else fresh_folder(out)) if out else fresh_folder(Path("verification"))
+    folder = results_folder(out, "verification", "table.json", force)
     result = closed_loop(loaded, plant, quick=quick, tell=_tell())
     if safe:
         pair = [safe_speed(plant, one) for one in (None, loaded)]

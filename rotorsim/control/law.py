@@ -202,7 +202,9 @@ def load_law(path: str | Path) -> Law:
         return Law(**data)
     except FileNotFoundError as error:
         raise LawError(f"{path}: is not there; give a file that 'rotorsim design' wrote") from error
-    except (ValueError, KeyError, TypeError, AttributeError, IsADirectoryError) as error:
+    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError) as error:
+        raise LawError(f"{path}: is no law; give a JSON file that 'rotorsim design' wrote") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise LawError(f"{path}: is no law ({error}); give a file that 'rotorsim design' wrote") from error
 
 

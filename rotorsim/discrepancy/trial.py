@@ -74,7 +74,8 @@ class Trial:
     def point(self) -> str:
         """Operating point for people."""
         force = "N" if not self.rows[:, 2:4].any() and self.rows[:, 4:6].any() else "V"
-        return f"{self.speed * 30 / np.pi:.0f} rpm, {self.pressure / 1e6:.2f} MPa, {self.amplitude:.2g} {force}"
+        pressure = f"{self.pressure / 1e6:.2f} MPa, " if self.pressure else ""
+        return f"{self.speed * 30 / np.pi:.0f} rpm, {pressure}{self.amplitude:.2g} {force}"
 
     @cached_property
     def inputs(self) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotorsim.commands.diagnose import _folder, _kept
+from rotorsim.commands.diagnose import _kept
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.design import campaign
 from rotorsim.discrepancy.hidden import draw, record_of, write
@@ -70,22 +70,10 @@ def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path)
     assert code == 2 and "is no share" in err
 
 
-def test_a_verdict_that_is_there_is_not_replaced_and_a_file_is_no_folder(run, tmp_path):
+def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):
     (tmp_path / "diagnosis.json").write_text("{}")
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--out", tmp_path)
     assert code == 2 and "is there already; choose another --out or add --force" in err
-    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--out", tmp_path / "diagnosis.json")
-    assert code == 2 and "is a file; name a folder" in err
-
-
-def test_the_verdict_goes_to_a_fresh_folder_or_replaces_one_that_is_named(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert _folder(None, False) == Path("diagnosis")
-    Path("diagnosis").mkdir()
-    assert _folder(None, False) == Path("diagnosis-2")
-    assert _folder(None, True) == Path("diagnosis")
-    Path("diagnosis/diagnosis.json").touch()
-    assert _folder(Path("diagnosis"), True) == Path("diagnosis")
 
 
 def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_path, monkeypatch):
