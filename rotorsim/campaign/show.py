@@ -9,6 +9,7 @@ from typing import Any
 
 RECENT = 60.0
 """Time [s] over which the rate is averaged."""
+COMPILING = "the first case compiles its machine, if it is new"
 
 
 class Rate:
@@ -58,7 +59,7 @@ def bar(show: bool, total: int, done: int) -> AbstractContextManager[Any]:
         TextColumn("{task.fields[failed]}"),
     )
     progress = Progress(*columns, console=Console(stderr=True))
-    progress.add_task("", total=total, completed=done, rate="", left="", failed="")
+    progress.add_task("", total=total, completed=done, rate=COMPILING, left="", failed="")
     return progress
 
 
@@ -69,7 +70,7 @@ def update(progress: Any, done: int, rate: float, left: int, failed: int) -> Non
         progress.update(
             progress.task_ids[0],
             completed=done,
-            rate=said if rate else "",
+            rate=said if rate else "" if done else COMPILING,
             left=f"{spell(left / rate)} left" if rate else "",
             failed=f"{failed} failed" if failed else "",
         )

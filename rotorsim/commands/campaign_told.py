@@ -89,6 +89,8 @@ def tell_status(folder: Path, most: int, as_json: bool) -> None:
     typer.echo(f"computing time {spell(seconds)}, records {size / 1e6:.4g} MB")
     for number, experiment, values, error in failed:
         typer.echo(f"case {number}, {experiment}, {_values(store.plan, values)}: {error}")
+    if counts[FAILED] > len(failed):
+        typer.echo(f"and {counts[FAILED] - len(failed)} more; --failed {counts[FAILED]} names them all")
 
 
 def _values(plan: Plan, values: dict[str, Any]) -> str:
