@@ -21,6 +21,8 @@ from rotorsim.discrepancy.twin import Twin
 THREADS = min(2, os.cpu_count() or 1)
 BEYOND = 0.01
 """Displacement [m] that no machine survives: no solution."""
+LOST = NO_SOLUTION / 4
+"""Change of a line [m] by a finer mesh or another law from which on one of both has no solution."""
 
 
 @dataclass(frozen=True)
@@ -147,13 +149,26 @@ class Comparison:
     def proven(self, point: Point, fine: Twin) -> Comparison:
         """The same comparison with the solver's error as it is at `point`."""
         other = copy(self)
-        response = self._response(point, self.twin, False)
-        other.correction = self._error(point, fine, response)
+        other.correction = self._error(point, fine, self._response(point, self.twin, False))
         return other
 
     def _error(self, point: Point, fine: Twin, response: np.ndarray) -> np.ndarray:
-        """What a finer grid and step change (n,) [m], and what a whole run changes against one period."""
-        return self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
+        """What a finer grid and step change (n,) [m], and what a whole run changes against one period.
+
+        Taken at the machine file's own numbers where a twin has no solution at `point`.
+        """
+        error = self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
+        if np.abs(error).max() < LOST or not point.values:
+            return error
+        return self._error(Point(), fine, self._response(Point(), self.twin, False))
+
+    def _law(self, point: Point, law: Twin, share: float, response: np.ndarray) -> np.ndarray:
+        """What the injectors' other law changes (n,) [m], as `_error` where there is no solution."""
+        moved = point.moved([Knob("discharge_drift.0.drift", 0.02)], np.array([share]))
+        change = self._response(moved, law, False) - response
+        if np.abs(change).max() < LOST or not point.values:
+            return change
+        return self._law(Point(), law, share, self._response(Point(), self.twin, False))
 
     def set_floor(
         self, point: Point, fine: Twin | None, tolerance: float, law: Twin | None = None, share: float = 0.0
@@ -171,8 +186,7 @@ class Comparison:
         if fine is not None:
             error = self._error(point, fine, response)
         if law is not None:
-            moved = point.moved([Knob("discharge_drift.0.drift", 0.02)], np.array([share]))
-            self.directions["law"] = self._response(moved, law, False) - response
+            self.directions["law"] = self._law(point, law, share, response)
         self.correction = error
         if fine is not None:
             self.directions["mesh"] = error

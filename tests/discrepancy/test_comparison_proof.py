@@ -1,0 +1,34 @@
+"""The solver's error is proven where the plant has a solution."""
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.candidates import NO_SOLUTION
+from rotorsim.discrepancy.comparison import Comparison, Point
+from rotorsim.discrepancy.knobs import Knob
+
+LINES = 3
+AWAY = Point({Knob("shaft_damping", 0.1): 2.0})
+
+
+def comparison(lost):
+    """A comparison whose `lost` twin has no solution away from the machine file's numbers."""
+    made = object.__new__(Comparison)
+    made.twin = "own"
+    sizes = {"own": 1e-6, "fine": 3e-6, "law": 7e-6}
+
+    def response(point, twin, whole):
+        away = point.values.get(next(iter(AWAY.values)), 0.0) != 0
+        return np.full(LINES, NO_SOLUTION if away and twin == lost else sizes[twin] + 1e-7 * away)
+
+    made._response = response
+    return made
+
+
+@pytest.mark.parametrize("lost", ["own", "fine", "law", None])
+@pytest.mark.parametrize("point", [Point(), AWAY])
+def test_a_twin_without_solution_is_proven_at_the_machine_files_own_numbers(point, lost):
+    c = comparison(lost)
+    here = c._response(point, "own", False)
+    assert c._error(point, "fine", here) == pytest.approx(np.full(LINES, 2e-6))
+    assert c._law(point, "law", 0.1, here) == pytest.approx(np.full(LINES, 6e-6))
