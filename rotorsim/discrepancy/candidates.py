@@ -136,7 +136,8 @@ def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, 
     for name in sorted(set(twin.slots) - set(NOT_CANDIDATES)):
         forms += [f for recipe in RECIPES.get(name) or own_recipes(REGISTRY[name]) for f in _forms(twin, name, recipe)]
     if effects is not None:
-        forms = [f for f in forms if f.names & _known(effects, forms, twin.machine.name)]
+        asked = _known(effects, forms, twin.machine.name)
+        forms = [f for f in forms if f.names & asked]
     return tuple(sorted(forms, key=lambda f: f.label))
 
 

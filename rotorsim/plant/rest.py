@@ -138,6 +138,23 @@ def lift_rotor(w, P):
 
 
 @inlined
+def place_rotor(w, P):
+    """Put the rotor where steady forces and film hold it, by the factors of its stiffness."""
+    for m in range(ROTOR.n):
+        w[ROTOR.q + m] = w[ROTOR.f + m]
+    if ROTOR.has_film == 1:
+        lift_rotor(w, P)
+    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
+
+
+@inlined
+def copy_displacement(w, source, target):
+    """Copy one displacement of the rotor over another."""
+    for m in range(ROTOR.n):
+        w[target + m] = w[source + m]
+
+
+@inlined
 def free_statics(w):
     """The factors of K in T, v_mid for a rotor without film."""
     for e in range(ROTOR.n * ROTOR.n):
@@ -152,8 +169,7 @@ def restart(w, initial):
         w[k] = initial[k]
     for k in range(ROTOR.q + ROTOR.n, initial.shape[0]):
         w[k] = initial[k]
-    for m in range(ROTOR.n):
-        w[ROTOR.q_old + m] = w[ROTOR.q + m]
+    copy_displacement(w, ROTOR.q, ROTOR.q_old)
 
 
 @inlined
@@ -195,8 +211,7 @@ def settle(w, initial, ix, P, speed, supply):
     `initial` is the workspace before any state is put into it. Returns SETTLED or why not. All in
     one function, because every further layer over the film's solver is compiled with it once more.
     """
-    flow, through, hold = 0.0, 0.0, 0.0
-    resting, fallen = False, False
+    flow, through, hold, fallen = 0.0, 0.0, 0.0, False
     for m in range(ROTOR.n):
         w[ROTOR.q + m] = 0.0
     for number in range(MOST_PASSES):
@@ -234,36 +249,27 @@ def settle(w, initial, ix, P, speed, supply):
             if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
                 return NO_LIFT_OFF
             rest_film(w)
-        for m in range(ROTOR.n):
-            w[ROTOR.q + m] = w[ROTOR.f + m]
-        if ROTOR.has_film == 1:
-            lift_rotor(w, P)
-        solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
+        place_rotor(w, P)
         if not carries or (RIG.n_motion > 0 and led_off(w)):
             fallen = fallen or not carries
             hold = max(HOLD, FIRMER * hold)
             if hold > FIRMEST:
                 break
             flow = 0.5 * (through + flow)
-            for m in range(ROTOR.n):
-                w[ROTOR.q + m] = w[ROTOR.q_old + m]
+            copy_displacement(w, ROTOR.q_old, ROTOR.q)
             continue
         hold = LOOSER * hold if hold > FAINT else 0.0
         through, flow = flow, 0.0
         for k in range(FILM.n_inj):
             flow += w[FILM.film_flow + k]
         if hold == 0.0 and rests(w, flow, through) and (number > 0 or RIG.n_motion == 0):
-            resting = True
-            break
-    if not resting:
-        if not fallen:
-            return RESTLESS
-        # the load is told without what held the rotor
-        static_terms(w, P, speed, False)
-        journal_statics(w, P)
-        return NO_LIFT_OFF
-    for m in range(ROTOR.n):
-        w[ROTOR.q_old + m] = w[ROTOR.q + m]
-    # the acceleration with which what turns with the shaft starts to act
-    first_forces(w, P, speed)
-    return SETTLED
+            copy_displacement(w, ROTOR.q, ROTOR.q_old)
+            # the acceleration with which what turns with the shaft starts to act
+            first_forces(w, P, speed)
+            return SETTLED
+    if not fallen:
+        return RESTLESS
+    # the load is told without what held the rotor
+    static_terms(w, P, speed, False)
+    journal_statics(w, P)
+    return NO_LIFT_OFF

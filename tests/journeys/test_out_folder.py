@@ -1,6 +1,7 @@
 """Where results go: a folder, fresh or the user's, and never over other results by chance."""
 
 import pytest
+import typer
 
 from rotorsim.commands.options import results_folder, told_as_kept
 from rotorsim.errors import DataError
@@ -34,7 +35,7 @@ def test_results_go_to_a_fresh_folder_and_replace_others_by_force_alone(tmp_path
 
 
 def test_ctrl_c_during_a_report_names_the_record(capsys):
-    with pytest.raises(BaseException) as ended, told_as_kept("runup/runup.nc"):
+    with pytest.raises(typer.Exit) as ended, told_as_kept("runup/runup.nc"):
         raise KeyboardInterrupt
     assert ended.value.exit_code == 130
     assert "the record is kept, without its results: runup/runup.nc" in capsys.readouterr().err
