@@ -1,4 +1,4 @@
-"""Records made by ROSS 2.3.0, diagnosed on a machine file with linear bearings: independent data for the gap workflow.
+"""Diagnosis of records simulated by ROSS 2.3.0 on a machine file with linear bearings: independent test data.
 
 Run with the `benchmarks` extra installed:  python benchmarks/diagnose_ross.py [sound] [misaligned] [cracked] [runup]
 

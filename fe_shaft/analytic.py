@@ -1,4 +1,4 @@
-r"""Closed forms that the finite elements are tested against.
+r"""Closed-form rotordynamic solutions that verify the finite elements.
 
 Pinned-pinned uniform shaft, k = n pi / L, forward circular whirl at w (backward: w < 0):
 

@@ -1,4 +1,4 @@
-"""From the parts of a rotor to its matrices: places of the degrees of freedom, assembly, checks of what is given."""
+"""Assembly of the rotor matrices: numbering of the degrees of freedom, M, C, G, K, checks of the parts."""
 
 from __future__ import annotations
 

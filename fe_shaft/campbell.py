@@ -1,4 +1,4 @@
-r"""Natural frequencies over speed, and which of them belong together.
+r"""Campbell diagram: natural frequencies over speed, with modes tracked by their shapes (MAC).
 
 Modes are followed from speed to speed by their shapes (modal assurance with the mass matrix) and frequencies: the
 assignment with the largest sum wins. It runs from the highest speed down, because at rest the two whirls of a symmetric
@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from fe_shaft import krylov, modal
 from fe_shaft.checks import grid
 from fe_shaft.labelled import dataset
+from fe_shaft.static import loose_motions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,7 +116,7 @@ def _lowest(rotor: Rotor, speeds: NDArray[np.float64], count: int | None) -> lis
         return [_whole(rotor, float(speed), count) for speed in speeds]
     block = np.ix_(rotor.free, rotor.free)
     parts = (rotor.parts.M, rotor.C(), rotor.parts.G, rotor.K())
-    inverse = krylov.invert(*(matrix[block] for matrix in parts))
+    inverse = None if loose_motions(rotor) else krylov.invert(*(matrix[block] for matrix in parts))
     runs: dict[int, modal.ModalResult] = {}
     for more in _DEPTHS:
         left = np.array([i for i in range(len(speeds)) if i not in runs], dtype=int)
@@ -142,7 +143,9 @@ def _select(
     keep = np.flatnonzero(values.imag > 1e-6 * np.abs(values))[:count]
     if len(keep) < count or not np.all(krylov.converged(residual[: keep[-1] + 1])):
         return None
-    return modal.named(rotor, speed, values[keep], vectors[:, keep])
+    M, D, K = modal.free_matrices(rotor, speed)
+    values = modal.damped_by_work(M, D, K, values[keep], vectors[:, keep])
+    return modal.named(rotor, speed, values, vectors[:, keep])
 
 
 def _whole(rotor: Rotor, speed: float, count: int | None) -> modal.ModalResult:

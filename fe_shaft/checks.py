@@ -1,4 +1,4 @@
-"""Refusal of impossible numbers, one sentence each."""
+"""Input checks: ValueError for values that are not positive, not finite or not ascending."""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ from scipy.linalg import eig
 
 from fe_shaft import modal
 from fe_shaft.labelled import dataset
+from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,8 +85,12 @@ def _guesses(rotor: Rotor) -> NDArray[np.float64]:
     tables = [np.asarray(b.frequency) for b in rotor.bearing_elements if b.frequency is not None]
     speed = 0.0 if not tables else float(max(table[0] for table in tables))
     M = rotor.parts.M[block] - 1j * rotor.parts.G[block]
-    inverse = eig(M, rotor.K(speed)[block], right=False)
-    real = np.isfinite(inverse) & (inverse.real > 1e-12 * np.abs(inverse).max())
+    unit = 1 / np.sqrt(np.diag(rotor.parts.M)[rotor.free])
+    mass, spring = eig(M * unit * unit[:, None], rotor.K(speed)[block] * unit * unit[:, None], right=False,
+                       homogeneous_eigvals=True)  # fmt: skip
+    moving = np.abs(spring) > len(M) * EPS * np.abs(spring).max()  # else the motion of a rigid body
+    inverse = mass[moving] / spring[moving]
+    real = inverse.real > 1e-12 * np.abs(inverse).max(initial=0.0)
     real &= np.abs(inverse.imag) < 0.3 * np.abs(inverse)
     return np.sort(1 / np.sqrt(inverse[real].real))
 

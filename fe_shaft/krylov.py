@@ -1,4 +1,4 @@
-r"""The lowest eigenvalues of a rotor at many speeds at once.
+r"""Lowest eigenvalues of a rotor at many speeds at once, from a Krylov space of the inverse state matrix.
 
 The inverse of the state matrix, A^-1 (q, v) = (-K^-1 (D q + M v), q), needs K^-1 C, K^-1 G, K^-1 M once for all speeds
 where K does not change with them. A Krylov space of it, started from two vectors so that it also finds double

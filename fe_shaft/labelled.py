@@ -1,4 +1,4 @@
-"""Results as labelled xarray data: every variable with its unit and a long name."""
+"""Results as xarray Datasets, every variable with its unit and long name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""The rotor reduced to a few modes of each plane, for time simulation against a gas bearing.
+r"""Modal reduction of the rotor to a few modes per plane, for time simulation with a gas film.
 
 The modes are those of the undamped rotor at rest, held at `node` by an extra isotropic spring of about the
 gas film's stiffness k, so that the few kept modes already bend as the supported shaft does; the spring is

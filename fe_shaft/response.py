@@ -1,4 +1,4 @@
-r"""Steady answers to unbalance and to harmonic forces.
+r"""Steady-state unbalance response and frequency response (receptance).
 
 .. math:: \left(K + i\omega (C + \Omega G) - \omega^2 M\right) \hat q = \hat f, \qquad
           \hat f_x = m e\, \Omega^2 e^{i\varphi}, \quad \hat f_y = -i \hat f_x

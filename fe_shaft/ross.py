@@ -1,4 +1,4 @@
-"""To and from rotors of the open code ROSS, by reading and naming attributes only: nothing of it is imported here.
+"""Conversion of rotors from and to the open-source code ROSS, without importing it.
 
 Both codes have x, y, alpha, beta at a node with the same signs; axial and torsional coordinates, links between bearings
 and whatever else has no counterpart here is left out. Tables of ROSS stand over speed.

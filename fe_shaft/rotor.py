@@ -1,4 +1,4 @@
-r"""A rotor: shaft elements in a row, masses and bearings on their nodes.
+r"""Rotor: a row of shaft elements with discs, point masses and bearings on its nodes.
 
 .. math:: M \ddot q + (C + \Omega G) \dot q + K q = f, \qquad M = M' > 0, \quad G = -G'
 

@@ -1,4 +1,4 @@
-r"""What a shaft is made of: materials and shaft pieces (values only, no matrices)."""
+r"""Shaft data: materials and shaft elements (values only, no matrices)."""
 
 from __future__ import annotations
 

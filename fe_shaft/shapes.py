@@ -1,4 +1,4 @@
-r"""Shape functions of one shaft element in one plane, exact for every static end load, cylinder or cone.
+r"""Shape functions of a Timoshenko element in one plane, exact for static end loads; cylinder or cone.
 
 With bending moment M = E I \theta', shear force V = \kappa G A (v' - \theta), a load p and a moment m per length,
 

@@ -1,4 +1,4 @@
-r"""Stability over speed: the least logarithmic decrement, and the speed at which it becomes negative.
+r"""Stability over speed: smallest logarithmic decrement and the onset speed of instability.
 
 The onset lies where the largest real part of the eigenvalues crosses zero between two of the given speeds; it is then
 found by Brent's method on that real part over the frequency.
@@ -11,19 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from fe_shaft import modal
 from fe_shaft.checks import grid
 from fe_shaft.labelled import dataset
+from rotorsim.base.rounding import DAMPED, falls_below_zero
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from fe_shaft.rotor import Rotor
-
-_NOISE = 1e-9
-"""Damping ratios below this are rounding: an undamped rotor is not called unstable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,15 +81,12 @@ def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
 
 
 def _onset(rotor: Rotor, speeds: NDArray[np.float64], zeta: NDArray[np.float64]) -> tuple[float, float]:
-    unstable = np.flatnonzero(zeta < -_NOISE)
+    unstable = np.flatnonzero(zeta < -DAMPED)
     if not unstable.size:
         return float("nan"), float("nan")
     first = int(unstable[0])
     speed = float(speeds[first])
     if first:
-        speed = float(
-            brentq(
-                lambda s: _worst(modal.run_modal(rotor, s))[0] + _NOISE / 2, speeds[first - 1], speeds[first], rtol=1e-9
-            )
-        )
+        speed = falls_below_zero(lambda s: _worst(modal.run_modal(rotor, s))[0] + DAMPED, speeds[first - 1], speed,
+                                 rtol=1e-9)  # fmt: skip
     return speed, _worst(modal.run_modal(rotor, speed))[1]

@@ -1,4 +1,4 @@
-r"""Rest position under constant forces: K q = f, with the weight -g M 1_y among them."""
+r"""Static deflection under constant forces and weight: K q = f."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Motion under given forces, exact for forces that are linear between the times.
+r"""Time response at constant speed, exact for forces that vary linearly between time points.
 
 With A the state matrix and B what a force does, over a step h from force f_0 to f_1,
 

@@ -1,4 +1,4 @@
-r"""Undamped critical speed map: speeds at which the shaft whirls synchronously forward, over a bearing stiffness k.
+r"""Undamped critical speed map: synchronous forward critical speeds over the bearing stiffness.
 
 With isotropic undamped bearings forward whirl at the speed has x + i y = u exp(i Omega t), beta - i alpha = theta
 exp(i Omega t), and in the plane (x, beta) alone K q = Omega^2 (M + G_f) q with G_f = -I_p of a disc's rotation:
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fe_shaft.labelled import dataset
+from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +54,8 @@ def run_ucs(
     Raises
     ------
     ValueError
-        If the range is not two positive ascending numbers, or the rotor has no bearing to vary.
+        If the range is not two positive ascending numbers, the rotor has no bearing to vary, or it has
+        bearings at one node alone.
     """
     low, high = stiffness_range
     if not 0 < low < high or num < 1 or num_modes < 1:
@@ -63,6 +65,11 @@ def run_ucs(
         )
     if not rotor.bearing_elements:
         raise ValueError("ucs: the rotor has no bearing whose stiffness could vary; add one.")
+    held = {bearing.n for bearing in rotor.bearing_elements} | set(rotor.pinned)
+    if len(held) < 2 and not rotor.clamped:
+        raise ValueError(
+            "ucs: bearings at one node alone leave the shaft free to tilt; support it at two nodes at least."
+        )
     stiffness = np.geomspace(low, high, num)
     M, K, plane = _plane(rotor, synchronous)
     unit = np.zeros(rotor.ndof)
@@ -91,6 +98,6 @@ def _lowest(M: NDArray[np.float64], K: NDArray[np.float64], count: int) -> NDArr
     K = (K + K.T) / 2
     inverse = eigh(M, K, eigvals_only=True, subset_by_index=(max(0, len(M) - count), len(M) - 1))[::-1]
     wn = np.full(count, np.nan)
-    positive = inverse[inverse > 0]
+    positive = inverse[inverse > len(M) * EPS * max(inverse[0], 0.0)]
     wn[: len(positive)] = 1 / np.sqrt(positive)
     return wn

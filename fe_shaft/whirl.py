@@ -1,4 +1,4 @@
-r"""Whirl of a node: the ellipse that x = Re(X exp(i t)), y = Re(Y exp(i t)) draws.
+r"""Orbit ellipse of a node: half axes, inclination, forward or backward whirl.
 
 x + i y is a forward circle of radius |X + iY|/2 plus a backward circle of radius |X - iY|/2: their sum and difference
 are the half axes, and the larger one names the whirl.

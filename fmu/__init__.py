@@ -1,1 +1,1 @@
-"""Export of the plant as a native functional mock-up unit: the same step function, without Python."""
+"""FMU export of the plant, identified models and control laws: native code that runs without Python."""

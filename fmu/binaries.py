@@ -1,18 +1,19 @@
-"""Links objects and the C wrapper to shared libraries: gcc for this computer, zig for every target."""
+"""Linking of objects and C wrapper to shared libraries: gcc for this computer, zig for every target."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
+import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu.kernel_object import ObjectTarget, host_target
+from fmu.kernel_object import ObjectTarget, host_target, to_compile
 from fmu.kinds import write_sources
-from fmu.model import Unit
+from fmu.model import PlantUnit, Unit
 from fmu.targets import Target, host
 from rotorsim.errors import DataError
 
@@ -23,10 +24,24 @@ EXTRA = "pip install 'rotorsim[fmu]'"
 
 def build(model: Unit, targets: Sequence[Target], cpu: str, folder: Path) -> dict[str, Path]:
     """Shared library of each target by its name, built in `folder`."""
-    compilers = {target.name: compiler(target, len(targets) == 1) for target in targets}
+    commands = compilers(targets)
     headers = fmi_headers()
-    sources = write_sources(model, {t.name: _object_target(t, cpu) for t in targets}, folder)
-    return {t.name: _link(t, compilers[t.name], headers, sources, folder) for t in targets}
+    sources = write_sources(model, _jobs(targets, cpu), folder)
+    return {t.name: _link(t, commands[t.name], headers, sources, folder) for t in targets}
+
+
+def compilers(targets: Sequence[Target]) -> dict[str, list[str]]:
+    """Command of the compiler for each target by its name; raises DataError for one that has none."""
+    return {target.name: compiler(target, len(targets) == 1) for target in targets}
+
+
+def compiles(model: Unit, targets: Sequence[Target], cpu: str) -> bool:
+    """Whether an export has to compile kernels, which takes a minute or two; objects of earlier ones are kept."""
+    return isinstance(model, PlantUnit) and bool(to_compile(model.assembly.module.__name__, _jobs(targets, cpu)))
+
+
+def _jobs(targets: Sequence[Target], cpu: str) -> dict[str, ObjectTarget]:
+    return {target.name: _object_target(target, cpu) for target in targets}
 
 
 def _object_target(target: Target, cpu: str) -> ObjectTarget:
@@ -37,17 +52,18 @@ def _object_target(target: Target, cpu: str) -> ObjectTarget:
 
 
 def compiler(target: Target, alone: bool) -> list[str]:
-    """Command of the compiler for a target; gcc only where nothing but this computer is asked for.
+    """Command of the compiler for a target; gcc only where nothing but this computer is asked for (`alone`).
 
-    Raises DataError that says what to install.
+    Raises DataError that says what to install: gcc is no help for another platform.
     """
     gcc = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
     if alone and target == host() and gcc:
-        return [gcc]
+        return shlex.split(gcc)
     if importlib.util.find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig]
-    where = "install gcc, or" if target == host() else "install it with"
-    raise DataError(f"fmu export: no compiler for {target.name} is here; {where} {EXTRA}")
+    if alone and target == host():
+        raise DataError(f"fmu export: no compiler for {target.name} is here; install gcc, or {EXTRA}")
+    raise DataError(f"--targets: other platforms than this one need zig, which is not here; install it with {EXTRA}")
 
 
 def fmi_headers() -> Path:
@@ -67,7 +83,12 @@ def _link(target: Target, command: Sequence[str], headers: Path, sources: Sequen
         *command, *FLAGS, *(GNU if linux else ()), "-I.", f"-I{headers}", *sources, *kernels, "-o", library.name,
         *(("-lm",) if linux else ()),
     ]  # fmt: skip
-    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
+    try:
+        done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
+    except OSError as error:
+        raise DataError(
+            f"fmu export: the compiler '{command[0]}' cannot be run ({error.strerror}); check CC"
+        ) from error
     if done.returncode or not library.is_file():
         lines = (
             [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["no output"]

@@ -1,12 +1,10 @@
-"""Checks of a unit: standard, trajectory against the plant in Python, states, instances, step sizes, speed."""
+"""Checks of an exported unit: standard, trajectory against the Python plant, states, instances, step sizes, speed."""
 
 from __future__ import annotations
 
 import io
 import json
-import tempfile
 import time
-import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -16,13 +14,15 @@ from pathlib import Path
 import numpy as np
 
 from fmu.importer import ImportedUnit, Instance, fmpy
-from fmu.info import holds, machine_text, start, stored
+from fmu.info import holds, machine_text, opened, start, stored
 from fmu.kinds import law_unit, linear_unit, plant_unit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.linear_check import linear_checks
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
+from fmu.places import workspace
 from fmu.reference import reference_inputs
+from fmu.schemas import findings
 from fmu.truth import plant_outputs
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
@@ -65,9 +65,9 @@ def model_of(path: Path) -> Unit:
     kind = holds(path)
     if kind == "plant":
         return plant_unit(Plant(Machine.from_text(machine_text(path))), *start(path))
-    with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
+    with opened(path) as archive, workspace() as folder:
         name = json.loads(archive.read("resources/model.json"))["model"]
-        file = Path(folder) / f"{name}.json"
+        file = folder / f"{name}.json"
         file.write_bytes(archive.read(f"resources/{kind}.json"))
         return (law_unit if kind == "law" else linear_unit)(file, *start(path))
 
@@ -85,9 +85,8 @@ def _standard(path: Path) -> Iterator[Check]:
 
     with redirect_stdout(io.StringIO()):
         problems = validate_fmu(str(path))
-    yield Check(
-        "fmpy validate", f"{len(problems)} problems{'' if not problems else ': ' + problems[0][:80]}", not problems
-    )
+    for name, found in (("fmpy validate", problems), ("official schemas", findings(path))):
+        yield Check(name, f"{len(found)} problems{'' if not found else ': ' + found[0][:80]}", not found)
 
 
 def _trajectory(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:

@@ -1,4 +1,4 @@
-"""What an archive holds beside description and binaries: documentation, data, reference, terminals, icon."""
+"""Archive contents besides description and binaries: documentation, data, reference, terminals, icon."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from string import Template
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu.description import number, text
+from fmu.description import ROWS, number, text
 from fmu.law_unit import LawUnit
 from fmu.limits import UNLIMITED
 from fmu.linear_model import LinearUnit
@@ -101,7 +101,11 @@ def _page(kind: str, model: Unit, name: str, description: str, values: dict[str,
     """A page in the frame that all share; what stands in the values is HTML."""
     folder = Path(__file__).parent / "templates"
     known = {"name": html.escape(name), "description": html.escape(description), "software": html.escape(software())}
-    known |= values | {"hash": model.hash, "variables": "\n".join(_variable_row(v) for v in model.variables)}
+    known |= values | {
+        "rows": ROWS,
+        "hash": model.hash,
+        "variables": "\n".join(_variable_row(v) for v in model.variables),
+    }
     known["body"] = Template((folder / f"{kind}.html").read_text(encoding="utf-8")).substitute(known).strip()
     return Template((folder / "page.html").read_text(encoding="utf-8")).substitute(known)
 
@@ -184,8 +188,9 @@ def terminals(model: Unit) -> Element:
     """terminalsAndIcons.xml of FMI 3.0."""
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     graphic = SubElement(root, "GraphicalRepresentation")
-    SubElement(graphic, "CoordinateSystem", x1="-100", y1="-100", x2="100", y2="100")
-    SubElement(graphic, "Icon", x1="-100", y1="-100", x2="100", y2="100")
+    corners = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+    SubElement(graphic, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")
+    SubElement(graphic, "Icon", corners)
     known = {v.name for v in model.variables}
     below = SubElement(root, "Terminals")
     for name, members in PAIRS.items():

@@ -1,4 +1,4 @@
-"""modelDescription.xml of FMI 2.0 and 3.0 from the table of variables."""
+"""Model descriptions (modelDescription.xml) of FMI 2.0 and 3.0, generated from the table of variables."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from fmu.units import fmi_name, unit_definitions
 from fmu.variables import Variable
 
 STOP_TIME = 1.0
+ROWS = "What is read after communication step k (counted from 0) is row k + 1 of a simulation in Python."
+"""Where a reader of the XML looks for it, because row k there is the state before sample k."""
 OUTPUTS = ("output", "pressure")
 GROUPS = {"Outputs": ("output",), "Derivatives": ("derivative",), "InitialUnknowns": ("output", "derivative")}
 CATEGORIES = {"logStatusError": "Sentences about what is refused.", "logEvents": "Touchdown and its end."}
@@ -34,7 +36,7 @@ def description2(model: Unit) -> Element:
     common["canNotUseMemoryManagementFunctions"] = "true"
     if model.continuous:
         common["providesDirectionalDerivative"] = "true"
-        SubElement(root, "ModelExchange", common, completedIntegratorStepNotNeeded="true")
+        SubElement(root, "ModelExchange", common)
     SubElement(root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true")
     root.append(unit_definitions(v.unit for v in model.variables if v.kind == "real"))
     _categories(root)
@@ -81,7 +83,7 @@ def description3(model: Unit) -> Element:
     common = {"modelIdentifier": IDENTIFIER, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     if model.continuous:
         common["providesDirectionalDerivatives"] = "true"
-        SubElement(root, "ModelExchange", common)
+        SubElement(root, "ModelExchange", common, needsCompletedIntegratorStep="true")
     SubElement(
         root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true", hasEventMode="true",
         fixedInternalStepSize=number(model.sample),
@@ -125,7 +127,7 @@ def _root(model: Unit, fmi: str, token: str, naming: str) -> Element:
             "fmiVersion": fmi,
             "modelName": IDENTIFIER,
             token: model.token,
-            "description": model.description,
+            "description": f"{model.description} {ROWS}",
             "version": model.hash[:16],
             "generationTool": software(),
             naming: "structured",

@@ -1,19 +1,21 @@
-"""A unit as .fmu files: kernels, wrapper, descriptions, documentation and reference in one archive each."""
+"""Export to .fmu files: kernels, wrapper, model description, documentation and reference in one archive each."""
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fmu.archive import write_archive
-from fmu.binaries import build
+from fmu.binaries import build, compilers, compiles
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
 from fmu.model import IDENTIFIER, PlantUnit, Unit
+from fmu.places import check_place, workspace
 from fmu.reference import Reference, make_reference
 from fmu.targets import Target, host
 from rotorsim.errors import DataError
+
+COMPILING = "compiling the kernels for use outside Python: a minute or two, once for this kind of machine"
 
 
 def versions(words: str) -> tuple[int, ...]:
@@ -33,9 +35,14 @@ def file_names(out: Path, chosen: Sequence[int]) -> dict[int, Path]:
 
 
 def export(
-    model: Unit, out: Path, chosen: Sequence[int], targets: Sequence[Target], cpu: str = "portable"
+    model: Unit,
+    out: Path,
+    chosen: Sequence[int],
+    targets: Sequence[Target],
+    cpu: str = "portable",
+    announce: Callable[[str], None] | None = None,
 ) -> dict[int, Path]:
-    """Write the .fmu files and return where they are.
+    """Write the .fmu files and return where they are; `announce` is given a sentence before kernels are compiled.
 
     Raises DataError for what cannot be written or compiled, NoLiftOffError where the plant has no equilibrium to start
     from.
@@ -44,14 +51,17 @@ def export(
         raise DataError(f"--cpu: '{cpu}' is not known; choose portable or native")
     paths = file_names(out, chosen)
     for path in paths.values():
-        _check_folder(path)
+        check_place(path)
+    compilers(targets)
+    if announce is not None and compiles(model, targets, cpu):
+        announce(COMPILING)
     if host() not in targets:
         _try_start(model)
-    with tempfile.TemporaryDirectory() as folder:
-        libraries = {name: file.read_bytes() for name, file in build(model, targets, cpu, Path(folder)).items()}
+    with workspace() as folder:
+        libraries = {name: file.read_bytes() for name, file in build(model, targets, cpu, folder).items()}
         reference = None
         if host() in targets:
-            trial = Path(folder) / "trial.fmu"
+            trial = folder / "trial.fmu"
             write_archive(trial, core(model, max(chosen), [host()], libraries))
             reference = _reference(model, trial)
     for version, path in paths.items():
@@ -64,9 +74,11 @@ def _reference(model: Unit, trial: Path) -> Reference:
     """Run of the unit itself; where it finds no start, the plant in Python says why."""
     try:
         return make_reference(model, trial)
-    except Exception:  # FMPy has several
+    except Exception as error:  # FMPy has several
         _try_start(model)
-        raise
+        raise DataError(
+            f"fmu export: the unit that was built does not run here ({error}); check the compiler"
+        ) from error
 
 
 def _try_start(model: Unit) -> None:
@@ -81,16 +93,3 @@ def core(model: Unit, version: int, targets: Sequence[Target], libraries: dict[s
         folder = target.folder2 if version == 2 else target.folder3
         found[f"binaries/{folder}/{IDENTIFIER}{target.suffix}"] = libraries[target.name]
     return found
-
-
-def _check_folder(path: Path) -> None:
-    """Refuse before minutes of compiling what could not be written after them."""
-    if path.is_dir():
-        raise DataError(f"{path}: is a folder; give a file name, e.g. {path / 'rotor.fmu'}")
-    if not path.parent.is_dir():
-        raise DataError(f"{path}: the folder is not there; make it, or choose another --out")
-    try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        raise DataError(f"{path}: the folder is not writable; choose another --out") from error

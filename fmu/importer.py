@@ -1,9 +1,11 @@
-"""A unit run through FMPy, by names: what checks, references and examples use."""
+"""Loads a unit with FMPy and addresses its variables by name."""
 
 from __future__ import annotations
 
 import ctypes
+import os
 import shutil
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -11,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu.places import temporary_error
 from rotorsim.errors import DataError
 
 Say = Callable[[str], None]
@@ -30,11 +33,18 @@ class ImportedUnit:
 
     def __init__(self, path: str | Path) -> None:
         importer = fmpy()
+        self.path, self.folder = path, ""
         try:
+            self.folder = tempfile.mkdtemp()
             self.description = importer.read_model_description(str(path), validate=False)
-            self.folder = importer.extract(str(path))
+            importer.extract(str(path), unzipdir=self.folder)
         except Exception as error:  # what FMPy makes of a file that is none, from KeyError to BadZipFile
-            raise DataError(f"{path}: is no FMU that FMPy can read ({str(error)[:200]}); export it again") from error
+            shutil.rmtree(self.folder, ignore_errors=True)
+            if isinstance(error, OSError) and error.filename != str(path):
+                raise temporary_error(error) from error
+            raise DataError(
+                f"{path}: is not an FMU that FMPy can read ({str(error)[:200]}); export it again"
+            ) from error
         self.is_3 = self.description.fmiVersion.startswith("3")
         self.variables = {v.name: v for v in self.description.modelVariables}
 
@@ -53,6 +63,23 @@ class ImportedUnit:
         return Instance(self, name, say, options)
 
 
+def fmi2_callbacks(say: Say) -> Any:
+    """Callbacks of one FMI 2.0 instance, messages to `say`.
+
+    FMPy's own are shared by all instances, and `fmpy.simulate_fmu` leaves a freed logger in them.
+    """
+    from fmpy import fmi2
+
+    def log(environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        say(message.decode())
+
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+    callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
+    return callbacks
+
+
 class Instance:
     """One instance of a unit. `messages` collects what it logs."""
 
@@ -64,7 +91,16 @@ class Instance:
             "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.coSimulation.modelIdentifier,
             "instanceName": name,
         }  # fmt: skip
-        if unit.is_3:
+        here = os.getcwd()
+        try:
+            self._load(common, options)
+        except Exception as error:  # FMPy has no class of its own for this
+            os.chdir(here)  # it goes to the library's folder, and stays there after a failure
+            why = self.messages[-1] if self.messages else str(error)
+            raise DataError(f"{unit.path}: cannot be loaded here ({why[:200]}); export it for this computer") from error
+
+    def _load(self, common: dict[str, Any], options: dict[str, bool]) -> None:
+        if self.unit.is_3:
             from fmpy.fmi3 import FMU3Slave
 
             self.slave: Any = FMU3Slave(**common)
@@ -73,30 +109,20 @@ class Instance:
             from fmpy.fmi2 import FMU2Slave
 
             self.slave = FMU2Slave(**common)
-            self.slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
+            self.slave.instantiate(callbacks=fmi2_callbacks(self.say), loggingOn=True)
 
     def _log3(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
         self.say(message.decode())
 
-    def _callbacks(self) -> Any:
-        from fmpy import fmi2
-
-        def log(environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
-            self.say(message.decode())
-
-        callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
-        callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
-        callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
-        return callbacks
-
-    def initialise(self, values: Mapping[str, float] | None = None, start: float = 0.0) -> None:
-        """Set values, then initialise."""
+    def initialise(
+        self, values: Mapping[str, float] | None = None, start: float = 0.0, stop: float | None = None
+    ) -> None:
+        """Set values, then initialise at a start time [s]; `stop` [s] is the end of the run, None for an open one."""
         if not self.unit.is_3:
-            self.slave.setupExperiment(startTime=start)
+            self.slave.setupExperiment(startTime=start, stopTime=stop)
         self.set(values or {})
         if self.unit.is_3:
-            self.slave.enterInitializationMode(startTime=start)
+            self.slave.enterInitializationMode(startTime=start, stopTime=stop)
         else:
             self.slave.enterInitializationMode()
         self.slave.exitInitializationMode()

@@ -1,8 +1,8 @@
-"""The machine's step as native objects: the only user of numba's private API.
+"""Compiles the machine's step to native object files; the only user of numba's private API.
 
 A child process with numba's own optimiser, CPU and cache switched off compiles the entry point of the composed module
-(rotorsim.plant.sample.serve) to plain LLVM IR; llvmlite turns that into one object per target. Only the entry is
-visible to the linker, and hidden in what is linked, because two units in one process must not meet.
+(rotorsim.plant.kernels.cosimulation.serve) to plain LLVM IR; llvmlite turns that into one object per target. Only the
+entry is visible to the linker, and hidden in what is linked, because two units in one process must not meet.
 
 Calling convention: ``int32 serve_entry(int64 *result, void **error, ARGUMENTS)``, 0 for success, an array as (meminfo,
 parent, items, item size, data, shape..., strides...), a record as its address, a number as itself.
@@ -17,17 +17,21 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from fmu.places import temporary_error, workspace
 from reynolds.jit import cache_root
-from rotorsim.errors import RotorsimError
+from rotorsim.base.files import WriteError, make_folder, write_bytes
+from rotorsim.errors import DataError, RotorsimError
 
 ENTRY = "rotorsim_serve"
+NO_PLACE = 3
+"""Exit code of a child whose disk takes no more."""
 ISOLATED = {
     "NUMBA_OPT": "0",
     "NUMBA_CPU_NAME": "generic",
@@ -68,18 +72,22 @@ def write_objects(
     `kernels` names what is compiled (a hash of all sources): objects are kept in the user's cache under it, because
     other values of parameters do not change them. Raises KernelExportError with the last line of the child's error.
     """
-    kept = {name: _kept(kernels, target) for name, target in jobs.items()}
-    missing = {name: target for name, target in jobs.items() if not kept[name].is_file()}
+    missing = to_compile(kernels, jobs)
     if missing:
         _compile(machine_text, modules, missing, folder)
-    for name, file in kept.items():
+    for name, target in jobs.items():
+        file = _kept(kernels, target)
         if name in missing:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            temporary = file.with_name(f"{file.name}.{os.getpid()}")
-            shutil.copy(folder / f"{name}.o", temporary)
-            os.replace(temporary, file)
+            with suppress(WriteError):  # the cache saves time and nothing else
+                make_folder(file.parent)
+                write_bytes(file, (folder / f"{name}.o").read_bytes())
         else:
             shutil.copy(file, folder / f"{name}.o")
+
+
+def to_compile(kernels: str, jobs: Mapping[str, ObjectTarget]) -> dict[str, ObjectTarget]:
+    """Those of the jobs whose object is not kept."""
+    return {name: target for name, target in jobs.items() if not _kept(kernels, target).is_file()}
 
 
 def _kept(kernels: str, target: ObjectTarget) -> Path:
@@ -97,8 +105,8 @@ def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTa
         "jobs": {name: [job.triple, job.cpu, job.features] for name, job in jobs.items()},
         "folder": str(folder),
     }
-    with tempfile.TemporaryDirectory() as cache:
-        environment = os.environ | ISOLATED | {"ROTORSIM_CACHE_DIR": cache, "NUMBA_CACHE_DIR": cache}
+    with workspace() as cache:
+        environment = os.environ | ISOLATED | {"ROTORSIM_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(cache)}
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
         done = subprocess.run(
             [sys.executable, "-m", "fmu.kernel_object"],
@@ -106,6 +114,10 @@ def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTa
         )  # fmt: skip
     if done.returncode:
         lines = done.stderr.strip().splitlines() or [f"the compiler ended with code {done.returncode}"]
+        if done.returncode == NO_PLACE:
+            raise DataError(lines[-1])
+        if done.returncode < 0:  # e.g. by the system, for want of memory
+            raise DataError(f"fmu export: signal {-done.returncode} ended the compiling; free memory and export again")
         raise KernelExportError(
             f"fmu: the kernels do not compile outside Python: {lines[-1]}; simplify the effect named"
         )
@@ -126,6 +138,15 @@ def _child() -> None:
     for name, (triple, cpu, features) in request["jobs"].items():
         target = ObjectTarget(triple, cpu, features)
         (Path(request["folder"]) / f"{name}.o").write_bytes(emit(ir, ENTRY, target))
+
+
+def _main() -> None:
+    """The child process; a disk that takes no more ends it with a sentence and an exit code of its own."""
+    try:
+        _child()
+    except OSError as error:
+        print(temporary_error(error), file=sys.stderr)
+        sys.exit(NO_PLACE)
 
 
 def _stop_at_ir() -> None:
@@ -215,4 +236,4 @@ def host_target(cpu: str = "") -> ObjectTarget:
 
 
 if __name__ == "__main__":
-    _child()
+    _main()

@@ -1,4 +1,4 @@
-"""The kinds of units: how each is made, and what is written of it beside the wrapper that all share."""
+"""Unit kinds (plant, linear model, control law): construction from their files and generated sources."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from fmu import law_unit as law_tables
-from fmu import linear_tables, tables
+from fmu import law_unit as law_tables, linear_tables, tables
 from fmu.kernel_object import ObjectTarget, write_objects
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
@@ -16,19 +15,24 @@ from rotorsim.control import load_law
 from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 
+VACUUM = 101325.0
+"""Gauge pressure [Pa] below the standard atmosphere at which nothing is left."""
 SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
 
 
 def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
     """A plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
+    from rotorsim.machine.rim_speed import ask_rim_speed
+
+    ask_rim_speed(plant.machine, speed, "--speed")
     return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
 
 
 def linear_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
     """The identified model of a file, at a point [rad/s], [Pa] or in the middle of its range; raises DataError."""
     from identification.errors import ModelError
-    from identification.lpv import LpvModel
-    from identification.models import load_model
+    from identification.local.models import load_model
+    from identification.lpv.model import LpvModel
 
     try:
         model = load_model(path)
@@ -36,10 +40,13 @@ def linear_unit(path: Path, speed: float | None = None, pressure: float | None =
         raise DataError(f"--model: {error}, or take 'plant'") from error
     if not isinstance(model, LpvModel):
         raise DataError(
-            f"--model: {path}: is a model of one operating point; give an LPV model (rotorsim identify --lpv)"
+            f"--model: {path}: is a model of one operating point; give an LPV model, which 'rotorsim identify' "
+            "writes of records at several points"
         )
     middle = model.basis.middle
     start = [float(m) if v is None else v for m, v in zip(middle, (speed, pressure), strict=True)]
+    if start[1] < -VACUUM:
+        raise DataError(f"--pressure: {start[1] / 1e6:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
     return LinearUnit(model, path.stem, *start)
 
 

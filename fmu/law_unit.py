@@ -1,4 +1,4 @@
-"""A control law as a unit for co-simulation: what it measures goes in, references come out a sample later."""
+"""Control law as a co-simulation unit: measured signals in, reference voltages out one sample later."""
 
 from __future__ import annotations
 
@@ -15,9 +15,14 @@ from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
 from fmu.variables import Variable
 from rotorsim.control import Law
+from rotorsim.control.runtime import guard
+from rotorsim.control.runtime.alarm import SENTENCES
+from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
+ALARM = "law.alarm"
+CODES = "; ".join(f"{code:g}: {sentence}" for code, sentence in SENTENCES.items())
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +58,7 @@ class LawUnit:
 
     @cached_property
     def hash(self) -> str:
-        """Tells this law from every other."""
+        """Fingerprint of the law and its variables."""
         parts = [self.law.hash, self.name, repr(self.variables), wrapper_text()]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
@@ -84,6 +89,8 @@ def law_variables(unit: LawUnit) -> Iterator[Variable]:
         yield Variable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
     for k, name in enumerate(OUTPUTS):
         yield Variable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
+    doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
+    yield Variable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
 
 
 def header(unit: LawUnit) -> str:
@@ -92,12 +99,22 @@ def header(unit: LawUnit) -> str:
     defines = {
         "MAGIC": f'"{MAGIC}"', "MODEL_HASH": f'"{unit.hash}"', "TOKEN": f'"{unit.token}"',
         "SAMPLE": unit.sample.hex(), "CONTINUOUS": 0, "N_STATES": 0, "N_VARIABLES": len(unit.variables),
-        "N_INPUTS": len(INPUTS), "N_OUT": len(OUTPUTS), "N_P": 1, "N_W": L.size, "N_IX": 1,
+        "N_INPUTS": len(INPUTS), "N_OUT": len(OUTPUTS) + 1, "N_P": 1, "N_W": L.size, "N_IX": 1,
         "N_RUNS": len(runs(rested(law))), "N_PRESSURE": 0, "N_TABLE": law.table.size, "N_SPEEDS": L.speeds,
         "N_PRESSURES": L.pressures, "ORDER": L.n, "BLOCK": L.block, "SETTINGS": numbers(np.array(law.settings)),
     }  # fmt: skip
     defines |= {f"L_{name.upper()}": getattr(L, name) for name in ("B", "C", "D", "W", "x", "new", "centre", "sums")}
-    defines["L_DONE"] = L.done
+    defines |= {
+        "L_DONE": L.done,
+        "L_GUARD": L.guard,
+        "GUARDED": 1,
+        "HOLD": HOLD,
+        "FADE_OUT": FADE,
+        "FARTHEST": FARTHEST,
+    }
+    defines |= {f"FAULT_{name}": getattr(guard, name) for name in ("SENSOR", "POINT", "OVERFLOW")}
+    kept = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST")
+    defines |= {f"G_{name}": getattr(guard, name) for name in kept}
     lines = [f"#define {name} {value}" for name, value in defines.items()]
     return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
 

@@ -1,4 +1,4 @@
-"""What values an effect's parameter may take in an exported unit, found by asking the effect itself.
+"""Limits of an effect's parameters in an exported unit, from the effect's own validity checks.
 
 Bounds come from the parameter; `Effect.problems` narrows them (an injector that does not exist, heat that closes the
 gap); a parameter that would change what was fixed at export (the symmetry of the film's grid, derived numbers) is

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu.importer import ImportedUnit
+from fmu.importer import ImportedUnit, fmi2_callbacks
 from fmu.linear_model import LinearUnit
 
 POINTS = 5
@@ -36,8 +36,8 @@ def moving_inputs(model: LinearUnit, n: int) -> dict[str, np.ndarray]:
     }
 
 
-def model_exchange(unit: ImportedUnit) -> Any:
-    """An instance for model exchange, in continuous-time mode at t = 0."""
+def model_exchange(unit: ImportedUnit, stop: float | None = None) -> Any:
+    """An instance for model exchange, in continuous-time mode at t = 0; `stop` [s] is the end of the run."""
     d = unit.description
     common = {
         "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.modelExchange.modelIdentifier,
@@ -52,9 +52,9 @@ def model_exchange(unit: ImportedUnit) -> Any:
         from fmpy.fmi2 import FMU2Model
 
         instance = FMU2Model(**common)
-        instance.instantiate()
-        instance.setupExperiment()
-    instance.enterInitializationMode()
+        instance.instantiate(callbacks=fmi2_callbacks(print))
+        instance.setupExperiment(stopTime=stop)
+    instance.enterInitializationMode(**({"stopTime": stop} if unit.is_3 else {}))
     instance.exitInitializationMode()
     if not unit.is_3:
         instance.newDiscreteStates()

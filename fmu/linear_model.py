@@ -1,11 +1,11 @@
-r"""An identified LPV model as a unit: for co-simulation, and continuous ones for model exchange.
+r"""Identified LPV model as a unit for co-simulation, and for model exchange where it is continuous.
 
 .. math:: \dot x = A(q) x + B(q) u, \quad y = C(q) x + D(q) u, \quad q = (\Omega, p)
 
 Every element of [A B; C D] is a sum of products of at most two parameters theta (the structures of
-`identification.greybox` are affine in each parameter alone), and theta is polynomial in q. So the matrices, and their
-derivatives by q, are exact in the unit. A scheduled controller is the same with a period Ts: whatever has `terms` and
-surfaces can be exported this way.
+`identification.local.greybox` are affine in each parameter alone), and theta is polynomial in q. So the matrices, and
+their derivatives by q, are exact in the unit. A scheduled controller is the same with a period Ts: whatever has `terms`
+and surfaces can be exported this way.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ import numpy as np
 
 from fmu.model import wrapper_text
 from fmu.variables import Variable
-from identification.blackbox import FullStateSpace
-from identification.greybox import STRUCTURES
-from identification.lpv import LpvModel
+from identification.local.blackbox import FullStateSpace
+from identification.local.greybox import STRUCTURES
+from identification.lpv.model import LpvModel
 from rotorsim.machine.numerics import SAMPLE
 
 Matrices = Callable[[np.ndarray], tuple[np.ndarray, ...]]
@@ -48,6 +48,13 @@ class LinearUnit:
     def continuous(self) -> bool:
         """Whether it can be used for model exchange."""
         return self.lpv.Ts == 0.0
+
+    @property
+    def extrapolates(self) -> bool:
+        """Whether it starts outside the range it was identified in."""
+        start = np.array([self.speed, self.pressure])
+        slack = 1e-6 * (np.abs(self.lpv.high) + np.abs(self.lpv.low))
+        return bool(np.any(start < self.lpv.low - slack) or np.any(start > self.lpv.high + slack))
 
     @property
     def sample(self) -> float:
@@ -88,7 +95,7 @@ class LinearUnit:
 
     @cached_property
     def hash(self) -> str:
-        """Tells this model from every other."""
+        """Fingerprint of the model."""
         parts = [repr(self.lpv.to_dict()), self.name, repr(self.variables), wrapper_text()]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 

@@ -1,4 +1,4 @@
-"""The generated C files of a linear model's unit."""
+"""Generated C files of a linear model's unit."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ def header(unit: LinearUnit) -> str:
         "N_IX": 1,
         "N_RUNS": 1,
         "N_PRESSURE": 0,
+        "GUARDED": 0,
         "N_STATES": unit.order,
         "N_THETA": len(unit.lpv.coefficients),
         "N_BASIS": len(basis.exponents),

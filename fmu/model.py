@@ -1,4 +1,4 @@
-"""What goes into a unit: a plant, or an identified model (linear_model.py), each with its table of variables.
+"""Common interface of exported units, and the unit of a plant with its table of variables.
 
 `Unit` is the seam: whatever has these names, a `core` in C that serves unit.h and an entry in `fmu.kinds` can be
 exported, a controller's law too.

@@ -1,4 +1,4 @@
-"""The run that a unit carries as its proof: inputs and outputs; `check` holds them against the plant in Python."""
+"""Reference run stored in a unit: inputs and outputs that `check` compares with the Python plant."""
 
 from __future__ import annotations
 

@@ -1,32 +1,42 @@
-"""Plant and law as one system: an .ssp file (System Structure and Parameterization 1.0) of two units and their wires.
+"""Plant and control law as one system: an .ssp file (SSP 1.0) of two connected units.
 
 What the law gives reaches the plant one communication step after what it measured, so a master that exchanges all
 values at once, every sample, runs the loop that the law was designed for.
+
+The system has no connectors of its own: libcosim and ecos refuse a connection to one, and FMPy sets those that nobody
+drives to zero, which is a supply at 0 Pa. Inputs that no wire reaches start at the values of a parameter set, and a
+master sets them at the plant. The annotation of the Open Simulation Platform names the step, without which libcosim
+refuses a system.
 """
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 import numpy as np
 
 from fmu.archive import write_archive
-from fmu.description import text
+from fmu.description import number, text
 from fmu.export import export
 from fmu.importer import ImportedUnit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
+from fmu.places import check_place, workspace
 from fmu.targets import Target
 from fmu.units import exponents, fmi_name
 from fmu.variables import Variable
 from rotorsim.errors import DataError
 from rotorsim.sampling import SAMPLE
 
-SSD, SSC = (f"http://ssp-standard.org/SSP1/SystemStructure{name}" for name in ("Description", "Common"))
+SPACES = {
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+    "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
+}
 PARTS = ("plant", "law")
 WIRES = tuple(("plant", "law", name) for name in INPUTS) + tuple(("law", "plant", name) for name in OUTPUTS)
 """From, to, name on both ends."""
@@ -35,16 +45,21 @@ SHOWN = ("disc.x", "disc.y", *OUTPUTS)
 
 
 def export_system(
-    plant: PlantUnit, law: LawUnit, out: Path, version: int, targets: Sequence[Target], cpu: str = "portable"
+    plant: PlantUnit,
+    law: LawUnit,
+    out: Path,
+    version: int,
+    targets: Sequence[Target],
+    cpu: str = "portable",
+    announce: Callable[[str], None] | None = None,
 ) -> Path:
     """Export both units and write the .ssp file; raises DataError where it cannot be written or periods differ."""
-    if not out.parent.is_dir() or out.is_dir():
-        raise DataError(f"{out}: is no place for a file; give a name in a folder that is there")
+    check_place(out)
     check_periods(law)
     units: dict[str, Unit] = {"plant": plant, "law": law}
-    with tempfile.TemporaryDirectory() as folder:
+    with workspace() as folder:
         made = {
-            name: export(unit, Path(folder) / f"{name}.fmu", (version,), targets, cpu)[version].read_bytes()
+            name: export(unit, folder / f"{name}.fmu", (version,), targets, cpu, announce)[version].read_bytes()
             for name, unit in units.items()
         }
     return write_system(plant, law, made, out)
@@ -65,56 +80,66 @@ def write_system(plant: PlantUnit, law: LawUnit, units: Mapping[str, bytes], out
 
 def structure(plant: PlantUnit, law: LawUnit) -> Element:
     """SystemStructure.ssd."""
-    register_namespace("ssd", SSD)
-    register_namespace("ssc", SSC)
+    for prefix, space in SPACES.items():
+        register_namespace(prefix, space)
     title = f"{plant.plant.machine.name} with {law.name}"
-    root = Element(_ssd("SystemStructureDescription"), version="1.0", name=title, generationTool=software())
-    system = SubElement(root, _ssd("System"), name="loop", description=f"{plant.description} {law.description}")
-    known = {v.name: v for v in plant.variables}
-    driven = [name for name in DRIVEN if name in known]
-    outside = SubElement(system, _ssd("Connectors"))
-    for name in driven:
-        _connector(outside, known[name], "input")
-    for name in SHOWN[:2]:
-        _connector(outside, known[name], "output")
-    parts = SubElement(system, _ssd("Elements"))
-    own: Mapping[str, Sequence[Variable]] = {
-        "plant": [v for v in plant.variables if v.name in (*driven, *OUTPUTS, *INPUTS, *SHOWN[:2])],
-        "law": [v for v in law.variables if v.name in INPUTS + OUTPUTS],
-    }
-    for name in PARTS:
-        kind = {"name": name, "implementation": "CoSimulation", "type": "application/x-fmu-sharedlibrary"}
-        part = SubElement(parts, _ssd("Component"), kind, source=f"resources/{name}.fmu")
-        below = SubElement(part, _ssd("Connectors"))
-        for v in own[name]:
-            _connector(below, v, v.causality)
-    wires = SubElement(system, _ssd("Connections"))
+    root = Element(_name("ssd:SystemStructureDescription"), version="1.0", name=title, generationTool=software())
+    system = _below(root, "ssd:System", name="loop", description=f"{plant.description} {law.description}")
+    parts = _below(system, "ssd:Elements")
+    shown = [v for v in plant.variables if v.name in (*OUTPUTS, *INPUTS, *SHOWN[:2])]
+    driven = [v for v in plant.variables if v.name in DRIVEN]
+    _component(parts, "plant", shown, driven)
+    _component(parts, "law", [v for v in law.variables if v.name in INPUTS + OUTPUTS], [])
+    wires = _below(system, "ssd:Connections")
     for start, end, name in WIRES:
-        SubElement(wires, _ssd("Connection"), startElement=start, startConnector=name, endElement=end,
-                   endConnector=name)  # fmt: skip
-    for name in driven:
-        SubElement(wires, _ssd("Connection"), startConnector=name, endElement="plant", endConnector=name)
-    for name in SHOWN[:2]:
-        SubElement(wires, _ssd("Connection"), startElement="plant", startConnector=name, endConnector=name)
-    _units(root, {v.unit for group in own.values() for v in group})
-    SubElement(root, _ssd("DefaultExperiment"), startTime="0", stopTime="1")
+        _below(wires, "ssd:Connection", startElement=start, startConnector=name, endElement=end, endConnector=name)
+    _units(root, {v.unit for v in (*shown, *driven, *law.variables) if v.store != "time"})
+    _experiment(root)
     return root
 
 
-def _ssd(name: str) -> str:
-    return f"{{{SSD}}}{name}"
+def _name(name: str) -> str:
+    prefix, local = name.split(":")
+    return f"{{{SPACES[prefix]}}}{local}"
 
 
-def _connector(below: Element, v: Variable, kind: str) -> None:
-    one = SubElement(below, _ssd("Connector"), name=v.name, kind=kind, description=v.doc)
-    SubElement(one, f"{{{SSC}}}Real", {} if v.unit == "1" else {"unit": fmi_name(v.unit)})
+def _below(parent: Element, tag: str, /, **attributes: str) -> Element:
+    return SubElement(parent, _name(tag), attributes)
+
+
+def _component(parts: Element, name: str, wired: Sequence[Variable], driven: Sequence[Variable]) -> None:
+    """A unit with its connectors, and start values of inputs that no wire reaches."""
+    kind = {"implementation": "CoSimulation", "type": "application/x-fmu-sharedlibrary"}
+    part = _below(parts, "ssd:Component", name=name, source=f"resources/{name}.fmu", **kind)
+    below = _below(part, "ssd:Connectors")
+    for v in wired:
+        one = _below(below, "ssd:Connector", name=v.name, kind=v.causality, description=v.doc)
+        _below(one, "ssc:Real", **_unit(v))
+    if driven:
+        binding = _below(_below(part, "ssd:ParameterBindings"), "ssd:ParameterBinding")
+        values = _below(_below(binding, "ssd:ParameterValues"), "ssv:ParameterSet", version="1.0", name="start")
+        below = _below(values, "ssv:Parameters")
+        for v in driven:
+            one = _below(below, "ssv:Parameter", name=v.name, description=v.doc)
+            _below(one, "ssv:Real", value=number(v.start or 0.0), **_unit(v))
+
+
+def _unit(v: Variable) -> dict[str, str]:
+    return {} if v.unit == "1" else {"unit": fmi_name(v.unit)}
 
 
 def _units(root: Element, used: set[str]) -> None:
-    below = SubElement(root, _ssd("Units"))
+    below = _below(root, "ssd:Units")
     for unit in sorted(used - {"1"}):
-        one = SubElement(below, f"{{{SSC}}}Unit", name=fmi_name(unit))
-        SubElement(one, f"{{{SSC}}}BaseUnit", {name: str(n) for name, n in exponents(unit).items()})
+        one = _below(below, "ssc:Unit", name=fmi_name(unit))
+        _below(one, "ssc:BaseUnit", **{name: str(n) for name, n in exponents(unit).items()})
+
+
+def _experiment(root: Element) -> None:
+    """One second, in steps of a sample."""
+    one = _below(root, "ssd:DefaultExperiment", startTime="0", stopTime="1")
+    note = _below(_below(one, "ssd:Annotations"), "ssc:Annotation", type="com.opensimulationplatform")
+    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(SAMPLE))
 
 
 class System:
@@ -126,11 +151,11 @@ class System:
                 files = {name: archive.read(f"resources/{name}.fmu") for name in PARTS}
         except (OSError, KeyError, zipfile.BadZipFile) as error:
             raise DataError(f"{path}: is no system of rotorsim; write one with 'rotorsim fmu system'") from error
-        self.units, self.folder = {}, tempfile.TemporaryDirectory()
-        for name, data in files.items():
-            file = Path(self.folder.name) / f"{name}.fmu"
-            file.write_bytes(data)
-            self.units[name] = ImportedUnit(file)
+        self.units = {}
+        with workspace() as folder:
+            for name, data in files.items():
+                (folder / f"{name}.fmu").write_bytes(data)
+                self.units[name] = ImportedUnit(folder / f"{name}.fmu")
 
     def __enter__(self) -> System:
         return self
@@ -138,7 +163,6 @@ class System:
     def __exit__(self, *_: object) -> None:
         for unit in self.units.values():
             unit.__exit__(None, None, None)
-        self.folder.cleanup()
 
     def run(self, inputs: Mapping[str, np.ndarray], outputs: Sequence[str] = SHOWN) -> np.ndarray:
         """Outputs (n + 1, outputs) of the plant or the law every sample, for plant inputs (n,) by name."""

@@ -1,4 +1,4 @@
-"""The generated C files of a unit: sizes and places (tables.h), variables and constant data (tables.c)."""
+"""Generated C files of a plant unit: sizes and offsets (tables.h), variables and constant data (tables.c)."""
 
 from __future__ import annotations
 
@@ -46,6 +46,7 @@ def header(model: PlantUnit) -> str:
         "N_INJ": a.film.n_inj,
         "N_RUNS": len(runs(a.w)),
         "N_PRESSURE": len(pressure_nodes(a)),
+        "GUARDED": 0,
         "INPUT_PLACES": "{" + ", ".join(str(at.get(name, -1)) for name in ROW) + "}",
         "DRIVE_ON": at["drive.on"],
         "TOUCHDOWN": COLUMNS.index("contact") if a.film_model is not None else -1,

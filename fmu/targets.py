@@ -1,4 +1,4 @@
-"""Platforms a unit can be built for: how LLVM, zig, FMI 2.0 and FMI 3.0 call each."""
+"""Target platforms of a unit, and their names in LLVM, zig, FMI 2.0 and FMI 3.0."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plant in Python as the measure of a unit: the same inputs, the outputs it has in common with `Plant.simulate`.
+"""Reference outputs of the Python plant for a unit's inputs, at the unit's communication points.
 
 The plant writes what it is BEFORE a sample with that sample's inputs already held; a unit shows what it is at the END
 of a step. So row k + 1 of the plant is what the unit shows after step k, but for what follows a held input at once

@@ -1,4 +1,4 @@
-"""SI units as FMI writes them: exponents of the base units, display units with their factors."""
+"""SI units in FMI notation: exponents of the base units, display units with their factors."""
 
 from __future__ import annotations
 

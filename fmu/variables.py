@@ -1,4 +1,4 @@
-"""THE table of a plant unit's variables: header, both model descriptions, units, docs and checks are made from it.
+"""Variables of a plant unit in one table, the source of C header, model descriptions, units, docs and checks.
 
 A variable's value reference is its place in the table. The first is time; names are dotted, parameters of effects are
 called as in the machine file (``effects.unbalance.me``).
@@ -23,7 +23,7 @@ from rotorsim.plant.columns import COLUMNS
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
 ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")
-"""Inputs in the order of a row of `rotorsim.plant.run.run`."""
+"""Inputs in the order of a row of `rotorsim.plant.kernels.entry.run`."""
 MOST_SEED = 2**31 - 1
 BEFORE_START = ("support", "rotating", "plenum")
 """Ports whose effects are built in when the unit is initialised."""

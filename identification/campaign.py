@@ -1,4 +1,4 @@
-"""Identification of many records at once: local models by threads, then surfaces; one record in memory per worker."""
+"""Identification of many records: local models in parallel threads, then surfaces; one record in memory per worker."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from functools import partial
 from typing import Any
 
 from identification.errors import SchemaError
-from identification.folder import Source, open_pair
-from identification.local import identify
-from identification.prefilter import Prefilter, Signals, filtered
-from identification.result import Identification
+from identification.local.identify import identify
+from identification.local.result import Identification
+from identification.records.folder import Source, open_pair
+from identification.records.prefilter import Prefilter, Signals, filtered
 from identification.threads import one_thread
 
 

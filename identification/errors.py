@@ -1,4 +1,4 @@
-"""What can be wrong with data, as exceptions whose text is one sentence: thing, value, limit and way out."""
+"""Errors about data: one sentence with variable or file, value, limit and remedy."""
 
 from __future__ import annotations
 

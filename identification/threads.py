@@ -1,4 +1,4 @@
-"""One thread for linear algebra: small products lose more by waking threads than they gain, above all under load."""
+"""Limit of BLAS to one thread, which is faster for small products."""
 
 from __future__ import annotations
 

@@ -1,24 +1,9 @@
-"""The gas film alone: modified Reynolds equation with injection, in SI floats.
+"""Gas film of a journal bearing: modified Reynolds equation with injection, in SI floats.
 
 from reynolds import GasBearing, Injector
 film = GasBearing(0.02, 0.04, 25e-6).steady(journal=(10e-6, 0), speed=628.3)
 """
 
-from __future__ import annotations
+import lazy_loader
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from reynolds.bearing import Coefficients, FilmError, GasBearing, March, SteadyFilm
-    from reynolds.injector import Injector
-
-_HOMES = {"Injector": "injector"}
-__all__ = ["Coefficients", "FilmError", "GasBearing", "Injector", "March", "SteadyFilm"]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module 'reynolds' has no attribute {name!r}")
-    import importlib
-
-    return getattr(importlib.import_module(f"reynolds.{_HOMES.get(name, 'bearing')}"), name)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Closed forms the film is checked against; SI floats, pressures absolute."""
+"""Closed-form solutions for gas films, slots and nozzles that verify the film solver; absolute pressures, SI."""
 
 from __future__ import annotations
 

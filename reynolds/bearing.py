@@ -1,4 +1,4 @@
-"""A gas journal bearing on its own: steady state, frequency-dependent coefficients, march in time."""
+"""Single gas journal bearing: steady state, frequency-dependent coefficients, march in time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The theta-z grid and the layout of the film's flat workspace.
+"""The theta-z grid of the film and the layout of its flat workspace.
 
 Pressure nodes sit at theta_i = i dtheta (i = 0 .. n_theta - 1, periodic) and z_j = j dz; the outermost z nodes are the
 bearing's edges, where p is ambient. A bearing that is symmetric about its midplane is solved on one half: row 0 is the

@@ -1,4 +1,4 @@
-"""The one place where kernels are made: allocation-free numba functions with a safe disk cache.
+"""Compilation of kernels: allocation-free numba functions with a safe disk cache.
 
 `kernel` compiles an entry point, `inlined` a building block that is merged into its callers, so that literal sizes
 given by a caller reach every loop. Both refuse any allocation at compile time (``_nrt=False``), which is what lets the
@@ -17,12 +17,16 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numba
 import platformdirs
 from numba.core import config
+
+from reynolds.kernel_cache import KernelCache
+from rotorsim.base.interrupt import apart
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
@@ -36,12 +40,17 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """An entry point, cached on disk under the hash of the sources it may be made of.
 
     These are all files of its package, or the file alone if it belongs to none (a generated module, whose name hashes
-    what it imports).
+    what it imports). Plain Python where NUMBA_DISABLE_JIT is set.
     """
+    if config.DISABLE_JIT:
+        return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
+    dispatcher = numba.njit(**_OPTIONS)(function)
     with _cached_in(cache_folder(own.parent.glob("*.py") if module.__package__ else [own])):
-        return numba.njit(cache=True, **_OPTIONS)(function)
+        dispatcher._cache = KernelCache(function)
+    dispatcher.compile = partial(apart, dispatcher.compile)  # it may take minutes and receives no signals
+    return dispatcher
 
 
 def cache_folder(sources: Iterable[Path]) -> Path:
@@ -60,7 +69,12 @@ def cache_root() -> Path:
         with tempfile.TemporaryFile(dir=root):
             return root
     except OSError:
-        return Path(tempfile.gettempdir()) / f"rotorsim-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+        return private_root()
+
+
+def private_root() -> Path:
+    """The user's folder for what the cache does not take."""
+    return Path(tempfile.gettempdir()) / f"rotorsim-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Entry points for one film on any grid: sizes are arguments, so one compilation serves every grid."""
+"""Compiled entry points for a single film; grid sizes are arguments, so one compilation serves every grid."""
 
 from __future__ import annotations
 

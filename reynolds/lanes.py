@@ -1,4 +1,4 @@
-"""Small dense products and sums in eight lanes: they vectorise, and add in the same order on every processor.
+"""Dense products and sums in eight vector lanes, added in the same order on every processor.
 
 Without reassociation a compiler may not vectorise a sum; here the eight partial sums are part of the definition,
 written as LLVM vectors. A processor with shorter vectors takes several of them and finds the same bits. The Python

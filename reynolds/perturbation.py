@@ -1,4 +1,4 @@
-r"""Linear perturbation of the steady film: sparse descriptor matrices and K(omega), C(omega).
+r"""Linear perturbation of the steady film: sparse descriptor matrices, K(omega) and C(omega).
 
 With y = (q of every node, plenum pressures) and the journal's displacement X,
 

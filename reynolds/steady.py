@@ -1,4 +1,4 @@
-r"""Steady film, and equilibrium of a journal in it, by pseudo-transient continuation.
+r"""Steady film and journal equilibrium by pseudo-transient continuation.
 
 Implicit Euler steps in a pseudo-time that grows as the solution settles lead from ambient pressure to the basin of
 Newton's method, whatever the eccentricity; a last Newton solve without storage sharpens the answer to round-off. The

@@ -1,4 +1,4 @@
-r"""TR-BDF2 in time for the film and the plena: one trapezoidal stage to gamma dt, one BDF2 stage to dt.
+r"""TR-BDF2 time integration of film and plena: trapezoidal stage to gamma dt, BDF2 stage to dt.
 
 With gamma = 2 - sqrt 2 both stages have the same matrix, storage / (a dt) with a = gamma/2, and the method is second
 order, one-step and L-stable (Bank et al. 1985; Hosea & Shampine 1996). Both stages act on the stored mass m = p h,

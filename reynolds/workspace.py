@@ -1,4 +1,4 @@
-"""The film's constants as kernels see them: a parameter record, index arrays and a filled flat workspace."""
+"""Film constants for the kernels: parameter record, index arrays and flat workspace."""
 
 from __future__ import annotations
 

@@ -7,36 +7,6 @@
 Names are imported when they are first used, so that ``import rotorsim`` is quick and silent.
 """
 
-from __future__ import annotations
+import lazy_loader
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from rotorsim import experiments
-    from rotorsim.control import load_law
-    from rotorsim.machine import Machine, load_machine
-    from rotorsim.plant import Plant
-
-__all__ = ["Machine", "Plant", "experiments", "load_law", "load_machine"]
-
-_HOMES = {
-    "load_law": "rotorsim.control",
-    "load_machine": "rotorsim.machine",
-    "Machine": "rotorsim.machine",
-    "Plant": "rotorsim.plant",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name == "experiments":
-        return import_module("rotorsim.experiments")
-    if name not in _HOMES:
-        raise AttributeError(f"module 'rotorsim' has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

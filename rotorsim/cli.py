@@ -1,78 +1,113 @@
-"""The command line: `rotorsim COMMAND`. Commands live in `rotorsim.commands`; errors become sentences."""
+"""Command line `rotorsim COMMAND`; errors are printed as sentences. The commands are in `rotorsim.commands`."""
 
 from __future__ import annotations
 
+import io
 import os
 import sys
-from typing import Annotated
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
-import typer
+from rotorsim.base.files import WriteError, write_error
+from rotorsim.base.interrupt import interrupted, leave, watched
+from rotorsim.errors import RotorsimError, Unusual
 
-from rotorsim.commands import bench, campaign, data, experiment, fmu, machine, study, study_control
-from rotorsim.commands import design as design_command
-from rotorsim.commands import diagnose as diagnosis_command
-from rotorsim.commands import hide as hiding_command
-from rotorsim.commands import identify as identification_command
-from rotorsim.commands import live as live_module
-from rotorsim.commands import map as map_module
-from rotorsim.commands import modes as modes_module
-from rotorsim.commands import verify as verify_command
-from rotorsim.commands.runup import EXAMPLE, runup
-from rotorsim.errors import RotorsimError
-
-app = typer.Typer(
-    name="rotorsim",
-    help="First-principles simulation of rotors on active gas bearings.",
-    epilog="Example: rotorsim machine show dtu_gas_bearing",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-)
-app.command(epilog=EXAMPLE)(runup)
-app.command(name="map", epilog=map_module.EXAMPLE)(map_module.map_command)
-app.command(epilog=modes_module.EXAMPLE)(modes_module.modes)
-app.command(epilog=live_module.EXAMPLE)(live_module.live)
-app.add_typer(experiment.app, name="experiment")
-app.add_typer(campaign.app, name="campaign")
-app.add_typer(machine.app, name="machine")
-app.add_typer(data.app, name="data")
-app.add_typer(fmu.app, name="fmu")
-study.app.command(epilog=study_control.EXAMPLE)(study_control.control)
-study.app.command(epilog=study_control.WHOLE_EXAMPLE)(study_control.whole)
-app.add_typer(study.app, name="study")
-app.command(epilog=bench.EXAMPLE)(bench.bench)
-app.command(epilog=identification_command.EXAMPLE)(identification_command.identify)
-app.command(epilog=design_command.EXAMPLE)(design_command.design)
-app.command(epilog=verify_command.EXAMPLE)(verify_command.verify)
-app.command(epilog=diagnosis_command.EXAMPLE)(diagnosis_command.diagnose)
-app.command(epilog=hiding_command.EXAMPLE)(hiding_command.hide)
-
-
-@app.callback()
-def _options(
-    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error; goes anywhere.")] = False,
-) -> None:
-    pass
+STDOUT = "standard output"
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command; a user's error ends as a sentence on stderr and exit code 2, without a traceback."""
-    arguments = sys.argv[1:] if arguments is None else arguments
-    debug = "--debug" in arguments
+    """Run a command, by default that of this process; ends in SystemExit.
+
+    A user's error ends as a sentence on stderr and exit code 2, without a traceback, Ctrl-C as one with exit code 130.
+    """
+    if arguments is not None:
+        command(arguments)
+        return
+    with watched():
+        try:
+            _named_stdout()
+            command(sys.argv[1:])
+        except KeyboardInterrupt:  # during the imports
+            interrupted()
+        except SystemExit as ended:
+            leave(ended.code)
+
+
+def command(arguments: list[str]) -> None:
+    """Run a command of these words."""
+    debug, yes = "--debug" in arguments, "--yes" in arguments
     try:
-        app(args=[a for a in arguments if a != "--debug"], prog_name="rotorsim")
+        from rotorsim.commands.app import app
+
+        with warnings.catch_warnings(), printed():
+            warnings.simplefilter("ignore" if yes else "error", Unusual)
+            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name="rotorsim")
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that the flush at exit stays silent
+        _print_no_more()
         sys.exit(1)
-    except (RotorsimError, OSError) as error:
+    except (RotorsimError, OSError, Unusual) as error:
         if debug:
             raise
         print(sentence(error), file=sys.stderr)
         sys.exit(2)
 
 
-def sentence(error: RotorsimError | OSError) -> str:
+@contextmanager
+def printed() -> Iterator[None]:
+    """Write out all that was printed, which the interpreter would do at its end, with a traceback on a full disk.
+
+    Raises WriteError for standard output if it takes no more.
+    """
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        if error.filename != STDOUT:
+            raise
+        _print_no_more()
+        raise write_error(Path(STDOUT), error, space=False) from error
+
+
+class _Stdout(io.FileIO):
+    """Standard output whose errors name it."""
+
+    def write(self, data: Any, /) -> int:
+        try:
+            return super().write(data)
+        except OSError as error:
+            error.filename = STDOUT
+            raise
+
+
+def _named_stdout() -> None:
+    """Let an error of standard output name it: no other file's errors come without a name."""
+    now: Any = sys.stdout
+    before: Any = getattr(now, "buffer", None)
+    if type(getattr(before, "raw", before)) is io.FileIO:
+        own: Any = _Stdout(now.fileno(), "wb", closefd=False)
+        sys.stdout = io.TextIOWrapper(
+            io.BufferedWriter(own) if hasattr(before, "raw") else own,  # without a buffer under PYTHONUNBUFFERED
+            now.encoding, now.errors, line_buffering=now.line_buffering, write_through=now.write_through,
+        )  # fmt: skip
+
+
+def _print_no_more() -> None:
+    """Send standard output nowhere, so that the flush at the end of the interpreter stays silent."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def sentence(error: RotorsimError | OSError | Unusual) -> str:
     """What to tell the user about an error."""
-    if isinstance(error, RotorsimError):
+    if isinstance(error, Unusual):
+        return "\n".join(f"{line}; add --yes to run with it" for line in str(error).splitlines())
+    if isinstance(error, (RotorsimError, WriteError)):
         return str(error)
     file = error.filename2 or error.filename
     where = f"{file}: " if file else ""

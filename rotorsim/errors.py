@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions whose text is one sentence: thing, value, limit and way out."""
+"""Exceptions of rotorsim, each with a one-sentence message: thing, value, limit and remedy."""
 
 from __future__ import annotations
 
@@ -36,3 +36,11 @@ class ConvergenceError(RotorsimError):
 
 class DataError(RotorsimError):
     """A record that lacks a channel, has wrong units or cannot be read."""
+
+
+class ControllerError(DataError):
+    """A controller that gave anything but two finite voltages; `where` holds the samples done before."""
+
+
+class Unusual(UserWarning):
+    """A value far from all that is built; the command line asks for --yes, in Python it is a warning as any other."""

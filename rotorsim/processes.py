@@ -1,14 +1,19 @@
-"""Processes beside this one: each with one thread of linear algebra, deaf to Ctrl-C, ended at once where we are."""
+"""Worker pool: one BLAS thread per process, SIGINT ignored, terminated at once by an exception or Ctrl-C."""
 
 from __future__ import annotations
 
+import os
 import signal
+import threading
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import get_context, parent_process, resource_tracker
 from types import TracebackType
 from typing import Any
+
+from rotorsim.errors import Unusual
 
 
 @contextmanager
@@ -57,4 +62,14 @@ def _begin() -> None:
     from threadpoolctl import threadpool_limits
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    warnings.simplefilter("ignore", Unusual)  # the parent has asked
     threadpool_limits(1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """A parent that was killed cannot end its processes, and they would wait for work for ever."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -1,4 +1,4 @@
-"""Progress of a run on a terminal: simulated time, real-time factor, time left; silent in a pipe."""
+"""Progress bar of a run on a terminal: simulated time, real-time factor, time left; nothing in a pipe."""
 
 from __future__ import annotations
 

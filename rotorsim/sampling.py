@@ -1,4 +1,4 @@
-"""The sampling time of controllers and records."""
+"""Sampling time of controllers and records."""
 
 SAMPLE = 2e-4
 """5 kHz [s]."""

@@ -1,4 +1,4 @@
-"""Plays a unit's stored reference through its binaries for other platforms and prints how far they are from it.
+"""Replays a unit's stored reference through its binaries for other platforms and prints the largest deviations.
 
 python .ci/optional/play.py UNIT.fmu WORK_FOLDER: needs zig (ziglang), and per platform wine, or qemu-aarch64 with the
 C library of arm64 below /usr/aarch64-linux-gnu; a platform whose emulator is missing is named and left out.

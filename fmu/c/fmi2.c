@@ -1,12 +1,13 @@
 /* FMI 2.0 on top of unit.h: co-simulation, and model exchange of what has continuous states. */
 #include "fmi2Functions.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "unit.h"
 
-static const fmi2Status statuses[] = {fmi2OK, fmi2Warning, fmi2Discard, fmi2Error};
+static const fmi2Status statuses[] = {fmi2OK, fmi2Warning, fmi2Error};
 
 /* The text is the format itself, because some importers show that and nothing else. */
 static void say(Unit *u, Outcome outcome, const char *category, const char *text) {
@@ -38,15 +39,18 @@ const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    (void)n, (void)categories;
-    if (c) ((Unit *)c)->logging = on;
-    return done(c != NULL);
+    return done(c && unit_log(c, on, n, categories));
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
-    (void)resources, (void)visible;
-    if (type != fmi2CoSimulation && !CONTINUOUS) return NULL;
+    (void)resources, (void)visible; /* it reads no files and has no window */
+    if (type != fmi2CoSimulation && !CONTINUOUS) {
+        if (functions && functions->logger)
+            functions->logger(functions->componentEnvironment, name, fmi2Error, "logStatusError",
+                              "model exchange: this unit is for co-simulation only; use that");
+        return NULL;
+    }
     Unit *u = unit_create(name, guid, logging, functions ? functions->componentEnvironment : NULL, (void *)functions, say);
     if (u) u->model_exchange = type == fmi2ModelExchange;
     return u;
@@ -56,8 +60,9 @@ void fmi2FreeInstance(fmi2Component c) { unit_free(c); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
-    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    return in_phase(c, "fmi2SetupExperiment", CREATED, CREATED) ? statuses[unit_start_at(c, start)] : fmi2Error;
+    (void)has_tolerance, (void)tolerance; /* the steps of the unit are fixed */
+    if (!in_phase(c, "fmi2SetupExperiment", CREATED, CREATED)) return fmi2Error;
+    return statuses[unit_run(c, start, has_stop ? stop : INFINITY)];
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
@@ -164,8 +169,9 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real now, fmi2Real length, fmi2Boolean no_way_back) {
     double reached;
-    (void)no_way_back;
-    return in_phase(c, "fmi2DoStep", STEPPING, STEPPING) ? statuses[unit_step(c, now, length, &reached)] : fmi2Error;
+    (void)no_way_back; /* states are kept by who asked for them */
+    if (!unit_exchanges(c, "fmi2DoStep", false) || !in_phase(c, "fmi2DoStep", STEPPING, STEPPING)) return fmi2Error;
+    return statuses[unit_step(c, now, length, &reached)];
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) { return not_here(c, "fmi2CancelStep"); }
@@ -199,7 +205,7 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
 
 #if CONTINUOUS
 static fmi2Status go(Unit *u, const char *function, Phase from, Phase to) {
-    if (!in_phase(u, function, from, from)) return fmi2Error;
+    if (!unit_exchanges(u, function, true) || !in_phase(u, function, from, from)) return fmi2Error;
     u->s.phase = to;
     return fmi2OK;
 }
@@ -210,43 +216,49 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
-    if (!in_phase(c, "fmi2NewDiscreteStates", IN_EVENT, IN_EVENT) || !info) return fmi2Error;
+    if (!unit_exchanges(c, "fmi2NewDiscreteStates", true) || !info) return fmi2Error;
+    if (!in_phase(c, "fmi2NewDiscreteStates", IN_EVENT, IN_EVENT)) return fmi2Error;
     memset(info, 0, sizeof *info);
     return fmi2OK;
 }
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end) {
     (void)no_way_back;
-    if (!c || !event || !end) return fmi2Error;
+    if (!unit_exchanges(c, "fmi2CompletedIntegratorStep", true) || !event || !end) return fmi2Error;
     *event = *end = fmi2False;
-    return fmi2OK;
+    return statuses[unit_check_end(c, unit_time(c))]; /* a solver may try beyond the stop time, not go there */
 }
 
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return c ? statuses[unit_set_time(c, time)] : fmi2Error; }
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+    return unit_exchanges(c, "fmi2SetTime", true) ? statuses[unit_set_time(c, time)] : fmi2Error;
+}
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
-    return done(c && unit_set_states(c, x, n));
+    return done(unit_exchanges(c, "fmi2SetContinuousStates", true) &&
+                unit_count(c, "fmi2SetContinuousStates", n, N_STATES) && unit_set_states(c, x));
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
-    if (!c || n != N_STATES) return fmi2Error;
+    if (!unit_exchanges(c, "fmi2GetContinuousStates", true)) return fmi2Error;
+    if (!unit_count(c, "fmi2GetContinuousStates", n, N_STATES)) return fmi2Error;
     memcpy(x, ((Unit *)c)->s.w, sizeof(double) * N_STATES);
     return fmi2OK;
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real x[], size_t n) {
-    if (!c || n != N_STATES || unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi2Error;
+    if (!unit_exchanges(c, "fmi2GetDerivatives", true)) return fmi2Error;
+    if (!unit_count(c, "fmi2GetDerivatives", n, N_STATES) || unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi2Error;
     memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
     return fmi2OK;
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real x[], size_t n) {
     (void)x;
-    return done(c && n == 0);
+    return done(unit_count(c, "fmi2GetEventIndicators", n, 0));
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
-    if (!c || n != N_STATES) return fmi2Error;
+    if (!unit_count(c, "fmi2GetNominalsOfContinuousStates", n, N_STATES)) return fmi2Error;
     memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
     return fmi2OK;
 }

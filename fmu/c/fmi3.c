@@ -1,12 +1,13 @@
 /* FMI 3.0 on top of unit.h: co-simulation, and model exchange of what has continuous states. */
 #include "fmi3Functions.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "unit.h"
 
-static const fmi3Status statuses[] = {fmi3OK, fmi3Warning, fmi3Discard, fmi3Error};
+static const fmi3Status statuses[] = {fmi3OK, fmi3Warning, fmi3Error};
 
 static void say(Unit *u, Outcome outcome, const char *category, const char *text) {
     fmi3LogMessageCallback log;
@@ -37,14 +38,12 @@ static fmi3Status go(Unit *u, const char *function, Phase from, Phase to) {
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-    (void)n, (void)categories;
-    if (c) ((Unit *)c)->logging = on;
-    return done(c != NULL);
+    return done(c && unit_log(c, on, n, categories));
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging, fmi3InstanceEnvironment e, fmi3LogMessageCallback log) {
-    (void)resources, (void)visible;
+    (void)resources, (void)visible; /* it reads no files and has no window */
     if (CONTINUOUS) {
         void *callback;
         memcpy(&callback, &log, sizeof callback);
@@ -70,7 +69,8 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment e,
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
     void *callback;
-    (void)resources, (void)visible, (void)required, (void)n, (void)update;
+    (void)resources, (void)visible;
+    (void)required, (void)n, (void)update; /* there is no intermediate update, as the flag says */
     memcpy(&callback, &log, sizeof callback);
     Unit *u = unit_create(name, token, logging, e, callback, say);
     if (u) {
@@ -84,9 +84,9 @@ void fmi3FreeInstance(fmi3Instance c) { unit_free(c); }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
-    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
+    (void)has_tolerance, (void)tolerance; /* the steps of the unit are fixed */
     if (!in_phase(c, "fmi3EnterInitializationMode", CREATED, CREATED)) return fmi3Error;
-    if (unit_start_at(c, start) != OK) return fmi3Error;
+    if (unit_run(c, start, has_stop ? stop : INFINITY) != OK) return fmi3Error;
     return go(c, "fmi3EnterInitializationMode", CREATED, INITIALISING);
 }
 
@@ -97,8 +97,15 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     return fmi3OK;
 }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance c) { return go(c, "fmi3EnterEventMode", STEPPING, IN_EVENT); }
-fmi3Status fmi3EnterStepMode(fmi3Instance c) { return go(c, "fmi3EnterStepMode", IN_EVENT, STEPPING); }
+fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+    Unit *u = c;
+    if (u && !u->event_mode && !unit_exchanges(u, "fmi3EnterEventMode without event mode", true)) return fmi3Error;
+    return go(u, "fmi3EnterEventMode", STEPPING, IN_EVENT);
+}
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c) {
+    return unit_exchanges(c, "fmi3EnterStepMode", false) ? go(c, "fmi3EnterStepMode", IN_EVENT, STEPPING) : fmi3Error;
+}
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *end, fmi3Boolean *nominals,
                                     fmi3Boolean *states, fmi3Boolean *next, fmi3Float64 *time) {
@@ -126,13 +133,18 @@ fmi3Status fmi3Reset(fmi3Instance c) {
     return done(c != NULL);
 }
 
+static bool enough(Unit *u, const char *function, size_t given, size_t wanted) {
+    return given < wanted ? unit_count(u, function, given, wanted) : u != NULL;
+}
+
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 value[], size_t nv) {
     size_t at = 0;
     if (!c) return fmi3Error;
     for (size_t k = 0; k < n; k++) {
         bool array = r[k] < N_VARIABLES && variables[r[k]].store == PRESSURE;
         size_t length = array ? N_PRESSURE : 1;
-        if (at + length > nv) return statuses[unit_fail(c, FAILED, "fmi3GetFloat64: %u values are too few; give room for all", (unsigned)nv)];
+        if (!enough(c, "fmi3GetFloat64", nv, at + length)) return fmi3Error;
+        if (array && !unit_known(c, r[k])) return fmi3Error;
         if (!(array ? unit_film_pressure(c, value + at) : unit_get(c, r[k], REAL, value + at))) return fmi3Error;
         at += length;
     }
@@ -140,7 +152,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 value[], size_t nv) {
-    if (!c || nv < n) return fmi3Error;
+    if (!enough(c, "fmi3SetFloat64", nv, n)) return fmi3Error;
     for (size_t k = 0; k < n; k++)
         if (!unit_set(c, r[k], REAL, value[k])) return fmi3Error;
     return fmi3OK;
@@ -149,7 +161,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
 #define ACCESS(Name, type, kind)                                                                                       \
     fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, type value[], size_t nv) {        \
         double v;                                                                                                      \
-        if (!c || nv < n) return fmi3Error;                                                                            \
+        if (!enough(c, "fmi3Get" #Name, nv, n)) return fmi3Error;                                                      \
         for (size_t k = 0; k < n; k++) {                                                                               \
             if (!unit_get(c, r[k], kind, &v)) return fmi3Error;                                                        \
             value[k] = (type)v;                                                                                        \
@@ -157,7 +169,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
         return fmi3OK;                                                                                                 \
     }                                                                                                                  \
     fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const type value[], size_t nv) {  \
-        if (!c || nv < n) return fmi3Error;                                                                            \
+        if (!enough(c, "fmi3Set" #Name, nv, n)) return fmi3Error;                                                      \
         for (size_t k = 0; k < n; k++)                                                                                 \
             if (!unit_set(c, r[k], kind, (double)value[k])) return fmi3Error;                                          \
         return fmi3OK;                                                                                                 \
@@ -213,41 +225,48 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3E
 
 #if CONTINUOUS
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
+    if (!unit_exchanges(c, "fmi3EnterContinuousTimeMode", true)) return fmi3Error;
     return go(c, "fmi3EnterContinuousTimeMode", IN_EVENT, STEPPING);
 }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end) {
     (void)no_way_back;
-    if (!c || !event || !end) return fmi3Error;
+    if (!unit_exchanges(c, "fmi3CompletedIntegratorStep", true) || !event || !end) return fmi3Error;
     *event = *end = false;
-    return fmi3OK;
+    return statuses[unit_check_end(c, unit_time(c))]; /* a solver may try beyond the stop time, not go there */
 }
 
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) { return c ? statuses[unit_set_time(c, time)] : fmi3Error; }
+fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
+    return unit_exchanges(c, "fmi3SetTime", true) ? statuses[unit_set_time(c, time)] : fmi3Error;
+}
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) {
-    return done(c && unit_set_states(c, x, n));
+    return done(unit_exchanges(c, "fmi3SetContinuousStates", true) &&
+                unit_count(c, "fmi3SetContinuousStates", n, N_STATES) && unit_set_states(c, x));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    if (!c || n != N_STATES) return fmi3Error;
+    if (!unit_exchanges(c, "fmi3GetContinuousStates", true)) return fmi3Error;
+    if (!unit_count(c, "fmi3GetContinuousStates", n, N_STATES)) return fmi3Error;
     memcpy(x, ((Unit *)c)->s.w, sizeof(double) * N_STATES);
     return fmi3OK;
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    if (!c || n != N_STATES || unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi3Error;
+    if (!unit_exchanges(c, "fmi3GetContinuousStateDerivatives", true)) return fmi3Error;
+    if (!unit_count(c, "fmi3GetContinuousStateDerivatives", n, N_STATES)) return fmi3Error;
+    if (unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi3Error;
     memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
     return fmi3OK;
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 x[], size_t n) {
     (void)x;
-    return done(c && n == 0);
+    return done(unit_count(c, "fmi3GetEventIndicators", n, 0));
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    if (!c || n != N_STATES) return fmi3Error;
+    if (!unit_count(c, "fmi3GetNominalsOfContinuousStates", n, N_STATES)) return fmi3Error;
     memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
     return fmi3OK;
 }
@@ -265,7 +284,8 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
                                         const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                                         size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
-    if (!c || n_seed < n_knowns || n_sensitivity < n_unknowns) return fmi3Error;
+    if (!enough(c, "fmi3GetDirectionalDerivative", n_seed, n_knowns)) return fmi3Error;
+    if (!enough(c, "fmi3GetDirectionalDerivative", n_sensitivity, n_unknowns)) return fmi3Error;
     return done(unit_directional(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
 }
 #else
@@ -323,8 +343,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 length, fmi3B
                       fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *reached) {
     Unit *u = c;
     double at;
-    (void)no_way_back;
-    if (!in_phase(u, "fmi3DoStep", STEPPING, STEPPING)) return fmi3Error;
+    (void)no_way_back; /* states are kept by who asked for them */
+    if (!unit_exchanges(u, "fmi3DoStep", false) || !in_phase(u, "fmi3DoStep", STEPPING, STEPPING)) return fmi3Error;
     int64_t before = u->s.count;
     Outcome outcome = unit_step(u, now, length, &at);
     bool short_of = outcome == OK && (double)(u->s.count - before) * SAMPLE < length - 0.5 * SAMPLE;

@@ -2,6 +2,7 @@
 
    The arithmetic is that of rotorsim.control.runtime.kernels, in the same order, so both give the same bits. What is
    measured at the start of a sample is answered at its end: the plant gets a reference one sample after what it showed. */
+#include <math.h>
 #include <string.h>
 
 #include "unit.h"
@@ -40,7 +41,8 @@ static void refresh(double *w, double speed, double pressure) {
         w[k] = w00 * at[k] + w01 * at[right + k] + w10 * at[down + k] + w11 * at[down + right + k];
 }
 
-static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
+/* The law's equation for one sample of finite numbers. */
+static void answer(double *w, const double in[N_INPUTS], double out[2]) {
     double count = w[L_DONE], since = count - settings[START], fade = 1.0;
     w[L_DONE] = count + 1.0;
     if ((int64_t)count % (int64_t)settings[REFRESH] == 0) refresh(w, in[2], in[3]);
@@ -72,6 +74,64 @@ static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
     if (since - settings[AVERAGE] < settings[FADE]) fade = (since - settings[AVERAGE]) / settings[FADE];
     out[0] = clip(fade * v0, settings[LIMIT]);
     out[1] = clip(fade * v1, settings[LIMIT]);
+}
+
+/* Alarm code for what a law is given; speed and pressure count where it is scheduled over them. */
+static double fault_in(const double in[N_INPUTS]) {
+    if (!(fabs(in[0]) < FARTHEST && fabs(in[1]) < FARTHEST)) return FAULT_SENSOR;
+    if ((N_SPEEDS > 1 && !isfinite(in[2])) || (N_PRESSURES > 1 && !isfinite(in[3]))) return FAULT_POINT;
+    return 0.0;
+}
+
+/* Alarm code for the states; those of an unstable law that have overflowed start again from rest. */
+static double overflow(double *w) {
+    double total = 0.0;
+    for (int k = 0; k < ORDER; k++) total += 0.0 * w[L_X + k];
+    if (total == 0.0) return 0.0;
+    for (int k = 0; k < ORDER; k++) w[L_X + k] = 0.0;
+    return FAULT_OVERFLOW;
+}
+
+/* A bad sample: the output is the last one, later a part of it. */
+static void hold(double *g, double fault, double out[2]) {
+    if (g[G_BAD] == 0.0) memcpy(g + G_BEGIN, g + G_OUT, 2 * sizeof *g);
+    g[G_BAD] += 1.0;
+    g[G_LOST] += 1.0;
+    g[G_ALARM] = g[G_LAST] = fault;
+    double late = g[G_BAD] - HOLD > 0.0 ? g[G_BAD] - HOLD : 0.0;
+    double part = 1.0 - late / FADE_OUT > 0.0 ? 1.0 - late / FADE_OUT : 0.0;
+    for (int k = 0; k < 2; k++) out[k] = g[G_OUT + k] = part * g[G_BEGIN + k];
+}
+
+/* A good sample: the output is the law's, and after bad ones a mean of it and the output then. */
+static void resume(double *g, double out[2]) {
+    if (g[G_BAD] > 0.0) {
+        memcpy(g + G_BEGIN, g + G_OUT, 2 * sizeof *g);
+        double back = (g[G_BAD] < FADE_OUT ? g[G_BAD] : FADE_OUT) + 1.0;
+        g[G_SPAN] = g[G_BACK] = back > g[G_BACK] ? back : g[G_BACK];
+        g[G_BAD] = 0.0;
+    }
+    if (g[G_BACK] > 0.0) {
+        g[G_BACK] -= 1.0;
+        double part = g[G_BACK] / g[G_SPAN];
+        for (int k = 0; k < 2; k++) out[k] += part * (g[G_BEGIN + k] - out[k]);
+        if (g[G_BACK] == 0.0) g[G_ALARM] = 0.0;
+    }
+    memcpy(g + G_OUT, out, 2 * sizeof *g);
+}
+
+/* One sample; NaN and infinite ones are held out of the law's states, see rotorsim.control.runtime.guard. */
+static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
+    double fault = fault_in(in);
+    if (fault == 0.0) {
+        answer(w, in, out);
+        fault = overflow(w);
+    }
+    if (fault == 0.0)
+        resume(w + L_GUARD, out);
+    else
+        hold(w + L_GUARD, fault, out);
+    out[2] = w[L_GUARD + G_ALARM];
 }
 
 bool unit_refresh(Unit *u) {

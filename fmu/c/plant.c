@@ -60,7 +60,6 @@ bool unit_initialise(Unit *u) {
 bool unit_refresh(Unit *u) { return u->s.phase != INITIALISING || unit_initialise(u); }
 
 bool unit_film_pressure(Unit *u, double *values) {
-    if (!unit_refresh(u)) return false;
     for (int k = 0; k < N_PRESSURE; k++)
         values[k] = 0.5 * (u->s.w[pressure_nodes[k][1]] + u->s.w[pressure_nodes[k][0]]);
     return true;

@@ -17,6 +17,37 @@ Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...) {
     return outcome;
 }
 
+/* Debug logging of all categories, or of those given; what is refused is always logged. False after an unknown one. */
+bool unit_log(Unit *u, bool on, size_t n, const char *const categories[]) {
+    for (size_t k = 0; k < n; k++) {
+        bool events = strcmp(categories[k], "logEvents") == 0;
+        if (events) u->logging = on;
+        if (!events && strcmp(categories[k], "logStatusError") != 0) {
+            unit_fail(u, FAILED, "log category '%s': is not known; give logEvents or logStatusError", categories[k]);
+            return false;
+        }
+    }
+    if (n == 0) u->logging = on;
+    return true;
+}
+
+/* Whether a function belongs to what the instance was made for, model exchange or co-simulation. */
+bool unit_exchanges(Unit *u, const char *function, bool exchange) {
+    static const char *const kinds[] = {"co-simulation", "model exchange"};
+    if (u && u->model_exchange == exchange) return true;
+    if (u)
+        unit_fail(u, FAILED, "%s: this instance is for %s; make one for %s", function, kinds[u->model_exchange],
+                  kinds[exchange]);
+    return false;
+}
+
+/* Whether a call brings as many values as it needs. */
+bool unit_count(Unit *u, const char *function, size_t given, size_t wanted) {
+    if (u && given == wanted) return true;
+    if (u) unit_fail(u, FAILED, "%s: %u values; give %u", function, (unsigned)given, (unsigned)wanted);
+    return false;
+}
+
 static void expand_initial(double *w) {
     for (int r = 0; r < N_RUNS; r++)
         for (int32_t k = 0; k < initial_runs[r].count; k++) *w++ = initial_runs[r].value;
@@ -28,6 +59,7 @@ void unit_reset(Unit *u) {
     memcpy(s->magic, MAGIC, sizeof s->magic);
     memcpy(s->hash, MODEL_HASH, strlen(MODEL_HASH));
     s->size = sizeof *s;
+    s->stop = INFINITY;
     memcpy(s->parameters, initial_parameters, sizeof s->parameters);
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         if (variables[i].store == INPUT) s->inputs[variables[i].index] = variables[i].value;
@@ -71,30 +103,43 @@ void unit_free(Unit *u) {
 
 double unit_time(const Unit *u) { return u->s.start + (double)u->s.count * SAMPLE; }
 
-Outcome unit_start_at(Unit *u, double time) {
-    if (!isfinite(time)) return unit_fail(u, FAILED, "start time = %g s: not a time; give a number", time);
+/* Start and stop time of a run; stop = INFINITY where it has none. */
+Outcome unit_run(Unit *u, double start, double stop) {
+    if (!isfinite(start)) return unit_fail(u, FAILED, "start time = %g s: not a time; give a number", start);
+    if (!(stop >= start))
+        return unit_fail(u, FAILED, "stop time = %g s: not after the start at %g s; give a later one", stop, start);
+    u->s.start = start;
+    u->s.stop = stop;
+    return OK;
+}
+
+/* The standard wants an error beyond the stop time. */
+Outcome unit_check_end(Unit *u, double time) {
+    if (time <= u->s.stop + 0.01 * SAMPLE) return OK;
+    return unit_fail(u, FAILED, "time = %.9g s: beyond the stop time %.9g s of this run; end it there, or initialise with a "
+                                "later stop time or none", time, u->s.stop);
+}
+
+Outcome unit_set_time(Unit *u, double time) {
+    if (!isfinite(time)) return unit_fail(u, FAILED, "time = %g s: not a time; give a number", time);
+    u->s.count = 0;
     u->s.start = time;
     return OK;
 }
 
-Outcome unit_set_time(Unit *u, double time) {
-    u->s.count = 0;
-    return unit_start_at(u, time);
-}
-
-bool unit_set_states(Unit *u, const double x[], size_t n) {
-    for (size_t k = 0; k < n; k++)
+bool unit_set_states(Unit *u, const double x[]) {
+    for (size_t k = 0; k < N_STATES; k++)
         if (!isfinite(x[k])) {
             unit_fail(u, FAILED, "state %d = %g: not a number; take a smaller step", (int)k + 1, x[k]);
             return false;
         }
-    if (n != N_STATES) return false;
-    memcpy(u->s.w, x, n * sizeof *x);
+    memcpy(u->s.w, x, N_STATES * sizeof *x);
     return true;
 }
 
 /* A sentence about an input that makes no sense, or OK. */
 Outcome unit_check_inputs(Unit *u) {
+    if (GUARDED) return OK; /* a law holds what is not a number out of its states, and says so */
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         const Variable *v = &variables[i];
         if (v->store != INPUT) continue;
@@ -116,10 +161,12 @@ int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
     } else if (!(length > 0.0) || !isfinite(length)) {
         *outcome = unit_fail(u, FAILED, "communication step = %g s: not a step; give a multiple of %g s", length, SAMPLE);
     } else if (n < 1.0 || n > 1e9 || fabs(length / SAMPLE - n) > 1e-6) {
-        *outcome = unit_fail(u, DISCARD, "communication step = %.9g s: not a multiple of %g s; give e.g. %g s", length,
+        /* no discard: a master may retry a discarded step for ever, and no retry can succeed */
+        *outcome = unit_fail(u, FAILED, "communication step = %.9g s: not a multiple of %g s; give e.g. %g s", length,
                              SAMPLE, SAMPLE * (n < 1.0 ? 1.0 : n));
     } else {
-        *outcome = unit_check_inputs(u);
+        *outcome = unit_check_end(u, unit_time(u) + n * SAMPLE);
+        if (*outcome == OK) *outcome = unit_check_inputs(u);
     }
     return *outcome == OK ? (int64_t)n : 0;
 }

@@ -12,7 +12,7 @@ typedef enum { REAL, INTEGER, BOOLEAN } Kind;
 typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE } Store;
 typedef enum { NEVER, BEFORE_START, ALWAYS } Settable;
 typedef enum { CREATED, INITIALISING, STEPPING, IN_EVENT, TERMINATED } Phase;
-typedef enum { OK, WARNING, DISCARD, FAILED } Outcome;
+typedef enum { OK, WARNING, FAILED } Outcome;
 
 /* One variable; its value reference is its place in `variables`. */
 typedef struct {
@@ -54,7 +54,7 @@ typedef struct {
     char hash[40];
     uint64_t size, check;
     int64_t count;
-    double start, seed;
+    double start, stop, seed;
     int64_t phase, touching, event, settled;
     double inputs[N_INPUTS], outputs[N_OUT], parameters[N_P], w[N_W];
 } State;
@@ -75,13 +75,18 @@ Unit *unit_create(const char *name, const char *token, bool logging, void *envir
 void unit_free(Unit *u);
 void unit_reset(Unit *u);
 Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...);
+bool unit_log(Unit *u, bool on, size_t n, const char *const categories[]);
+bool unit_exchanges(Unit *u, const char *function, bool exchange);
+bool unit_count(Unit *u, const char *function, size_t given, size_t wanted);
 
+bool unit_known(Unit *u, uint32_t reference);
 bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value);
 bool unit_set(Unit *u, uint32_t reference, Kind kind, double value);
 
-Outcome unit_start_at(Unit *u, double time);
+Outcome unit_run(Unit *u, double start, double stop);
 Outcome unit_set_time(Unit *u, double time);
-bool unit_set_states(Unit *u, const double x[], size_t n);
+Outcome unit_check_end(Unit *u, double time);
+bool unit_set_states(Unit *u, const double x[]);
 double unit_time(const Unit *u);
 Outcome unit_check_inputs(Unit *u);
 int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome);

@@ -19,10 +19,17 @@ static const Variable *find(Unit *u, uint32_t reference, Kind kind) {
     return &variables[reference];
 }
 
+/* Whether what a variable shows has been computed; if not, it is, as soon as there is an equilibrium to compute. */
+bool unit_known(Unit *u, uint32_t reference) {
+    if (u->s.phase != CREATED) return unit_refresh(u);
+    unit_fail(u, FAILED, "%s: is not known before initialisation; enter initialisation mode first", variables[reference].name);
+    return false;
+}
+
 bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value) {
     const Variable *v = find(u, reference, kind);
     if (!v) return false;
-    if ((v->store == OUTPUT || v->store == DERIVATIVE) && !unit_refresh(u)) return false;
+    if ((v->store == OUTPUT || v->store == DERIVATIVE) && !unit_known(u, reference)) return false;
     switch (v->store) {
         case TIME: *value = unit_time(u); return true;
         case INPUT: *value = u->s.inputs[v->index]; return true;

@@ -1,4 +1,4 @@
-"""Files in, records out: one reader per format, chosen by what the file begins with and then by its suffix.
+"""Readers of measured data, one per file format, chosen by the file's first bytes and its suffix.
 
 Nothing in a file is ever evaluated or unpickled. A reader gives a `Table` of columns; mapping and units come after.
 """
@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.dataset import validate
 from identification.errors import ReadError, SchemaError
+from identification.records.schema import validate
+from rotorsim.base.own_files import instead
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from identification.mapping import Mapping
-    from identification.table import Table
+    from identification.records.mapping import Mapping
+    from identification.records.table import Table
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
 _REFUSED = {
@@ -39,8 +40,8 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
     Parameters
     ----------
     path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, or a netCDF record of rotorsim
-    mapping : which column is which channel (see `identification.mapping`): TOML file or its tables; without one,
-        columns that are named like the schema's variables are taken
+    mapping : which column is which channel (see `identification.records.mapping`): TOML file or its tables; without
+        one, columns that are named like the schema's variables are taken
 
     Raises
     ------
@@ -58,9 +59,9 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 @np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that
 def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
     """As `read`, but time series come as they are, with their gaps and NaN."""
-    from identification.assemble import assemble, provenance
-    from identification.mapping import load_mapping
-    from identification.recognise import recognise
+    from identification.records.assemble import assemble, provenance
+    from identification.records.column_names import recognise
+    from identification.records.mapping import load_mapping
 
     path = _regular(path)
     mapped = load_mapping(mapping) if mapping is not None else None
@@ -116,6 +117,8 @@ def format_of(path: Path) -> str:
     if start.startswith(b"TDSm"):
         return "tdms"
     for magic, reason in _REFUSED.items():
+        if start.startswith(b"PK") and (ours := instead(path, "a record", "")):
+            raise ReadError(f"{path}: {ours}; give .csv, .mat, .uff, .tdms or .nc")
         if start.startswith(magic):
             raise ReadError(f"{path}: {reason}")
     if start.split(b"\n", 1)[0].strip() == b"-1":
@@ -126,7 +129,8 @@ def format_of(path: Path) -> str:
         return "csv"
     if path.suffix.lower() in (".nc", ".h5", ".hdf5", ".tdms", ".uff", ".unv"):
         raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
-    raise ReadError(f"{path}: unknown kind of file; give .csv, .mat, .uff, .tdms or a record .nc")
+    reason = instead(path, "a record", "") or "unknown kind of file"
+    raise ReadError(f"{path}: {reason}; give .csv, .mat, .uff, .tdms or a record .nc")
 
 
 def _record(path: Path, mapping: Mapping | None) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Text tables: comma with decimal point; semicolon, tab or spaces with point or comma; the numbers read by NumPy.
+"""CSV and text tables with decimal point or comma; comma, semicolon, tab or spaces as delimiter.
 
 The layout is found by `csv_layout`; every line below the heading must be a full row of numbers. An empty cell is a
 missing value. What is not a number is named with its line and column, and never interpreted.
@@ -14,7 +14,7 @@ import numpy as np
 
 from identification.errors import ReadError, quote
 from identification.readers.csv_layout import Layout, cells, find_layout, is_number
-from identification.table import MAX_VALUES, Column, Table, parse_header
+from identification.records.table import MAX_VALUES, Column, Table, parse_header
 
 SWAP = str.maketrans(",.", ".,")
 MAX_LINE = 1_000_000
@@ -22,7 +22,7 @@ MAX_LINE = 1_000_000
 
 
 def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
-    """Table of a text file; `file` may state delimiter and decimal sign (see `identification.mapping`)."""
+    """Table of a text file; `file` may state delimiter and decimal sign (see `identification.records.mapping`)."""
     try:
         layout = find_layout(path, file or {}, MAX_LINE)
         values = _numbers(path, layout, "decimal" in (file or {}))

@@ -1,4 +1,4 @@
-"""How a text table is laid out: delimiter, decimal sign, heading, units and the first line of numbers.
+"""Layout of a text table: delimiter, decimal sign, heading, units and the first line of numbers.
 
 The heading is the first line with as many cells as the first row of numbers; lines before it with fewer cells are a
 preamble, a line after it may hold units. A table may come without a heading: then columns go by their numbers.
@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TextIO
 
 from identification.errors import ReadError, quote
-from identification.table import MARK, MAX_NAME, split_name
-from identification.units import is_unit
+from identification.records.table import MARK, MAX_NAME, split_name
+from identification.records.units import is_unit
 
 MAX_COLUMNS, MAX_PREAMBLE = 1000, 500
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}

@@ -1,4 +1,6 @@
-"""HDF5 opened with care: nothing outside the file is followed, and no size is believed that the file cannot hold.
+"""Safe opening of HDF5 files: no links out of the file, no more data than the file can hold.
+
+A child process reads it first, because a damaged file can crash libhdf5 or keep it busy for ever.
 
 Links to other files, external and virtual datasets are refused, because a file must not make the reader open others.
 """
@@ -12,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError, quote
-from identification.table import MAX_VALUES
+from identification.records.table import MAX_VALUES
+from rotorsim.base.hdf5_check import check_hdf5
 
 MAX_OBJECTS = 10_000
 
@@ -22,6 +25,8 @@ def opened(path: Path) -> Iterator[Any]:
     """The file's root group, checked; raises ReadError if it is damaged or refers to anything outside."""
     import h5py
 
+    if wrong := check_hdf5(path):
+        raise ReadError(wrong)
     try:
         file = h5py.File(path, "r")
     except (OSError, ValueError, RuntimeError) as error:
@@ -46,7 +51,7 @@ def check(root: Any) -> None:
         for name in group:
             seen += 1
             if seen > MAX_OBJECTS:
-                raise ReadError(f"holds more than {MAX_OBJECTS} objects; it is no record")
+                raise ReadError(f"holds more than {MAX_OBJECTS} objects; it is not a record")
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise ReadError(f"{quote(name)} is a link; store the data itself in the file")
             item = group[name]

@@ -1,4 +1,4 @@
-"""MATLAB files of versions 5 to 7: numeric vectors, matrices with a row per sample; nothing else is loaded.
+"""MATLAB files of versions 5 to 7: numeric vectors and matrices with one row per sample.
 
 A matrix gives a column per column, `name_1`, `name_2` ...; one named like a variable of the schema over x and y gives
 `name_x`, `name_y`.
@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset import AXES, VARIABLES
 from identification.errors import ReadError, quote
 from identification.readers.mat_v5 import Variable, is_v5, text, values, variables
-from identification.table import MAX_VALUES, Column, Table, parse_header
+from identification.records.schema import AXES, VARIABLES
+from identification.records.table import MAX_VALUES, Column, Table, parse_header
 
 HEADER = "rotorsim_record"
 """Text variable with the header of a file that rotorsim wrote."""

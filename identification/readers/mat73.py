@@ -1,4 +1,4 @@
-"""MATLAB files of version 7.3, which are HDF5 with MATLAB's classes as attributes and matrices transposed."""
+"""MATLAB files of version 7.3 (HDF5 with MATLAB's class attributes and transposed matrices)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from identification.readers.hdf5 import opened
 from identification.readers.mat import HEADER, build, refusal
-from identification.table import Table
+from identification.records.table import Table
 
 _KINDS = {"function_handle": "function"}
 

@@ -1,4 +1,4 @@
-"""The layout of MATLAB v5 files, as far as arrays of numbers and texts go.
+"""Parser of MATLAB v5 files for numeric arrays and text.
 
 The file is 128 bytes of header and then elements, each a type, a size and, deflated or not, a matrix: flags (its
 class), dimensions, name, values. An opaque object has no dimensions. Own code, because scipy cannot list a file with

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ReadError, quote
-from identification.table import MAX_VALUES, Column, Table
+from identification.records.table import MAX_VALUES, Column, Table
 
 
 def read_tdms(path: Path) -> Table:

@@ -1,17 +1,16 @@
-"""Records and run-up vectors to files, each in one piece: the file is complete, or as it was before.
+"""Writers of records and run-up vectors; a file is replaced only once it is complete.
 
 What is written here `identification.read` reads back as the same Dataset.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from identification.dataset import named_axes, validate
 from identification.errors import SchemaError
+from identification.records.schema import named_axes, validate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,22 +23,13 @@ def save(record: xr.Dataset, path: str | Path) -> Path:
     ------
     SchemaError
         If the record does not fit the schema, the suffix is another, or the format cannot hold part of it.
-    OSError
+    WriteError
         If the file cannot be written; what was there stays.
     """
     path = Path(path)
     writer = _writer(path)
     record = named_axes(validate(record))
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        writer(record, part)
-        os.replace(part, path)
-    except OSError as error:
-        # h5py's own text is long and names the temporary file
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise OSError(error.errno, reason, str(path)) from error
-    finally:
-        part.unlink(missing_ok=True)
+    writer(record, path)
     return path
 
 

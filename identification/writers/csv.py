@@ -1,4 +1,4 @@
-"""CSV: two comment lines with header and provenance, names with units, then numbers that read back to the last bit."""
+"""CSV writer: header and provenance in two comment lines, names with units, numbers exact to the last bit."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.table import MARK
+from identification.records.table import MARK
 from identification.writers.flat import flat_columns, header
+from rotorsim.base.files import replacing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,7 @@ def write_csv(record: xr.Dataset, path: Path) -> None:
     lines = [f"# {MARK}, version 1", f"# {header(record)}"]
     lines.append(",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items()))
     values = [column for _, column in columns.values()]
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    with replacing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(lines) + "\n")
         for start in range(0, len(values[0]), ROWS):
             block = np.column_stack([column[start : start + ROWS] for column in values]).tolist()

@@ -1,4 +1,4 @@
-"""A record as plain columns and a header in JSON, for formats that know neither dimensions nor attributes."""
+"""Record as flat columns with a JSON header, for formats without dimensions and attributes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.dataset import known_variable
 from identification.errors import SchemaError
-from identification.vectors import VECTORS
+from identification.records.schema import known_variable
+from identification.records.vectors import VECTORS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +18,7 @@ _IMPLIED = ("units", "long_name")
 
 
 def flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    """Unit and values (n,) by the names that `identification.recognise` knows."""
+    """Unit and values (n,) by the names that `identification.records.column_names` knows."""
     return _vector_columns(record) if "speed" in record.dims else _series_columns(record)
 
 

@@ -1,4 +1,4 @@
-"""MATLAB v5: a column vector or a matrix with a row per sample for each variable, `units`, and the header as text."""
+"""MATLAB v5 writer: one vector or matrix per variable with a row per sample, units, header as text."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.readers.mat import HEADER, MAX_WIDTH
-from identification.vectors import VECTORS
+from identification.records.vectors import VECTORS
 from identification.writers.flat import flat_columns, header
+from rotorsim.base.files import replacing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +29,7 @@ def write_mat(record: xr.Dataset, path: Path) -> None:
             for label in record[record[name].dims[1]].values:
                 units[name] = units.pop(f"{name}_{label}")
             content[name] = np.hstack(parts)
-    with path.open("wb") as file:
+    with replacing(path) as part, part.open("wb") as file:
         savemat(file, {**content, "units": units, HEADER: header(record)}, long_field_names=True, do_compression=True)
 
 

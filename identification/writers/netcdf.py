@@ -1,4 +1,4 @@
-"""netCDF-4, the format in which rotorsim keeps records; it holds everything a Dataset holds."""
+"""netCDF-4 writer, the native format of records; keeps everything in a Dataset."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from identification.errors import SchemaError
+from rotorsim.base import netcdf as base
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,6 +15,6 @@ if TYPE_CHECKING:
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
     """Write a record or run-up vectors as netCDF-4."""
     try:
-        record.to_netcdf(path, engine="h5netcdf")
+        base.write_netcdf(path, record)
     except (TypeError, ValueError) as error:
         raise SchemaError(f"record: netCDF cannot hold part of it ({error}); drop or convert that") from error

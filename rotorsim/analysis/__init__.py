@@ -1,4 +1,4 @@
-"""The coupled machine without time simulation: maps over operating points, onsets, mode shapes, calibration."""
+"""Linear analyses of the coupled machine: operating maps, onsets, mode shapes, calibration."""
 
 from rotorsim.analysis.calibrate import Calibration, calibrate, judge
 from rotorsim.analysis.critical import critical_speeds
@@ -8,6 +8,7 @@ from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.point import Point, operating_point
 from rotorsim.analysis.safe import safe_region
 from rotorsim.analysis.targets import read_targets
+from rotorsim.analysis.varied import over_fields
 from rotorsim.analysis.whirl_onset import whirl_onset
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "mode_shapes",
     "operating_map",
     "operating_point",
+    "over_fields",
     "read_targets",
     "safe_region",
     "whirl_onset",

@@ -1,4 +1,4 @@
-"""Axes of a map: speeds, pressures, and any field of the machine file, from numbers or from text with units."""
+"""Axes of an operating map: speeds, pressures and any field of the machine file, from numbers or text with units."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from rotorsim.errors import DataError
 from rotorsim.machine.units import parse
+from rotorsim.machine.usual import ask
 
 NUMBER = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*$")
 MOST = 100_000
@@ -53,6 +54,8 @@ def read_axis(option: str, text: str, unit: str) -> np.ndarray:
         numbers = [float(parse(end, unit)) for end in ends]
     except ValueError as error:
         raise DataError(f"--{option}: {error}") from error
+    for number, end in zip(numbers, ends, strict=True):
+        ask(option, number, unit, end, "--")
     return checked(f"--{option} '{text}' in {unit}", np.linspace(numbers[0], numbers[1], count) if count else numbers)
 
 

@@ -1,4 +1,4 @@
-r"""Calibration: free numbers of a machine file, within bounds, fitted to measured or published figures.
+r"""Calibration of a machine file: free parameters within bounds, fitted to measured or published values.
 
 Least squares on (model - target) / tolerance over the fitted targets, parameters scaled to 0..1 between their bounds.
 With J the Jacobian at the end, the covariance of the scaled parameters is (J'J)^-1 (tolerances taken as standard
@@ -22,6 +22,7 @@ from scipy.optimize import least_squares
 
 from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
+from rotorsim.base.interrupt import heard
 from rotorsim.errors import DataError, NoLiftOffError, RotorsimError
 from rotorsim.machine.edit import with_values
 from rotorsim.machine.schema import Machine
@@ -30,6 +31,8 @@ from rotorsim.plant import Plant
 WEAK = 2.0
 STEP = 1e-3
 PULL = 1e-3
+COVERED = 0.5
+"""Least share of a target's range that a machine's range must be wide."""
 LOST = 30.0
 """Residual of every target where the machine is not lifted or not valid."""
 
@@ -81,9 +84,12 @@ class Calibration:
 
 
 def verdict(target: Target, ends: tuple[float, float]) -> str:
-    """'met' if both ends are within the tolerance, 'inside' if the range lies within the target's, else 'not met'."""
+    """'met' if both ends are within the tolerance, 'inside' if the range lies within the target's, else 'not met'.
+
+    Neither holds for a range less than `COVERED` as wide as the target's: a machine that hardly varies is not the rig.
+    """
     low, high = ends
-    if not np.isfinite([low, high]).all():
+    if not np.isfinite([low, high]).all() or high - low < COVERED * (target.high - target.low):
         return "not met"
     if abs(low - target.low) <= target.tolerance and abs(high - target.high) <= target.tolerance:
         return "met"
@@ -118,6 +124,7 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told |
                             bounds=(0, 1), max_nfev=passes, xtol=1e-6, ftol=1e-6)  # fmt: skip
         ended = "complete"
     except KeyboardInterrupt:
+        heard()
         ended = "interrupted"
     return _outcome(state, targets, before, first, state.best if ended == "interrupted" else fit.x, ended)
 

@@ -1,4 +1,4 @@
-"""Critical speeds of the coupled machine: where an order of the speed meets a natural frequency."""
+"""Critical speeds of the coupled machine: crossings of an order line with a natural frequency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures a target can name, read from an operating point; frequencies and dampings by the axis their mode moves."""
+"""Scalar results of an operating point as calibration targets; modes assigned to x or y by their motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names, units and dimensions of what a map holds."""
+"""Variable names, units and dimensions of an operating map."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.analysis.axes import Field
+from rotorsim.analysis.varied import labelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +41,7 @@ def coordinates(
     fields: Sequence[Field], speeds: np.ndarray, pressures: np.ndarray, at: Sequence[str]
 ) -> dict[str, tuple[str, Any, dict[str, str]]]:
     """Coordinates of a map."""
-    found = {f.name: (f.name, list(f.numbers), {"units": f.unit or "1", "long_name": f.path}) for f in fields}
+    found = {f.name: (f.name, list(f.numbers), labelled(f)) for f in fields}
     return found | {
         "pressure": ("pressure", pressures, {"units": "Pa", "long_name": "supply pressure, gauge"}),
         "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),

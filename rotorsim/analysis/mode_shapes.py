@@ -1,4 +1,4 @@
-"""Mode shapes of the coupled machine along its shaft, for drawing: complex displacements of every node."""
+"""Mode shapes of the coupled machine along its shaft: complex displacements of every node."""
 
 from __future__ import annotations
 

@@ -1,18 +1,20 @@
-"""The map: every operating point of a grid of speed, pressure and fields of the machine file, as one Dataset."""
+"""Operating map: equilibrium, modes, gains and film coefficients over speed, pressure and machine fields."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rotorsim.analysis import labels
 from rotorsim.analysis.axes import MOST, Field, checked
 from rotorsim.analysis.point import AT, MODES, numbers
+from rotorsim.analysis.varied import with_fields
 from rotorsim.analysis.workers import spread, useful
+from rotorsim.base.interrupt import heard
 from rotorsim.errors import DataError
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
@@ -48,7 +50,8 @@ def operating_map(
     Returns
     -------
     Dataset over (fields..., pressure, speed); NaN and `lifted` = 0 where the film does not carry the rotor. After an
-    interrupt `ended` is "interrupted" and `done` is 0 where nothing was computed.
+    interrupt `ended` is "interrupted" and `done` is 0 where nothing was computed; before the first row of points an
+    interrupt is raised as KeyboardInterrupt.
 
     Raises
     ------
@@ -60,7 +63,7 @@ def operating_map(
     shape = (*(len(f.values) for f in fields), len(pressures), len(speeds))
     if np.prod(shape) > MOST:
         raise DataError(f"map: {np.prod(shape)} points; at most {MOST} are computed, take a coarser grid")
-    machines = [_varied(plant.machine, fields, values) for values in product(*(f.values for f in fields))]
+    machines = [with_fields(plant.machine, fields, values) for values in product(*(f.values for f in fields))]
     jobs = [(m.text, speeds, p, frequencies) for m in machines for p in pressures]
     total, done, ended = int(np.prod(shape)), 0, "complete"
     rows: dict[int, list[dict[str, np.ndarray]]] = {}
@@ -71,6 +74,9 @@ def operating_map(
             if told:
                 told(done, total)
     except KeyboardInterrupt:
+        if not rows:
+            raise
+        heard()
         ended = "interrupted"
     tables = _tables(rows, len(jobs), shape)
     coords = labels.coordinates(fields, speeds, pressures, AT if frequencies is None else _names(frequencies))
@@ -83,12 +89,6 @@ def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | N
         raise DataError(f"map: pressure {pressures[0]:g} Pa gauge is below vacuum; give more than {-ambient:g} Pa")
     if frequencies is not None and (not len(frequencies) or not np.all(np.isfinite(frequencies))):
         raise DataError("map: the whirl frequencies are empty or not finite; give numbers in rad/s")
-
-
-def _varied(machine: Machine, fields: Sequence[Field], values: Sequence[Any]) -> Machine:
-    for field, value in zip(fields, values, strict=True):
-        machine = machine.replace(field.path, value)
-    return machine
 
 
 @lru_cache(maxsize=2)

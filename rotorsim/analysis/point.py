@@ -1,4 +1,4 @@
-"""One operating point: where the machine rests, how it vibrates, what the pins do, what the film is."""
+"""Analysis of one operating point: equilibrium, modes, static gains, delays, film coefficients."""
 
 from __future__ import annotations
 

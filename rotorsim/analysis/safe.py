@@ -1,4 +1,4 @@
-"""Which operating points are safe: carried by the film, stable, not within 15 % of a critical speed (the thesis)."""
+"""Safe operating region: lifted, stable, and at least 15 % away from a critical speed (thesis)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.analysis.critical import MODES, interpolated
+from rotorsim.base.rounding import DAMPED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +25,7 @@ def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
     critical = np.apply_along_axis(lambda row: interpolated(speeds, row), -1, wn)
     with np.errstate(invalid="ignore"):
         near = np.abs(speeds / critical[..., None] - 1) < margin
-        stable = found["zeta_least"].transpose(*order, "speed").values > 0
+        stable = found["zeta_least"].transpose(*order, "speed").values > DAMPED
     lifted = found["lifted"].transpose(*order, "speed").values == 1
     safe = lifted & stable & ~near.any(axis=-2)
     text = f"lifted, stable and not within {100 * margin:g} % of a critical speed"

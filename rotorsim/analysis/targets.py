@@ -1,4 +1,4 @@
-"""Targets of a calibration, from a TOML file: free parameters with bounds, operating points, what was measured.
+"""Calibration targets from a TOML file: free parameters with bounds, operating points, measured values.
 
 A parameter is one number; `fields` are what depends on it, each scale * value + offset. A target is either a range, the
 smallest and the largest value over all operating points (`low`, `high`), or a `value` at one speed and pressure.
@@ -16,6 +16,7 @@ import numpy as np
 
 from rotorsim.analysis.axes import NUMBER, checked
 from rotorsim.analysis.figures import UNITS
+from rotorsim.base.own_files import instead
 from rotorsim.errors import DataError
 from rotorsim.machine.units import parse
 
@@ -78,11 +79,13 @@ def read_targets(path: str | Path) -> Targets:
     try:
         told = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: is no TOML file ({error}); correct it") from error
+        reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
+        raise DataError(f"{path}: {reason}; correct it") from error
     try:
         return _targets(told, str(file.stem))
     except DataError as error:
-        raise DataError(f"{path}: {error}") from error
+        ours = instead(file, "targets", "a file of targets")
+        raise DataError(f"{path}: {ours}; give a file of targets" if ours else f"{path}: {error}") from error
 
 
 def shipped() -> dict[str, Path]:
@@ -176,7 +179,7 @@ def split(where: str, value: Any) -> tuple[float, str]:
         return float(value), ""
     match = NUMBER.match(value) if isinstance(value, str) else None
     if not match or not match[2]:
-        raise DataError(f"{where}: {value!r} is no number with a unit and no pure number")
+        raise DataError(f"{where}: {value!r} is neither a number with a unit nor a pure number")
     return float(match[1]), match[2]
 
 

@@ -1,14 +1,14 @@
-"""Whirl onset: the lowest speed at which a mode of film and rotor is no longer damped, at each supply pressure."""
+"""Whirl onset over supply pressure: lowest speed at which a mode of film and rotor loses its damping."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 
 from rotorsim.analysis.axes import checked
+from rotorsim.base.rounding import DAMPED, falls_below_zero
 from rotorsim.errors import DataError, NoLiftOffError
 from rotorsim.plant import Plant
 
@@ -45,23 +45,39 @@ def whirl_onset(
 
 
 def _at(plant: Plant, pressure: float, highest: float, step: float) -> tuple[float, float]:
-    low = None
-    for speed in np.arange(0.0, highest + step / 2, step):
+    def zeta(speed: float) -> float:
         try:
-            zeta = least(plant, float(speed), pressure)[0]
+            return least(plant, speed, pressure)[0]
         except NoLiftOffError:
-            continue
-        if zeta < 0:
-            if low is None:
-                return float(speed), least(plant, float(speed), pressure)[1]
-            onset = brentq(lambda s: least(plant, s, pressure)[0], low, float(speed), xtol=1e-6, rtol=1e-8)
-            return float(onset), least(plant, float(onset), pressure)[1]
-        low = float(speed)
-    return float("nan"), float("nan")
+            return float("nan")
+
+    onset = first_growth(zeta, np.arange(0.0, highest + step / 2, step))
+    return (onset, least(plant, onset, pressure)[1]) if np.isfinite(onset) else (onset, onset)
+
+
+def first_growth(zeta: Callable[[float], float], speeds: np.ndarray) -> float:
+    """Lowest speed at which a damping ratio (NaN: not carried) is negative by more than rounding; NaN where none is.
+
+    Between the first such one of the speeds (n,) and the one before it, or at it where the rotor is not carried before.
+    """
+
+    def margin(speed: float) -> float:
+        value = zeta(speed)
+        return 1.0 if np.isnan(value) else value + DAMPED
+
+    low = float("nan")
+    for speed in speeds.tolist():
+        value = zeta(speed)
+        if value < -DAMPED:
+            return speed if np.isnan(low) else falls_below_zero(margin, low, speed, xtol=1e-6, rtol=1e-8)
+        low = float("nan") if np.isnan(value) else speed
+    return float("nan")
 
 
 def least(plant: Plant, speed: float, pressure: float) -> tuple[float, float]:
-    """Least damping ratio of the modes near the first critical speeds, and that mode's frequency [rad/s]."""
+    """Least damping ratio of the modes near the first critical speeds (inf: none oscillates), its frequency [rad/s]."""
     model = plant.linearise(speed, pressure)
+    if not model.zeta.size:
+        return float("inf"), float("nan")
     k = int(model.zeta.argmin())
     return float(model.zeta[k]), float(model.wn[k])

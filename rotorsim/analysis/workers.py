@@ -1,4 +1,4 @@
-"""Pure jobs on several processes, results as they come; on one process without any of that."""
+"""Parallel map over processes, results in the order of completion; serial for one process."""
 
 from __future__ import annotations
 

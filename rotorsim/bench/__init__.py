@@ -1,1 +1,1 @@
-"""Figures this software is held to, measured here and now: speed, accuracy, the rig against its references."""
+"""Benchmarks: speed, accuracy and the shipped rig against its references, measured on this computer."""

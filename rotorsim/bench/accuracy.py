@@ -1,4 +1,4 @@
-"""How exact the plant is: the rig against its reference calibration, the grid, free decay, mass."""
+"""Accuracy of the plant: reference calibration, grid convergence, free decay, mass balance."""
 
 from __future__ import annotations
 

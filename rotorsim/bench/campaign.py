@@ -1,4 +1,4 @@
-"""What a campaign costs beside its simulations: workers that share the load, overhead per case, very many cases."""
+"""Cost of campaigns: parallel efficiency, overhead per case, memory with very many cases."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from rotorsim.bench.result import Figure
-from rotorsim.campaign.collecting import collect
-from rotorsim.campaign.plan import Plan, load_plan
-from rotorsim.campaign.reading import make_plan
+from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.plan.plan import Plan, load_plan
 from rotorsim.campaign.run import Outcome, Settings, run_campaign
-from rotorsim.campaign.store import open_store
+from rotorsim.campaign.store.collect import collect
+from rotorsim.campaign.store.store import open_store
 
 REAL = """
 machine = "dtu_gas_bearing"

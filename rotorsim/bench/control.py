@@ -1,4 +1,4 @@
-"""How fast controllers are: a law's step and refresh, H-infinity, a hundred H2 designs, the LPV synthesis.
+"""Speed of control laws and designs: sample and refresh times, H-infinity, a hundred H2 designs, LPV synthesis.
 
 Designs are made on Model 2 of the shipped rig, identified from the thesis' campaign, which lies beside this file.
 """
@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from identification.lpv import LpvModel
+from identification.lpv.model import LpvModel
 from rotorsim.bench.result import Figure
-from rotorsim.control import Law, h2_scheduled, lpv
-from rotorsim.control.loops import sweep
-from rotorsim.control.mixed import Weights, mixed_sensitivity
-from rotorsim.control.plants import KRPM, design_plant
-from rotorsim.control.riccati import solve
+from rotorsim.control import Law
+from rotorsim.control.designs import h2_scheduled, lpv
+from rotorsim.control.designs.mixed import Weights, mixed_sensitivity
+from rotorsim.control.designs.plants import KRPM, design_plant
+from rotorsim.control.loop.sampled_loop import sweep
+from rotorsim.control.numerics.gamma import solve
 from rotorsim.control.runtime.kernels import refresh, steps
 
 SAMPLES = 20_000

@@ -1,4 +1,4 @@
-"""How large a hidden effect must be to be seen at all: its signature after re-calibration against the floor.
+"""Detection limits of a diagnosis: smallest size of each effect that rises above the noise floor.
 
 A size is detectable whose projected signature makes a chi-square of 50 in the records to fit of a machine in which
 nothing is hidden. What is smaller can only be met with silence; flags want two to five times as much.
@@ -11,14 +11,14 @@ from math import inf, sqrt
 
 import numpy as np
 
-from rotorsim.discrepancy.calibrate import recalibrate, renewed
-from rotorsim.discrepancy.candidates import candidates
-from rotorsim.discrepancy.comparison import Comparison
-from rotorsim.discrepancy.hidden import Truth, hide
-from rotorsim.discrepancy.intake import make_trials, open_records
-from rotorsim.discrepancy.projection import Screen, screen
-from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.workflow import Workshop
+from rotorsim.discrepancy.blind_test.hide import Truth, hide
+from rotorsim.discrepancy.data.intake import make_trials, open_records
+from rotorsim.discrepancy.diagnosis import Workshop
+from rotorsim.discrepancy.fit.calibrate import recalibrate, renewed
+from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.search.projection import Screen, screen
+from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine
 
 CHI2 = 50.0
@@ -37,7 +37,7 @@ class Detectable:
         records = hide(machine, (), seed, twin=truth_plant, tiled=True)
         trials = [t for t in make_trials(machine, open_records(records, None), None) if t.role == "fit"]
         comparison = Comparison(workshop.twin, trials, threads=1)
-        base = renewed(comparison, recalibrate(comparison, workshop.fine, law=workshop.law).fit)
+        base = renewed(comparison, recalibrate(comparison, workshop.fine, law=workshop.law))
         base = replace(base, J=comparison.jacobian(base.point, base.knobs))
         forms, here = candidates(workshop.twin), comparison.predict(base.point)
         columns = [comparison.jacobian(base.point.holding(f.fixed), f.knobs, here) for f in forms]

@@ -1,4 +1,4 @@
-"""How often a diagnosis is right, on machines in which something is hidden: `rotorsim bench diagnose`.
+"""Success rate of diagnoses on machines with hidden effects: `rotorsim bench diagnose`.
 
 Cases are drawn in turn from kinds: nothing hidden, one effect, two, something that the catalogue does not have, an
 effect that is taken out of the candidates, an undisclosed error of the injectors' law, and noise three times as high.
@@ -10,23 +10,24 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rotorsim.base.files import write_text
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.hidden_case import KINDS, hidden_case
 from rotorsim.bench.verdicts import Case, judged, within
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.candidates import candidates
-from rotorsim.discrepancy.gap import reduction
-from rotorsim.discrepancy.hidden import truth_twin
-from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.workflow import Workshop
-from rotorsim.errors import RotorsimError
+from rotorsim.discrepancy.blind_test.hide import truth_twin
+from rotorsim.discrepancy.diagnosis import Workshop
+from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.errors import DataError, RotorsimError
 from rotorsim.machine import Machine, load_machine
 
 REPORTING = 100_000
@@ -63,19 +64,44 @@ def run_case(
 
 
 def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing") -> Iterator[Case]:
-    """Cases from seed on; those in the file `path` already are not run again, new ones are appended."""
+    """Cases from seed on; those in the file `path` already are not run again, new ones are added to it.
+
+    Raises
+    ------
+    DataError
+        If the file holds something else.
+    WriteError
+        If it cannot be written.
+    """
+    done = kept_cases(path)
     loaded = load_machine(machine)
     truth_plant, workshop = replace(truth_twin(loaded), step=STEP), Workshop.of(loaded)
     seen = Detectable.of(loaded, truth_plant, workshop)
+    for number in range(seed, seed + count):
+        if number not in done:
+            done[number] = run_case(number, loaded, truth_plant, workshop, seen)
+            keep(done.values(), path)
+        yield done[number]
+
+
+def keep(found: Iterable[Case], path: Path | None) -> None:
+    """Write cases, a line each, all in one step; raises WriteError."""
+    if path is not None:
+        write_text(path, "".join(json.dumps(asdict(case)) + "\n" for case in found))
+
+
+def kept_cases(path: Path | None) -> dict[int, Case]:
+    """Cases by number that are in a file already."""
+    if path is None or not path.exists():
+        return {}
     done: dict[int, Case] = {}
-    if path is not None and path.exists():
-        for line in path.read_text(encoding="utf-8").splitlines():
+    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+        try:
             told: dict[str, Any] = json.loads(line)
             told["hidden"], told["named"] = tuple(told["hidden"]), tuple(told["named"])
             done[told["number"]] = Case(**told)
-    for number in range(seed, seed + count):
-        case = done.get(number) or run_case(number, loaded, truth_plant, workshop, seen)
-        if path is not None and number not in done:
-            with path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(case)) + "\n")
-        yield case
+        except (ValueError, KeyError, TypeError) as error:
+            raise DataError(
+                f"{path}: line {number} is not a case of 'rotorsim bench diagnose'; name another file"
+            ) from error
+    return done

@@ -1,4 +1,4 @@
-"""What is hidden in a case of the benchmark of diagnoses: kinds, effects, disturbances, and the records of it."""
+"""Test cases of the diagnosis benchmark: hidden effects, disturbances and their records."""
 
 from __future__ import annotations
 
@@ -10,19 +10,18 @@ from typing import Any
 import numpy as np
 
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.candidates import candidates
-from rotorsim.discrepancy.design import Planned
-from rotorsim.discrepancy.hidden import Truth, draw
-from rotorsim.discrepancy.knobs import REFERENCE_PRESSURE, Knob
-from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.blind_test.design import Planned
+from rotorsim.discrepancy.blind_test.hide import Truth, draw
+from rotorsim.discrepancy.fit.calibration import flow_key
+from rotorsim.discrepancy.fit.parameters import REFERENCE_PRESSURE, Knob
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.effects import REGISTRY
 from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 
 KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")
 """What cases are, in turn."""
-UNSEEN = ("creep", "slip", "viscosity", "torque_ripple", "rub", "base_vibration", "unbalance", "supply_droop")
-"""Effects that are not drawn: undetectable on this rig with an excitation that has no mean, shape parameters that a
-draw does not vary, or (a droop of the supply) told by the records' own gauge, which sits at the injectors."""
 MOST_DRAWS, AGAIN = 20, 10_000_000
 """How often a machine is drawn, and what lies between the seeds."""
 
@@ -62,9 +61,9 @@ class Bent(Knob):
         return float(((pressure / REFERENCE_PRESSURE) ** self.power - 1) / (2**self.power - 1))
 
 
-def law_error(truth: Truth, rng: np.random.Generator) -> Truth:
+def law_error(truth: Truth, twin: Twin, rng: np.random.Generator) -> Truth:
     """Another pressure law of the pins: 5 % more or less flow when the pressure doubles, by some power of it."""
-    knob = Bent("discharge_drift.0.drift", 0.02, trend="pressure", power=float(rng.choice([-1.0, 0.5, 2.0])))
+    knob = Bent(flow_key(twin), 0.02, trend="pressure", power=float(rng.choice([-1.0, 0.5, 2.0])))
     values = {**truth.point.values, knob: float(rng.choice([-0.05, 0.05]))}
     return replace(truth, point=replace(truth.point, values=values))
 
@@ -72,7 +71,7 @@ def law_error(truth: Truth, rng: np.random.Generator) -> Truth:
 def hidden_case(number: int, kind: str, machine: Machine, truth_plant: Twin) -> tuple[list[str], Truth, list[Any]]:
     """Effects, truth and records of a case; a machine that does not lift off is drawn again."""
     rng = np.random.default_rng([number, 11])
-    pool = sorted({f.key for f in candidates(truth_plant) if f.effect not in UNSEEN})
+    pool = sorted({f.key for f in candidates(truth_plant) if REGISTRY[f.effect].in_benchmark})
     count = {"single": 1, "left_out": 1, "pair": 2}.get(kind, 0)
     for attempt in range(MOST_DRAWS):
         seed = number + attempt * AGAIN
@@ -80,7 +79,7 @@ def hidden_case(number: int, kind: str, machine: Machine, truth_plant: Twin) -> 
         truth = draw(truth_plant, picked, seed)
         disturb = foreign(int(rng.integers(5))) if kind == "foreign" else None
         if kind == "law":
-            truth = law_error(truth, rng)
+            truth = law_error(truth, truth_plant, rng)
         if kind == "noise":
             values = {**truth.point.values, Knob("noise.0.sigma", 1e-7): 0.66e-6}
             truth = replace(truth, point=replace(truth.point, values=values))

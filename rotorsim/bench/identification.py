@@ -1,4 +1,4 @@
-"""Identification: time, exactness of sensitivities, truth inside the class, starts far off, a public package beside.
+"""Benchmark of identification: time, sensitivities, parameter errors, poor start values, comparison with nfoursid.
 
 The data come from models inside the class, so that the truth is known; on the rig `rotorsim study` measures.
 """
@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import identification as idn
-from identification.fit import GreyBox, Problem
-from identification.greybox import STRUCTURES, modes
+from identification.local.fit import GreyBox, Problem
+from identification.local.greybox import STRUCTURES, modes
 from rotorsim.bench.result import Figure
 
 TRUTH = np.array(
@@ -28,7 +28,6 @@ SEEDS, STARTS = 200, 100
 """Number of records and of starts."""
 SHORT = 1.4
 """Length of the record for the comparison with another package [s]."""
-RAW = idn.Prefilter(median=1)
 
 
 def record(
@@ -108,7 +107,7 @@ def truth() -> Iterator[Figure]:
     wn, zeta = modes(TRUTH)
     frequency, damping, outside = [], [], []
     for seed in range(SEEDS):
-        found = idn.identify(record(seed), settings=RAW)
+        found = idn.identify(record(seed))
         frequency.append(np.abs(found.wn / wn - 1).max())
         damping.append(np.abs(found.zeta / zeta - 1).max())
         z = [(v - t) / sd for (v, sd), t in zip(found.parameters.values(), TRUTH, strict=True)]

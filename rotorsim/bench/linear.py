@@ -1,4 +1,4 @@
-"""Linear analyses: time of an operating point and of maps, and agreement with the nonlinear plant."""
+"""Benchmark of linear analyses: time of operating points and maps, agreement with the nonlinear plant."""
 
 from __future__ import annotations
 

@@ -1,10 +1,11 @@
-"""What `rotorsim bench` can measure: the jobs of each part, imported only when they are asked for."""
+"""Parts of `rotorsim bench` and the functions of each, imported on demand."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -18,6 +19,16 @@ class Part:
     usual: tuple[str, ...]
     cold: tuple[str, ...] = ()
     full: tuple[str, ...] = ()
+    needs: str = ""
+    """A package of an extra without which nothing of it runs."""
+
+    def lacks(self) -> str:
+        """What is to be installed; empty if all is there."""
+        try:
+            there = not self.needs or find_spec(self.needs) is not None
+        except ValueError:  # an import that is blocked
+            there = False
+        return "" if there else self.needs
 
     def jobs(self, cold: bool, full: bool) -> list[Callable[[], Iterable[Figure]]]:
         """The functions, each yielding figures."""
@@ -49,7 +60,7 @@ PARTS: dict[str, Part] = {
         ),
     ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
-    "fmu": Part(("unit.unit",), cold=("unit.export_cold",)),
+    "fmu": Part(("unit.unit",), cold=("unit.export_cold",), needs="fmpy"),
     "control": Part(("control.runtime", "control.designs"), full=("control.synthesis",)),
     "rig": Part(()),
 }

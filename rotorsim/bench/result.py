@@ -1,4 +1,4 @@
-"""One measured figure beside what it should reach."""
+"""Result of a benchmark: measured figure, unit and bound."""
 
 from __future__ import annotations
 

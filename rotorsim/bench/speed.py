@@ -1,4 +1,4 @@
-"""How fast the plant is: time per coupled step, whole run-up, equilibrium, start of the program."""
+"""Speed of the plant: time per coupled step, full run-up, equilibrium, import and first compilation."""
 
 from __future__ import annotations
 

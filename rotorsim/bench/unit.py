@@ -1,4 +1,4 @@
-"""How fast the exported unit is beside the plant in Python, how soon it is ready, how large it is."""
+"""Speed of the exported FMU against the Python plant, export time and file size."""
 
 from __future__ import annotations
 

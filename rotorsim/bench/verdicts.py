@@ -1,4 +1,4 @@
-"""Verdicts of the benchmark of diagnoses: what counts as right or wrong, and the rates beside their bounds."""
+"""Verdicts on the cases of the diagnosis benchmark, and their rates with bounds."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from rotorsim.bench.hidden_case import KINDS
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.classes import class_of
-from rotorsim.discrepancy.hidden import Truth
-from rotorsim.discrepancy.knobs import contributions, setting
-from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.blind_test.hide import Truth
+from rotorsim.discrepancy.fit.parameters import contributions, setting
+from rotorsim.discrepancy.search.indistinguishable import class_of
+from rotorsim.discrepancy.twin.twin import Twin
 
 INJECTOR = " of injector "
 ABOVE = 2.2

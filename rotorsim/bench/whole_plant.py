@@ -1,4 +1,4 @@
-"""How fast the whole virtual rig is: film, plena, rotor, four piezos with PD loops, sensors with noise, effects."""
+"""Speed of the complete rig: film, plena, rotor, four piezos with PD loops, sensor noise, effects."""
 
 from __future__ import annotations
 

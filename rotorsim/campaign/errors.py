@@ -1,4 +1,4 @@
-"""What can go wrong with a campaign; one sentence each: thing, value, limit, way out."""
+"""Errors of campaigns: one sentence with plan or store, value, limit and remedy."""
 
 from __future__ import annotations
 

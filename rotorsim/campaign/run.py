@@ -1,8 +1,9 @@
-"""Runs a campaign: what is neither done nor failed goes to the workers, rows come back into the index."""
+"""Execution of a campaign: pending cases go to the workers, their results into the index."""
 
 from __future__ import annotations
 
 import logging
+import signal
 import time
 import uuid
 from collections.abc import Iterator
@@ -12,15 +13,16 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rotorsim.campaign.cluster import Tls, check_workers, cluster, free_workers
+from rotorsim.base.files import write_text
+from rotorsim.base.interrupt import Interrupt
 from rotorsim.campaign.errors import ClusterError, StoreError
-from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
-from rotorsim.campaign.plan import Plan
-from rotorsim.campaign.pump import Pump
-from rotorsim.campaign.show import Rate, bar, update
-from rotorsim.campaign.stopping import Stop
-from rotorsim.campaign.store import Store, clear_parts, make_store, parts_folder
-from rotorsim.campaign.versions import mismatch, versions
+from rotorsim.campaign.plan.plan import Plan
+from rotorsim.campaign.progress import Rate, bar, update
+from rotorsim.campaign.store.index import DONE, FAILED, PENDING, Index
+from rotorsim.campaign.store.store import Store, clear_parts, make_store, parts_folder
+from rotorsim.campaign.store.versions import mismatch, versions
+from rotorsim.campaign.workers.cluster import Tls, check_workers, cluster, free_workers
+from rotorsim.campaign.workers.scheduler import Pump
 
 COMMIT = 1.0
 """Time [s] between two writes of the index."""
@@ -30,7 +32,7 @@ TELL = 30.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """How many cases have which status, how many were run now, in what time [s]; the signal that stopped it or 0.
+    """Outcome of a campaign run: cases by status, cases run now, time [s], stopping signal or 0.
 
     `busy` [s] is the time from the first case that came back to the last: without start and compilation.
     """
@@ -46,7 +48,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Settings:
-    """How a campaign is run; none of it changes a result.
+    """Settings of a campaign run that do not affect its results.
 
     `mixed` lets versions differ from those the store was begun with; `physics` is 'stub' where only the machinery is
     measured.
@@ -62,7 +64,7 @@ class Settings:
 
 
 def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> Outcome:
-    """Run what is left of a plan in the store `folder`, which is made if it is not there.
+    """Run the remaining cases of a plan in the store `folder`, which is created if missing.
 
     Raises
     ------
@@ -80,8 +82,8 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
 
 
 def retry(folder: Path, settings: Settings | None = None) -> Outcome:
-    """Run the failed cases of a store again, and what is left."""
-    from rotorsim.campaign.store import open_store
+    """Run the failed and the remaining cases of a store."""
+    from rotorsim.campaign.store.store import open_store
 
     store = open_store(folder.absolute())
     with store.locked(), _open(store) as index:
@@ -115,7 +117,7 @@ def _repair(store: Store, index: Index) -> None:
 
 
 class Campaign:
-    """One run over what is pending in a store."""
+    """Run of all pending cases of a store."""
 
     def __init__(self, store: Store, index: Index, settings: Settings) -> None:
         self.store, self.index, self.settings = store, index, settings
@@ -131,7 +133,7 @@ class Campaign:
         begin, numbers = time.monotonic(), self.index.pending()
         log.info("%s: %d of %d cases to run", self.store.plan.name, len(numbers), len(self.store.plan))
         with ExitStack() as stack:
-            stop = stack.enter_context(Stop())
+            stop = stack.enter_context(Interrupt(signal.SIGINT, signal.SIGTERM))
             try:
                 if numbers:
                     self._run(numbers, stop)
@@ -149,7 +151,7 @@ class Campaign:
         counts, seconds = self.counts, time.monotonic() - begin
         return Outcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, seconds, stop.asked, self.busy)
 
-    def _run(self, numbers: list[int], stop: Stop) -> None:
+    def _run(self, numbers: list[int], stop: Interrupt) -> None:
         chosen = self.settings
         with (
             _token(parts_folder(self.store.folder) / self._id) as token,
@@ -162,7 +164,7 @@ class Campaign:
             finally:
                 free_workers(client, self._id)
 
-    def _loop(self, pump: Pump, waiting: Iterator[int], stop: Stop, progress: Any) -> None:
+    def _loop(self, pump: Pump, waiting: Iterator[int], stop: Interrupt, progress: Any) -> None:
         rate, written, told = Rate(), time.monotonic(), time.monotonic()
         begin, more = 0.0, True
         while (more or len(pump)) and not stop.asked:
@@ -222,17 +224,24 @@ log = logging.getLogger("rotorsim.campaign")
 @contextmanager
 def _token(path: Path) -> Iterator[str]:
     """A file by which workers show that they see the store; its name."""
-    path.write_text(path.name)
+    write_text(path, path.name)
     try:
         yield path.name
     finally:
         path.unlink(missing_ok=True)
 
 
+class _Log(logging.FileHandler):
+    """A log that leaves out what cannot be written; logging itself would print a traceback for each line."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Do nothing."""
+
+
 @contextmanager
 def _logging(folder: Path) -> Iterator[None]:
-    """Write what happens into the store's log."""
-    handler = logging.FileHandler(folder / "campaign.log", encoding="utf-8", delay=True)
+    """Write what happens into the store's log, as long as the disk takes it."""
+    handler = _Log(folder / "campaign.log", encoding="utf-8", delay=True)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)
     log.setLevel(logging.INFO)

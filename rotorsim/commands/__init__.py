@@ -1,1 +1,1 @@
-"""The commands of the command line, one module each; heavy imports wait until a command runs."""
+"""Commands of the command line, one module each; heavy imports are deferred until a command runs."""

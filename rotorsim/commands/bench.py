@@ -1,4 +1,4 @@
-"""`rotorsim bench`: the figures this software is held to, measured here and now."""
+"""`rotorsim bench`: speed and accuracy of the installed software, measured on this computer."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotorsim.bench.parts import PARTS
+from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.bench.result import Figure
@@ -48,7 +49,7 @@ def bench(
 
 
 def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
-    chosen = [PARTS[name] for name in PARTS if part in (None, name)]
+    chosen = [PARTS[name] for name in PARTS if part in (None, name) and _possible(name, part is not None)]
     jobs = [job for each in chosen for job in each.jobs(cold, full)]
     figures = []
     for job in jobs:
@@ -58,17 +59,30 @@ def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
     return figures
 
 
+def _possible(name: str, asked: bool) -> bool:
+    """Whether what a part needs is installed, before anything is measured; raises DataError for one asked for."""
+    from rotorsim.errors import DataError
+
+    lacks = PARTS[name].lacks()
+    if lacks and asked:
+        raise DataError(f"bench {name}: needs {lacks}; 'pip install rotorsim[{name}]'")
+    if lacks:
+        print(f"left out: {name}, which needs {lacks}; 'pip install rotorsim[{name}]'", file=sys.stderr)
+    return not lacks
+
+
 def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
     """Hidden cases one after another, then the table and the rates."""
     from rotorsim.bench.diagnose import cases
     from rotorsim.bench.verdicts import confusion, figures
 
     found = []
-    for case in cases(count, seed, keep):
-        found.append(case)
-        hidden, said = ", ".join(case.hidden) or case.kind, ", ".join(case.named)
-        text = f"{case.number} {case.kind}: {hidden} -> {case.status} {said}: {case.verdict}, {case.seconds:.0f} s"
-        print(text, file=sys.stderr, flush=True)
+    with files(*([keep] if keep else []), force=True, another="--keep"):
+        for case in cases(count, seed, keep):
+            found.append(case)
+            hidden, said = ", ".join(case.hidden) or case.kind, ", ".join(case.named)
+            text = f"{case.number} {case.kind}: {hidden} -> {case.status} {said}: {case.verdict}, {case.seconds:.0f} s"
+            print(text, file=sys.stderr, flush=True)
     rates = list(figures(found))
     if as_json:
         told = {"cases": [asdict(c) for c in found], "figures": [asdict(f) | {"met": f.met} for f in rates]}

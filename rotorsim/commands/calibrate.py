@@ -1,4 +1,4 @@
-"""`rotorsim machine calibrate`: free numbers of a machine file fitted to figures, with what they are worth."""
+"""`rotorsim machine calibrate`: machine-file parameters fitted to measured values, with standard deviations."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.analysis.calibrate import Calibration
@@ -32,19 +34,17 @@ def calibrate_command(
     """
     from rotorsim.analysis import calibrate, read_targets
     from rotorsim.commands.options import make_plant
-    from rotorsim.errors import MachineFileError
 
     asked = read_targets(targets)
     loaded = make_plant(machine, None, None, []).machine
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
-    if path.exists() and not force:
-        raise MachineFileError(f"{path}: is there already; choose another --out or add --force")
-    coarse = loaded if grid is None else make_plant(machine, grid, None, []).machine
-    told = None if as_json or not sys.stderr.isatty() else _tell
-    found = calibrate(coarse, asked, passes, told)
-    if told:
-        print(file=sys.stderr)
-    _save(found, asked.name, path, loaded)
+    with files(path, force=force):
+        coarse = loaded if grid is None else make_plant(machine, grid, None, []).machine
+        told = None if as_json or not sys.stderr.isatty() else _tell
+        found = calibrate(coarse, asked, passes, told)
+        if told:
+            print(file=sys.stderr)
+        _save(found, asked.name, path, loaded)
     if as_json:
         typer.echo(json.dumps(numbers(found) | {"file": str(path)}, indent=2))
     else:
@@ -61,8 +61,8 @@ def _tell(count: int, cost: float) -> None:
 
 def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
     """The machine with the new values, its comments kept where they still hold, and a remark at its head."""
+    from rotorsim.base.files import write_text
     from rotorsim.machine.edit import remarked, with_value
-    from rotorsim.machine.toml import write_text
 
     values = ", ".join(
         f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
@@ -70,7 +70,7 @@ def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
     before, after, total = found.met()
     head = (
         f"# Calibrated, not predicted: fitted to '{name}': {values}.\n"
-        f"# Targets met: {before} before, {after} after, of {total}.\n"
+        f"# Targets met: {before} before, {after} after, of {total}{_on(found.machine, loaded)}.\n"
     )
     machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
     changed = [f.path for p in found.parameters for f in p.fields]
@@ -78,8 +78,15 @@ def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
     write_text(path, head + with_value(text, "name", path.stem))
 
 
+def _on(used: Machine, loaded: Machine) -> str:
+    """The film grid that the figures are of, where it is not that of the file."""
+    grid = (used.grid.n_theta, used.grid.n_z)
+    same = used.film is None or grid == (loaded.grid.n_theta, loaded.grid.n_z)
+    return "" if same else f", on a film grid of {grid[0]} x {grid[1]}"
+
+
 def numbers(found: Calibration) -> dict[str, Any]:
-    """Everything as plain numbers in SI, parameters in their own unit."""
+    """Calibration result as plain numbers in SI, parameters in their own units."""
     return {
         "ended": found.ended,
         "cost": list(found.cost),
@@ -127,7 +134,7 @@ def _print(found: Calibration) -> None:
 
 
 def strong(found: Calibration) -> list[str]:
-    """Pairs of parameters that cannot be told apart well."""
+    """Strongly correlated pairs of parameters."""
     names = [p.name for p in found.parameters]
     return [
         f"{names[i]} and {names[j]} {found.correlation[i, j]:+.2f}"

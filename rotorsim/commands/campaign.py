@@ -1,4 +1,4 @@
-"""`rotorsim campaign PLAN --out DIR`, and `status`, `retry`, `collect`, `check` for what came of it.
+"""`rotorsim campaign PLAN --out DIR`, and `status`, `retry`, `collect`, `check` for a campaign's store.
 
 Exit code 0: all cases are done. 2: cannot be run; one sentence says why. 3: all were run and some failed.
 130 (143 for SIGTERM): stopped; the same command goes on.
@@ -17,7 +17,7 @@ USAGE = "rotorsim campaign PLAN --out DIR [OPTIONS] | status DIR | retry DIR | c
 
 
 class Campaign(TyperGroup):
-    """The group whose first word may be a plan instead of a command."""
+    """Command group that also accepts a plan as its first word."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before a plan."""
@@ -64,10 +64,13 @@ def run_plan(
     """Run a plan, or what is left of it; the word `run` may be left out."""
     from rotorsim.campaign import load_plan
     from rotorsim.campaign.run import run_campaign
-    from rotorsim.commands.campaign_told import settings, tell
+    from rotorsim.commands.campaign_told import settings, tell, tell_of_compiling
 
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
-    tell(run_campaign(load_plan(plan), out, chosen), out, as_json)
+    loaded = load_plan(plan)
+    if scheduler is None:
+        tell_of_compiling(loaded)
+    tell(run_campaign(loaded, out, chosen), out, as_json)
 
 
 @app.command(epilog="Example: rotorsim campaign retry my_campaign --time-limit '30 min'")

@@ -1,4 +1,4 @@
-"""What the commands of `rotorsim campaign` read from the command line and print."""
+"""Options and printed output of the commands of `rotorsim campaign`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rotorsim.commands.options import quantity
+from rotorsim.commands.options import quantity, say_if_compiling
+from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
-    from rotorsim.campaign.plan import Plan
+    from rotorsim.campaign.plan.plan import Plan
     from rotorsim.campaign.run import Outcome, Settings
 
 SOME_FAILED = 3
@@ -28,9 +29,9 @@ def settings(
     tls: tuple[Path | None, Path | None, Path | None],
     show: bool,
 ) -> Settings:
-    """Settings of the command line; raises DataError for what does not go together."""
-    from rotorsim.campaign.cluster import Tls
+    """Run settings from the command line; raises DataError for incompatible options."""
     from rotorsim.campaign.run import Settings
+    from rotorsim.campaign.workers.cluster import Tls
     from rotorsim.errors import DataError
 
     if workers is not None and scheduler is not None:
@@ -45,8 +46,21 @@ def settings(
     return Settings(workers, scheduler, Tls(*tls) if any(tls) else None, limit, mixed, show)
 
 
+def tell_of_compiling(plan: Plan) -> None:
+    """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
+    from rotorsim.machine import Machine
+    from rotorsim.plant import Plant
+
+    if sys.stderr.isatty():
+        return
+    machine = Machine.from_text(next(iter(plan.machines.values())))
+    for path, value in plan.set:
+        machine = machine.replace(path, value)
+    say_if_compiling(Plant(machine).assembly, "settle", "run")
+
+
 def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
-    """Print what came of a run and leave with its exit code."""
+    """Print the outcome of a run and exit with its code."""
     told = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
     if as_json:
         typer.echo(json.dumps(told | {"seconds": outcome.seconds, "folder": str(folder)}, indent=2))
@@ -69,9 +83,9 @@ def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
 
 def tell_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
-    from rotorsim.campaign.index import DONE, FAILED, PENDING
-    from rotorsim.campaign.show import spell
-    from rotorsim.campaign.store import open_store
+    from rotorsim.campaign.progress import spell
+    from rotorsim.campaign.store.index import DONE, FAILED, PENDING
+    from rotorsim.campaign.store.store import open_store
 
     store = open_store(folder)
     index = store.index()
@@ -105,34 +119,29 @@ def collect_into(
     folder: Path, out: Path | None, experiment: str | None, variables: list[str] | None, force: bool
 ) -> None:
     """Write the table or the records of a campaign into a file."""
-    from rotorsim.campaign.collecting import collect, write_table
+    from rotorsim.base.netcdf import write_netcdf
+    from rotorsim.campaign.store.collect import collect, write_table
     from rotorsim.errors import DataError
 
     if out is not None and out.suffix not in (".csv", ".nc"):
         raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")
-    if out is not None and out.exists() and not force:
-        raise DataError(f"{out}: is there already; choose another name or add --force")
-    if out is not None and out.suffix == ".csv":
-        typer.echo(f"{out}: {write_table(folder, out)} cases")
-        return
-    data = collect(folder, experiment, variables)
     if out is None:
-        typer.echo(repr(data))
+        typer.echo(repr(collect(folder, experiment, variables)))
         return
-    part = out.with_name(f".{out.name}.part")
-    try:
-        data.to_netcdf(part, engine="h5netcdf")
-        part.replace(out)
-    finally:
-        part.unlink(missing_ok=True)
+    with files(out, force=force, another="name"):
+        if out.suffix == ".csv":
+            typer.echo(f"{out}: {write_table(folder, out)} cases")
+            return
+        data = collect(folder, experiment, variables)
+        write_netcdf(out, data)
     size = " x ".join(f"{n} {dim}" for dim, n in data.sizes.items())
     typer.echo(f"{out}: {size}, {out.stat().st_size / 1e6:.4g} MB")
 
 
 def tell_plan(name: str) -> None:
-    """Print what a plan would run."""
+    """Print the cases that a plan would run."""
     from rotorsim.campaign import load_plan
-    from rotorsim.campaign.show import spell
+    from rotorsim.campaign.progress import spell
     from rotorsim.machine.units import show
     from rotorsim.sampling import SAMPLE
 

@@ -1,4 +1,4 @@
-"""Options of `rotorsim experiment controlled`: the built-in law, and what is added to its reference."""
+"""Options of `rotorsim experiment controlled`: built-in law, dither and impacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rotorsim data check | convert | mapping`: what is in a file of measured data, and into the schema with it.
+"""`rotorsim data check | convert | mapping`: check files of measured data and convert them to the schema.
 
 Exit code 0: fit for at least one use. 2: cannot be read; one sentence says why. 3: `check` could read the file, but it
 is fit for nothing as it is.
@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,9 +70,7 @@ def convert(
 
     if out.exists() and file.exists() and out.samefile(file):
         raise DataError(f"{out}: is the file to convert; choose another name")
-    if out.exists() and not force:
-        raise DataError(f"{out}: is there already; choose another name or add --force")
-    with sentences():
+    with sentences(), files(out, force=force, another="name"):
         record = read(file, mapping)
         save(record, out)
     size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
@@ -89,7 +89,7 @@ def mapping(file: Annotated[Path, _FILE]) -> None:
 
 @contextmanager
 def sentences() -> Iterator[None]:
-    """Turn what `identification` says about bad data into a DataError, which ends as a sentence and exit code 2."""
+    """Convert errors of `identification` to DataError, which ends as one sentence and exit code 2."""
     from identification import ReadError, SchemaError
     from rotorsim.errors import DataError
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands.results import files
+
 if TYPE_CHECKING:
     from rotorsim.control import Law
 
@@ -28,28 +30,30 @@ def design(
 ) -> None:
     """Design a control law on an identified model and check its loop over the model's range."""
     from identification import ModelError, load_model
-    from rotorsim.control.designs import design as make
+    from rotorsim.control.catalogue import design as make
     from rotorsim.control.variants import biased, without_dc
     from rotorsim.errors import DataError
 
     target = out or Path(f"{name}.json")
-    if target.exists() and not force:
-        raise DataError(f"{target}: is there already; choose another --out or add --force")
-    try:
-        loaded = load_model(model)
-    except ModelError as error:
-        raise DataError(str(error)) from error
-    law = make(name, loaded, spec or (), preset)
-    if zero_dc:
-        law = without_dc(law, zero_dc)
-    volts = _pair(bias)
-    law = biased(law, volts) if any(volts) else law
-    law.save(target)
-    findings = _findings(law, loaded) | {"law": str(target)}
-    if report:
-        from rotorsim.report.design import write_design
+    page = [target.with_suffix(".html")] if report else []
+    if target in page:
+        raise DataError(f"--out: {target} would be the name of the report too; name a .json")
+    with files(target, *page, force=force):
+        try:
+            loaded = load_model(model)
+        except ModelError as error:
+            raise DataError(str(error)) from error
+        law = make(name, loaded, spec or (), preset)
+        if zero_dc:
+            law = without_dc(law, zero_dc)
+        volts = _pair(bias)
+        law = biased(law, volts) if any(volts) else law
+        law.save(target)
+        findings = _findings(law, loaded) | {"law": str(target)}
+        if report:
+            from rotorsim.report.pages.design import write_design
 
-        findings["report"] = str(write_design(law, loaded, target.with_suffix(".html")))
+            findings["report"] = str(write_design(law, loaded, page[0]))
     _print(findings, as_json)
 
 
@@ -67,7 +71,7 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _findings(law: Law, model: Any) -> dict[str, Any]:
     """What a user wants to know about the loop with the model."""
-    from rotorsim.control.analysis import overview
+    from rotorsim.control.loop.analysis import overview
 
     return overview(law, model)
 
@@ -78,7 +82,7 @@ def _print(findings: dict[str, Any], as_json: bool) -> None:
         return
     from rotorsim.commands.options import print_table
 
-    files: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report") if key in findings}
+    written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report") if key in findings}
     shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
     rows = [(key.replace("_", " "), value) for key, value in shown.items()]
-    print_table(rows, files)
+    print_table(rows, written)

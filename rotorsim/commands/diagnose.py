@@ -1,4 +1,4 @@
-"""`rotorsim diagnose MACHINE RECORDS`: which physical effect is missing in a machine file."""
+"""`rotorsim diagnose MACHINE RECORDS`: finds the physical effect that is missing in a machine file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.commands.options import AsJson, WithReport, a_folder, results_folder, resumable
+from rotorsim.base.file_set import replacing_all
+from rotorsim.base.files import write_json, write_text
+from rotorsim.commands.options import AsJson, WithReport, a_folder, resumable
+from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -22,8 +25,14 @@ if TYPE_CHECKING:
 EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""
-RESULTS = ("diagnosis.json", "gap.nc", "machine.toml", "machine.diff", "report.html")
-"""What an older verdict may have left in the folder."""
+RESULTS = {
+    "gap": "gap.nc",
+    "machine": "machine.toml",
+    "difference": "machine.diff",
+    "report": "report.html",
+    "verdict": "diagnosis.json",
+}
+"""Files in the folder; where the verdict is, the others are complete."""
 STAGES = {
     "compile": "compiling the plant of this kind of machine (minutes, once)",
     "check": "checking the records",
@@ -81,8 +90,10 @@ def diagnose(
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
-    folder = results_folder(out, "diagnosis", "diagnosis.json", force)
-    with _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished:
+    with (
+        results(out, "diagnosis", tuple(RESULTS.values()), force) as folder,
+        _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished,
+    ):
         diagnosis = find(
             machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
             resume=unfinished,
@@ -96,7 +107,7 @@ def diagnose(
 
 
 class Stages:
-    """Progress by stage on a terminal; silent in a pipe."""
+    """Progress by stage on a terminal; in a pipe only that kernels are compiled."""
 
     def __init__(self) -> None:
         self.stage, self.steps, self.begin = "", 0, time.monotonic()
@@ -105,6 +116,8 @@ class Stages:
         """Note one step of a stage."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
+        if stage == "compile" and not sys.stderr.isatty():
+            print(STAGES[stage], file=sys.stderr, flush=True)
         if sys.stderr.isatty():
             elapsed = time.monotonic() - self.begin
             number = list(STAGES).index(stage) + 1
@@ -133,28 +146,25 @@ def _kept(*asked: Any) -> Iterator[Path]:
 
 
 def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
-    """Verdict, gap, new machine file and report."""
-    from rotorsim.discrepancy.adding import difference
+    """Verdict, gap, new machine file and report: all of them, in place of an older verdict's, or nothing."""
+    from rotorsim.base.netcdf import write_netcdf
+    from rotorsim.discrepancy.outcome.machine_file import difference
 
-    out.mkdir(parents=True, exist_ok=True)
-    for name in RESULTS:
-        (out / name).unlink(missing_ok=True)
-    files = {"verdict": out / "diagnosis.json", "gap": out / "gap.nc"}
-    diagnosis.gap.to_netcdf(files["gap"], engine="h5netcdf")
-    if diagnosis.effects:
-        files["machine"], files["difference"] = out / "machine.toml", out / "machine.diff"
-        after = diagnosis.apply()
-        after.save(files["machine"])
-        files["difference"].write_text(difference(diagnosis.machine, after) + "\n", encoding="utf-8")
-    if report:
-        files["report"] = out / "report.html"
-        diagnosis.report(files["report"])
-    files["verdict"].write_text(json.dumps(diagnosis.told(), indent=2, default=float), encoding="utf-8")
-    return {kind: str(path) for kind, path in files.items()}
+    with replacing_all(out, tuple(RESULTS.values())) as part:
+        write_netcdf(part / RESULTS["gap"], diagnosis.gap)
+        if diagnosis.effects:
+            after = diagnosis.apply()
+            after.save(part / RESULTS["machine"])
+            write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
+        if report:
+            diagnosis.report(part / RESULTS["report"])
+        write_json(part / RESULTS["verdict"], diagnosis.told(), indent=2, default=float)
+        written = {kind: name for kind, name in RESULTS.items() if (part / name).exists()}
+    return {kind: str(out / name) for kind, name in written.items()}
 
 
 def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
-    from rotorsim.discrepancy.gap import reduction
+    from rotorsim.discrepancy.outcome.gap import reduction
 
     if sys.stderr.isatty():
         print(file=sys.stderr)
@@ -192,7 +202,7 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
 
 
 def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, as_json: bool) -> None:
-    from rotorsim.discrepancy.alias import alias_matrix, markdown
+    from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 
     matrix = alias_matrix(machine, records or None, mapping, Stages().say)
     if sys.stderr.isatty():

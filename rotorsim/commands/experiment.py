@@ -1,4 +1,4 @@
-"""`rotorsim experiment NAME`: every virtual experiment as a command, made of the experiment's own table of parameters.
+"""`rotorsim experiment NAME`: one command per virtual experiment, generated from the experiment's parameters.
 
 The commands are made when the first of them is asked for, so that other commands need not wait for the imports.
 """
@@ -61,7 +61,7 @@ COMMON: dict[str, tuple[Any, Any]] = {
 
 
 class Experiments(TyperGroup):
-    """The group whose commands are made on demand; an unknown one ends in a sentence."""
+    """Command group whose commands are created on demand; an unknown name ends in one sentence."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of all experiments."""

@@ -1,4 +1,4 @@
-"""What every command of `rotorsim experiment` does: run, keep the record, write the page, print what came out."""
+"""Common part of all `rotorsim experiment` commands: run, record, report, printed table."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rotorsim.commands.options import (
-    free_record,
-    fresh_folder,
     leave_if_cut,
     leave_if_empty,
     make_plant,
@@ -18,6 +16,7 @@ from rotorsim.commands.options import (
     say_if_compiling,
     told_as_kept,
 )
+from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.experiments import Experiment, Outcome
@@ -27,24 +26,28 @@ def run_experiment(
     name: str, kind: Any, given: dict[str, Any], machine: str, grid: str | None, time_step: str | None,
     changes: list[str] | None, seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run an experiment, keep its record, print what came out."""
+    """Run an experiment, write its record and print the result table."""
     from rotorsim.experiments import record
+    from rotorsim.experiments.parameters import ask_speeds
 
     number = read_seed(seed)
     setup = kind(**given)
     plant = make_plant(machine, grid, time_step, changes or [])
-    path = free_record((out or fresh_folder(Path(name))) / f"{name}.nc", force)
-    say_if_compiling(plant)
-    experiment = setup.experiment(plant) if hasattr(setup, "experiment") else setup
-    outcome = record(plant, experiment, path, number, progress=not as_json)
-    leave_if_empty(outcome.ended, outcome.samples)
-    with told_as_kept(path):
-        _tell(path, experiment, outcome, report, as_json)
-    leave_if_cut(outcome.ended, outcome.samples, outcome.asked, path)
+    ask_speeds(plant.machine, setup)
+    names = (f"{name}.nc", f"{name}.html") if report else (f"{name}.nc",)
+    with results(out, name, names, force) as folder:
+        path = folder / names[0]
+        say_if_compiling(plant.assembly, "settle", "run")
+        experiment = setup.experiment(plant) if hasattr(setup, "experiment") else setup
+        outcome = record(plant, experiment, path, number, progress=not as_json)
+        leave_if_empty(outcome, path)
+        with told_as_kept(path):
+            _tell(path, experiment, outcome, report, as_json)
+    leave_if_cut(outcome, path)
 
 
 def read_seed(text: str) -> int:
-    """The seed; raises DataError."""
+    """Seed from an option's text; raises DataError."""
     from rotorsim.errors import DataError
 
     if not text.isdecimal() or len(text) > 16:
@@ -68,12 +71,12 @@ def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as
 
 
 def write_page(record: Path, wanted: bool) -> dict[str, str]:
-    """Write the report beside the record, where there is one for experiments."""
+    """Write the report next to the record if requested."""
     from importlib import import_module
     from importlib.util import find_spec
 
-    if not wanted or find_spec("rotorsim.report.experiment") is None:
+    if not wanted or find_spec("rotorsim.report.pages.experiment") is None:
         return {}
     page = record.with_suffix(".html")
-    import_module("rotorsim.report.experiment").write_report(record, page)
+    import_module("rotorsim.report.pages.experiment").write_report(record, page)
     return {"report": str(page)}

@@ -1,4 +1,4 @@
-"""Rows of the table that `rotorsim experiment` prints."""
+"""Result table that `rotorsim experiment` prints."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ Rows = list[tuple[str, str]]
 
 
 def result_rows(summary: dict[str, Any]) -> Rows:
-    """Label and value of what came out; `summary` is of `rotorsim.experiments.summary`."""
+    """Labels and values of the results; `summary` as from `rotorsim.experiments.summary`."""
     speed, disc = summary["speed_rpm"], summary["disc"]
     rows = [
         ("Duration", f"{summary['duration_s']:.4g} s, {summary['samples']} samples"),
@@ -28,7 +28,7 @@ def result_rows(summary: dict[str, Any]) -> Rows:
 
 
 def special_rows(summary: dict[str, Any]) -> Rows:
-    """What one kind of experiment is made for."""
+    """Result rows specific to one kind of experiment."""
     rows: Rows = []
     for axis, found in summary.get("static_gain", {}).items():
         rows.append((f"Static gain of r_{axis} on x, y", pair(found["gain_um_per_v"], "µm/V")))
@@ -44,10 +44,18 @@ def special_rows(summary: dict[str, Any]) -> Rows:
     if "impulse_n_s" in summary:
         rows.append(("Impulse of all hits x, y", pair(summary["impulse_n_s"], "N s")))
     if "saturated_samples" in summary:
-        rows.append(("Reference at its limit", f"{summary['saturated_samples']} samples"))
+        rows.append(("Reference at its limit", saturation(summary["saturated_samples"], summary["samples"])))
     return rows
 
 
+def saturation(limited: int, samples: int) -> str:
+    """Number of samples with a saturated reference, with a warning if they are most."""
+    share = f"{limited} samples, {100 * limited / samples:.3g} %"
+    if limited <= samples / 2:
+        return share
+    return f"{share}: the loop is not in control; check the signs and the order of the sensors' axes, then the gain"
+
+
 def pair(values: list[float], unit: str) -> str:
-    """Two numbers and their unit."""
+    """Two numbers with their unit."""
     return f"{values[0]:.3g}, {values[1]:.3g} {unit}"

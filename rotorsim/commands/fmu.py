@@ -1,15 +1,18 @@
-"""`rotorsim fmu`: the plant as a unit for other simulators."""
+"""`rotorsim fmu`: export of plant, identified model or law as an FMU, checks of a unit, and system export."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep
+from rotorsim.commands.results import files
+from rotorsim.errors import DataError
 
 if TYPE_CHECKING:
     from fmu.model import Unit
@@ -18,6 +21,7 @@ app = typer.Typer(help="Export, check and show the plant as a functional mock-up
 
 START = (0.0, 0.3e6)
 """Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
+Force = Annotated[bool, typer.Option("--force", help="Replace the files if they are there.")]
 UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
 
 
@@ -42,28 +46,39 @@ def export(
     grid: GridSize = None,
     time_step: TimeStep = None,
     changes: Changes = None,
+    force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Write the plant, an identified model or a control law as .fmu files that run without Python."""
-    from fmu.export import export as write
-    from fmu.export import versions
+    from fmu.export import export as write, file_names, versions
     from fmu.kinds import law_unit, linear_unit, plant_unit
     from fmu.targets import choose
     from rotorsim.commands.options import make_plant, quantity
 
+    if law is not None and model != "plant":
+        raise DataError("--law and --model: a unit holds one of them; give one")
+    if (law is not None or model != "plant") and (grid or time_step or changes):
+        raise DataError(
+            "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
+        )
     chosen, platforms = versions(fmi), choose(targets)
     start = (
         None if speed is None else quantity("speed", speed, "rad/s"),
         None if pressure is None else quantity("pressure", pressure, "Pa"),
     )
-    if law is not None:
-        unit: Unit = law_unit(law, *start)
-    elif model == "plant":
-        plant = make_plant(machine, grid, time_step, changes or [])
-        unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
-    else:
-        unit = linear_unit(Path(model), *start)
-    paths = write(unit, out, chosen, platforms, cpu)
+    with files(*file_names(out, chosen).values(), force=force):
+        if law is not None:
+            unit: Unit = law_unit(law, *start)
+        elif model == "plant":
+            plant = make_plant(machine, grid, time_step, changes or [])
+            unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
+        else:
+            unit = linear_unit(Path(model), *start)
+            if unit.extrapolates:
+                typer.echo(
+                    f"{model}: starts outside the speeds and pressures it was identified at; it extrapolates", err=True
+                )
+        paths = write(unit, out, chosen, platforms, cpu, partial(typer.echo, err=True))
     if as_json:
         typer.echo(json.dumps({f"fmi{v}": str(p) for v, p in paths.items()}, indent=2))
         return
@@ -84,6 +99,7 @@ def system(
     grid: GridSize = None,
     time_step: TimeStep = None,
     changes: Changes = None,
+    force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
@@ -93,11 +109,14 @@ def system(
     from fmu.targets import choose
     from rotorsim.commands.options import make_plant, quantity
 
-    chosen = versions(fmi)[-1]
+    if len(versions(fmi)) > 1:
+        raise DataError(f"--fmi: '{fmi}': a system has units of one version; choose 2 or 3")
+    chosen = versions(fmi)[0]
     start = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
-    held = law_unit(law, *start)
-    plant = plant_unit(make_plant(machine, grid, time_step, changes or []), *start)
-    path = export_system(plant, held, out, chosen, choose(targets), cpu)
+    with files(out, force=force):
+        held = law_unit(law, *start)
+        plant = plant_unit(make_plant(machine, grid, time_step, changes or []), *start)
+        path = export_system(plant, held, out, chosen, choose(targets), cpu, partial(typer.echo, err=True))
     if as_json:
         typer.echo(json.dumps({"ssp": str(path)}, indent=2))
         return
@@ -116,8 +135,10 @@ def check(
     from rotorsim.commands.options import quantity
 
     facts(file)
-    found = []
-    for one in checks(file, quantity("duration", duration, "s")):
+    found, length = [], quantity("duration", duration, "s")
+    if not length > 0:
+        raise DataError(f"--duration: {duration} is not a length of time; give e.g. '1 s'")
+    for one in checks(file, length):
         found.append(one)
         if not as_json:
             typer.echo(f"{'pass' if one.passed else 'FAIL'}  {one.name:<46} {one.value}")

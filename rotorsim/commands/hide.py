@@ -1,4 +1,4 @@
-"""`rotorsim hide MACHINE`: records in which an effect is hidden, to try `rotorsim diagnose` on."""
+"""`rotorsim hide MACHINE`: records of a machine with hidden effects, as test data for `rotorsim diagnose`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.options import AsJson, a_folder
+from rotorsim.commands.options import AsJson, a_folder, say_if_compiling
+from rotorsim.commands.results import results
 
 EXAMPLE = "Example: rotorsim hide dtu_gas_bearing --effect coupling.second --seed 3 --out puzzle"
 
@@ -30,19 +31,23 @@ def hide(
     Records go to OUT/records; the truth to OUT/sealed/truth.json, which `rotorsim diagnose` never opens.
     """
     from rotorsim.discrepancy import hide as record_hidden
+    from rotorsim.discrepancy.blind_test.hide import truth_twin
     from rotorsim.errors import DataError
+    from rotorsim.machine import load_machine
 
     if not 0 <= seed < 2**31:
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
-    if (out / "records").exists() or (out / "sealed").exists():
-        raise DataError(f"{out}: has hidden records already; choose another --out")
     show = sys.stderr.isatty()
 
     def told(done: int, of: int) -> None:
         if show:
             print(f"\rrecord {done} of {of}", end="\n" if done == of else "", file=sys.stderr, flush=True)
 
-    records = record_hidden(machine, tuple(effect or ()), seed, out, progress=told)
+    believed = load_machine(machine)
+    twin = truth_twin(believed)
+    with results(out, "hidden", ("records", "sealed"), force=None):
+        say_if_compiling(twin.assembly, "settle", "run")
+        records = record_hidden(believed, tuple(effect or ()), seed, out, twin=twin, progress=told)
     files = [str(out / "records" / f"{r.attrs['record']}.nc") for r in records]
     if as_json:
         typer.echo(json.dumps({"records": files, "sealed": str(out / "sealed" / "truth.json")}, indent=2))

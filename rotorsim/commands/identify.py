@@ -1,4 +1,4 @@
-"""`rotorsim identify PATHS`: models from a campaign's folder or from measured files, without any machine file.
+"""`rotorsim identify PATHS`: models from campaign folders or measured files, without a machine file.
 
 Records at one operating point give a linear model, records at several a parameter-varying one.
 """
@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from identification import LinearModel, LpvModel
@@ -27,6 +29,7 @@ def identify(
     surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
     refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
     runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
+    median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
     lowpass: Annotated[float | None, typer.Option("--lowpass", help="Corner of a Butterworth filter in Hz.")] = None,
     mapping: Annotated[Path | None, typer.Option("--mapping", help="TOML file: which column is which.")] = None,
     out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
@@ -39,11 +42,11 @@ def identify(
     from identification.campaign import identify_all
     from rotorsim.commands.data import sentences
     from rotorsim.errors import DataError
-    from rotorsim.study.sources import sources_of
+    from rotorsim.reproduction.sources import sources_of
 
-    _check(out, force, surfaces, refine, runout)
-    settings = Prefilter(runout=runout, lowpass=lowpass)
-    with sentences():
+    _check(surfaces, refine, runout, median)
+    settings = Prefilter(runout=runout, median=median, lowpass=lowpass)
+    with sentences(), files(out, force=force):
         sources = sources_of(paths, mapping)
         if not sources:
             raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
@@ -55,21 +58,17 @@ def identify(
             made = _model(good, surfaces, refine, settings, mapping)
         except ModelError as error:
             raise DataError(str(error)) from error
-    made.save(out)
+        made.save(out)
     _print(found, made, out, as_json)
 
 
-def _check(out: Path, force: bool, surfaces: str, refine: str, runout: str) -> None:
+def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
-    from identification.lpv_fit import REFINEMENTS
-    from identification.runout import KINDS
-    from identification.surfaces import ORDERS
+    from identification.lpv.fit import REFINEMENTS
+    from identification.lpv.surfaces import ORDERS
+    from identification.records.runout import KINDS
     from rotorsim.errors import DataError
 
-    if out.exists() and not force:
-        raise DataError(f"{out}: is there already; choose another --out or add --force")
-    if not out.parent.is_dir():
-        raise DataError(f"{out}: there is no folder {out.parent}; make it or choose another --out")
     degrees = (*map(str, ORDERS), "hold-out")
     for option, value, known in (
         ("surfaces", surfaces, degrees),
@@ -78,6 +77,8 @@ def _check(out: Path, force: bool, surfaces: str, refine: str, runout: str) -> N
     ):
         if value not in known:
             raise DataError(f"--{option}: '{value}' is not known; choose one of {', '.join(known)}")
+    if median < 1 or median % 2 == 0:
+        raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
 
 
 def _tell(total: int) -> Any:
@@ -97,8 +98,8 @@ def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping
     """A linear model of one record; surfaces through several operating points."""
     from identification import fit_lpv
     from identification.campaign import loaders
-    from identification.surfaces import SAME
-    from rotorsim.study.plans import HELD
+    from identification.lpv.surfaces import SAME
+    from rotorsim.reproduction.plans import HELD
 
     fitted = [one for one in good if one.source.role not in HELD] or good
     results = [one.result for one in fitted if one.result is not None]
@@ -127,16 +128,17 @@ def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
         if "error" not in row:
             table.add_row(*map(escape, _cells(row)))
     console.print(table)
-    for row in rows:
-        for text in [row["error"]] if "error" in row else row["warnings"]:
-            console.print(escape(f"{row['record']}: {text}" if "error" not in row else text), soft_wrap=True)
-    if len(found) == 1 and found[0].result is not None:
+    if len(found) == 1 and found[0].result is not None:  # its report has its warnings
         console.print(escape(found[0].result.report()), soft_wrap=True)
+    else:
+        for row in rows:
+            for text in [row["error"]] if "error" in row else row["warnings"]:
+                console.print(escape(f"{row['record']}: {text}" if "error" not in row else text), soft_wrap=True)
     console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
 
 
 def _row(one: Local) -> dict[str, Any]:
-    from identification.models import plain
+    from identification.local.models import plain
 
     if one.result is None:
         return {"record": one.source.path.name, "error": one.error}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.base.interrupt import done, heard
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
 
 if TYPE_CHECKING:
@@ -36,11 +37,13 @@ def live(
     """
     from rotorsim.errors import DataError, MachineFileError
     from rotorsim.live.desk import Desk
+    from rotorsim.live.effects import equip
     from rotorsim.live.laws import read_laws
     from rotorsim.live.rig import Rig
     from rotorsim.live.runner import Runner
-    from rotorsim.live.server import complaint, run_desk, serve
+    from rotorsim.live.server import complaint, has_browser, run_desk, serve
     from rotorsim.machine import load_machine
+    from rotorsim.plant import Plant
 
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is no port; give one from 1 to 65535")
@@ -53,24 +56,29 @@ def live(
         _tell(address, port, taken, keep_open)
 
     own = scene is None and replay is None and Path(machine).is_file()
-    if own and browser:  # who reads the page may not see the terminal
+    if own and browser and has_browser():  # who reads the page may not see the terminal
         try:
             load_machine(machine)
         except MachineFileError as error:
             typer.echo(str(error), err=True)
-            serve(complaint(machine, error.problems), port, tell, browser, False, patience=UNVISITED)
+            serve(complaint(machine, error.problems), port, _tell_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = make_plant(name, grid, time_step, changes or [])
-    if law and not plant.machine.injectors:
-        raise DataError(f"--law: {plant.machine.name} has no injectors that a controller could move; leave it out")
-    laws = read_laws(law or [])
-    say_if_compiling(plant)
+    laws = read_laws(law or [], plant.machine)
+    say_if_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
     desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)
     if scene is not None:
         desk.arrange(scene.values)  # of this machine, whatever --set changed of it
     if replay is not None:
         desk.runner.play(replay)
+    heard()  # from here on the server ends by itself, after the record under way
     run_desk(desk, port, tell, browser, keep_open)
+    done()
+
+
+def _tell_refused(address: str, taken: int) -> None:
+    typer.echo(f"nothing runs; a page with these problems is at {address}")
+    typer.echo("closing the page or Ctrl-C ends it", err=True)
 
 
 def _tell(address: str, wanted: int, taken: int, keep_open: bool) -> None:

@@ -1,4 +1,4 @@
-"""`rotorsim machine new | check | show | effects | calibrate`: machine files and what may stand in them."""
+"""`rotorsim machine new | check | show | effects | calibrate`: machine files and the catalogue of effects."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.commands import calibrate as calibration
+from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.machine import Machine
@@ -27,13 +28,11 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
 ) -> None:
     """Write a commented machine file to start from."""
-    from rotorsim.errors import MachineFileError
+    from rotorsim.base.files import write_text
     from rotorsim.machine import machine_text
-    from rotorsim.machine.toml import write_text
 
-    if path.exists() and not force:
-        raise MachineFileError(f"{path}: is there already; choose another name or add --force")
-    write_text(path, machine_text(source))
+    with files(path, force=force, another="name"):
+        write_text(path, machine_text(source))
     typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
 
 
@@ -124,7 +123,7 @@ def _print_effect(entry: dict[str, Any]) -> None:
 
 
 def summary(machine: Machine) -> str:
-    """A machine in half a line."""
+    """Machine summary in half a line."""
     from rotorsim.machine.units import show as text
 
     film = machine.film
@@ -149,7 +148,7 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
 
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
-    """Dotted path, value in people's units and sentence of every field."""
+    """Dotted path, value in engineering units and description of every field."""
     from rotorsim.machine.part import Part
     from rotorsim.machine.toml import entries
     from rotorsim.machine.units import show as text
@@ -161,7 +160,7 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
         elif isinstance(value, dict):
             for key, parts in value.items():
                 yield from _list_rows(parts, f"{here}.{key}")
-        elif isinstance(value, tuple):
+        elif isinstance(value, tuple) and name != "unusual":
             yield from _list_rows(value, here)
         else:
             yield here, text(value, spec.unit) if spec else str(value), doc

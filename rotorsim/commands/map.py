@@ -4,24 +4,46 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.commands.options import Changes, GridSize, MachineName, a_folder, fresh_folder, make_plant, quantity
+from rotorsim.base.interrupt import heard
+from rotorsim.commands.map_tables import LISTED, tables
+from rotorsim.commands.options import (
+    Changes,
+    GridSize,
+    MachineName,
+    a_folder,
+    make_plant,
+    quantity,
+    say_if_compiling,
+)
+from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
+    from rotorsim.analysis.axes import Field
     from rotorsim.plant import Plant
 
+MAP, REPORT = "map.nc", "report.html"
 EXAMPLE = (
     "Example: rotorsim map dtu_gas_bearing --speed '0 rpm:6000 rpm:7' --pressure '0.3 MPa:0.7 MPa:5' "
     "--over 'bearings.1.clearance=23 um, 25 um, 27 um' --lift-off --whirl-onset --campbell --out my_map"
 )
 SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
+RANGES: dict[str, tuple[str, float]] = {
+    "natural_frequency_hz": ("wn", 1 / (2 * pi)),
+    "damping_ratio": ("zeta", 1.0),
+    "eccentricity_ratio": ("eccentricity_ratio", 1.0),
+    "smallest_film_um": ("h_min", 1e6),
+}
+"""Smallest and largest value over the map: name, variable, factor."""
 
 
 def map_command(
@@ -49,28 +71,32 @@ def map_command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,
 ) -> None:
     """Map a machine over its operating points, without time simulation, and shade what is safe."""
-    from math import pi
-
     from rotorsim.analysis import operating_map, safe_region
     from rotorsim.analysis.axes import read_axis, read_field
-    from rotorsim.commands.options import free_record
+    from rotorsim.analysis.varied import with_fields
+    from rotorsim.machine.rim_speed import ask_rim_speed
+    from rotorsim.machine.usual import ask_machine
 
     speeds, pressures = read_axis("speed", speed, "rad/s"), read_axis("pressure", pressure, "Pa")
     fields = [read_field(text) for text in over or []]
     whirl = [2 * pi * quantity("frequency", text, "Hz") for text in frequency or []] or None
     plant = make_plant(machine, grid, None, changes or [])
     _check(plant, with_lift_off, with_onset)
+    ask_rim_speed(plant.machine, max(speeds, key=abs), "--speed")
+    for end in (0, -1):
+        ask_machine(with_fields(plant.machine, fields, [field.values[end] for field in fields]))
     film = quantity("least-film", least_film, "m")
-    path = free_record((out or fresh_folder(Path("map"))) / "map.nc", force)
-    with _bar(as_json) as told:
-        found = operating_map(plant, speeds, pressures, fields, whirl, jobs, told)
-    found = safe_region(found)
-    if found.attrs["ended"] == "complete":
-        found = _more(plant, found, film if with_lift_off else None, with_onset, campbell)
-    files = _write(found, path, report)
+    with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
+        say_if_compiling(plant.assembly, "settle")
+        with _bar(as_json) as told:
+            found = operating_map(plant, speeds, pressures, fields, whirl, jobs, told)
+        found = safe_region(found)
+        if found.attrs["ended"] == "complete":
+            found = _more(plant, fields, found, film if with_lift_off else None, with_onset, campbell)
+        files = _write(found, folder, report)
     _tell(found, files, as_json)
     if found.attrs["ended"] != "complete":
-        print(f"interrupted: the points that were done are in {path}", file=sys.stderr)
+        print(f"interrupted: the points that were done are in {files['map']}", file=sys.stderr)
         raise typer.Exit(130)
     if not float(found["lifted"].max()):
         print("map: the film carries the rotor at no point of the grid; raise the pressures", file=sys.stderr)
@@ -87,32 +113,41 @@ def _check(plant: Plant, with_lift_off: bool, with_onset: bool) -> None:
         raise DataError("--lift-off: the machine has no injectors, so no pressure lifts it; leave the option out")
 
 
-def _more(plant: Plant, found: xr.Dataset, film: float | None, with_onset: bool, campbell: bool) -> xr.Dataset:
-    """The extra analyses of the machine as its file says, without the further axes; an interrupt keeps those before."""
-    from rotorsim.analysis import critical_speeds, lift_off, whirl_onset
+def _more(
+    plant: Plant, fields: Sequence[Field], found: xr.Dataset, film: float | None, with_onset: bool, campbell: bool
+) -> xr.Dataset:
+    """The extra analyses at every value of the further axes; an interrupt keeps those before."""
+    from rotorsim.analysis import critical_speeds, over_fields, whirl_onset
 
     pressures, speeds = found["pressure"].values, found["speed"].values
 
-    def lifted() -> dict[str, Any]:
-        unit = {"units": "Pa", "long_name": f"pressure that leaves {(film or 0.0) * 1e6:.3g} um of film, gauge"}
-        return {"lift_off_pressure": ("speed", lift_off(plant, speeds, least_film=film or 0.0), unit)}
-
-    def crossings() -> xr.Dataset:
+    def crossings(plant: Plant) -> xr.Dataset:
         extra = critical_speeds(plant, pressures).rename(mode="mode_crossing", critical_speed="crossing_speed")
         return extra.rename(critical_zeta="crossing_zeta")
 
-    asked: list[tuple[bool, Callable[[], Any]]] = [
-        (film is not None, lambda: found.assign(lifted())),
-        (with_onset, lambda: found.merge(whirl_onset(plant, pressures))),
-        (campbell, lambda: found.merge(crossings())),
+    asked: list[tuple[bool, Callable[[Plant], xr.Dataset]]] = [
+        (film is not None, lambda plant: _lift_off(plant, speeds, film or 0.0)),
+        (with_onset, lambda plant: whirl_onset(plant, pressures)),
+        (campbell, crossings),
     ]
     try:
-        for wanted, extended in asked:
+        for wanted, analysis in asked:
             if wanted:
-                found = extended()
+                found = found.merge(over_fields(plant, fields, analysis))
     except KeyboardInterrupt:
+        heard()
         found = found.assign_attrs(ended="interrupted")
     return found
+
+
+def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
+    import xarray as xr
+
+    from rotorsim.analysis import lift_off
+
+    unit = {"units": "Pa", "long_name": f"pressure that leaves {film * 1e6:.3g} um of film, gauge"}
+    pressure = ("speed", lift_off(plant, speeds, least_film=film), unit)
+    return xr.Dataset({"lift_off_pressure": pressure}, {"speed": speeds})
 
 
 def _bar(silent: bool) -> Any:
@@ -138,47 +173,36 @@ def _bar(silent: bool) -> Any:
     return shown()
 
 
-def _write(found: xr.Dataset, path: Path, report: bool) -> dict[str, str]:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    found.to_netcdf(part, engine="h5netcdf")
-    part.replace(path)
-    files = {"map": str(path)}
-    if report and "wn" in found:
-        from rotorsim.report.map_page import save_map_page
+def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:
+    from rotorsim.base.netcdf import write_netcdf
 
-        page = path.with_name("report.html")
+    files = {"map": str(folder / MAP)}
+    write_netcdf(folder / MAP, found)
+    if report and "wn" in found:
+        from rotorsim.report.pages.operating_map import save_map_page
+
+        page = folder / REPORT
         save_map_page(found, page)
         files["report"] = str(page)
     return files
 
 
 def summary(found: xr.Dataset) -> dict[str, Any]:
-    """What the map says in a few numbers."""
-    from math import pi
-
-    told: dict[str, Any] = {
+    """Summary of a map in a few numbers."""
+    numbers: dict[str, Any] = {
         "points": int(found["lifted"].size),
         "lifted": int(found["lifted"].sum()),
         "safe": int(found["safe"].sum()),
         "ended": found.attrs["ended"],
     }
-    scales: dict[str, tuple[str, float]] = {
-        "wn": ("natural_frequency_hz", 1 / (2 * pi)), "zeta": ("damping_ratio", 1.0),
-        "eccentricity_ratio": ("eccentricity_ratio", 1.0), "h_min": ("smallest_film_um", 1e6),
-    }  # fmt: skip
-    for name, (key, scale) in scales.items():
+    for key, (name, scale) in RANGES.items():
         if name in found:
             values = found[name].values[..., :2] if "mode" in found[name].dims else found[name].values
-            told[key] = _ends(values * scale)
-    listed: dict[str, tuple[str, float]] = {
-        "lift_off_pressure": ("lift_off_mpa", 1e-6), "onset_speed": ("whirl_onset_rpm", 30 / pi),
-        "onset_ratio": ("whirl_ratio", 1.0), "crossing_speed": ("crossings_rpm", 30 / pi),
-    }  # fmt: skip
-    for name, (key, scale) in listed.items():
+            numbers[key] = _ends(values * scale)
+    for name, (key, _, scale) in LISTED.items():
         if name in found:
-            told[key] = _plain(found[name].values * scale)
-    return told
+            numbers[key] = _plain(found[name].values * scale)
+    return numbers
 
 
 def _ends(values: Any) -> list[float | None]:
@@ -196,21 +220,25 @@ def _plain(values: Any) -> Any:
 
 
 def _tell(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
+    from rich.console import Console
+
     from rotorsim.commands.options import print_table
 
-    told = summary(found)
+    numbers = summary(found)
     if as_json:
-        typer.echo(json.dumps(told | {"files": files}, indent=2))
+        typer.echo(json.dumps(numbers | {"files": files}, indent=2))
         return
-    print_table([(key.replace("_", " "), _short(value)) for key, value in told.items()], files)
+    listed = {key for key, _, _ in LISTED.values()}
+    rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
+    for table in tables(found):
+        Console(highlight=False).print(table)
+    print_table(rows, files)
 
 
 def _short(value: Any) -> str:
+    """A number, or the ends of a range."""
+    if isinstance(value, float):
+        return f"{value:.5g}"
     if isinstance(value, list):
-        return "; ".join(_short(v) for v in value) if value and isinstance(value[0], list) else _listed(value)
-    return str(value)
-
-
-def _listed(values: list[Any]) -> str:
-    write: Callable[[Any], str] = lambda v: "none" if v is None else f"{v:.5g}"  # noqa: E731
-    return (" to " if len(values) == 2 else ", ").join(map(write, values))
+        return " to ".join(map(_short, value))
+    return "none" if value is None else str(value)

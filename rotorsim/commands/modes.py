@@ -1,14 +1,28 @@
-"""`rotorsim modes`: mode shapes of the coupled machine at an operating point, as pictures or to turn in a window."""
+"""`rotorsim modes`: mode shapes of the coupled machine at an operating point, as pictures or in a 3D window."""
 
 from __future__ import annotations
 
 import json
+import sys
+from math import pi
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotorsim.commands.options import Changes, GridSize, MachineName, a_folder, fresh_folder, make_plant, quantity
+from rotorsim.commands.options import (
+    Changes,
+    GridSize,
+    MachineName,
+    a_folder,
+    make_plant,
+    quantity,
+    say_if_compiling,
+)
+from rotorsim.commands.results import results
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 EXAMPLE = "Example: rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes"
 
@@ -21,31 +35,63 @@ def modes(
     grid: GridSize = None,
     changes: Changes = None,
     show: Annotated[bool, typer.Option("--show", help="Open a window to turn the modes in.")] = False,
-    pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG.")] = True,
+    pictures: Annotated[
+        bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace modes that are in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film together at one operating point."""
-    from math import pi
-
     from rotorsim.analysis import mode_shapes
-    from rotorsim.commands.options import print_table
+    from rotorsim.base.netcdf import write_netcdf
+    from rotorsim.errors import DataError
+    from rotorsim.machine.rim_speed import ask_rim_speed
+    from rotorsim.report.figures.mode_pictures import lacking
 
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = make_plant(machine, grid, None, changes or [])
-    found = mode_shapes(plant, *at)
-    found = found.isel(mode=slice(count))
-    folder = out or fresh_folder(Path("modes"))
-    folder.mkdir(parents=True, exist_ok=True)
-    found.to_netcdf(folder / "modes.nc", engine="h5netcdf")
-    files = {"modes": str(folder / "modes.nc")}
-    if pictures or show:
-        from rotorsim.report.mode_pictures import draw_modes, show_modes
+    ask_rim_speed(plant.machine, at[0], "--speed")
+    wanted = pictures is not False or show
+    missing = lacking() if wanted else ""
+    if missing and (pictures or show):
+        raise DataError(missing)
+    names = [f"mode_{k + 1}.png" for k in range(count)] if pictures is not False else []
+    with results(out, "modes", ["modes.nc", *names], force) as folder:
+        say_if_compiling(plant.assembly, "settle")
+        found = mode_shapes(plant, *at)
+        found = found.isel(mode=slice(count))
+        write_netcdf(folder / "modes.nc", found)
+        files = {"modes": str(folder / "modes.nc")}
+        if wanted and not missing:
+            drawn, missing = _drawn(found, folder, pictures is not False, show)
+            files |= drawn
+    _print(found, files, as_json)
+    if missing:
+        print(missing, file=sys.stderr)
+        if pictures or show:
+            raise typer.Exit(2)
 
+
+def _drawn(found: xr.Dataset, folder: Path, pictures: bool, show: bool) -> tuple[dict[str, str], str]:
+    """Files of the pictures, and why there are none."""
+    from rotorsim.errors import DataError
+    from rotorsim.report.figures.mode_pictures import draw_modes, show_modes
+
+    files: dict[str, str] = {}
+    try:
         if pictures:
-            files |= {f"mode {k + 1}": str(p) for k, p in enumerate(draw_modes(found, folder))}
+            files = {f"mode {k + 1}": str(p) for k, p in enumerate(draw_modes(found, folder))}
         if show:
             show_modes(found)
+    except DataError as error:
+        return files, str(error)
+    return files, ""
+
+
+def _print(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
+    from rotorsim.commands.options import print_table
+
     rows = [
         {"mode": k + 1, "frequency_hz": float(found["wn"][k]) / (2 * pi), "damping_ratio": float(found["zeta"][k]),
          "whirl": str(found["whirl"].values[k])}

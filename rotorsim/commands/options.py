@@ -1,4 +1,4 @@
-"""What the commands that run a machine share: its options, values with units, folders."""
+"""Shared options of the commands that run a machine: values with units, output folders, messages."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from rotorsim.experiments import Outcome
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
+    from rotorsim.plant.assemble import Assembly
 
 MachineName = Annotated[str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.")]
 GridSize = Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 64x16.")]
@@ -28,9 +30,10 @@ ANGULAR = ("rpm", "rad", "deg", "turn", "rev")
 
 
 def make_plant(machine: str | Machine, grid: str | None, time_step: str | None, changes: list[str]) -> Plant:
-    """The plant of a machine (or of a machine's name or path) with the changes of the command line."""
+    """Plant of a machine, machine name or path, with the changes given on the command line."""
     from rotorsim.errors import MachineFileError
     from rotorsim.machine import load_machine
+    from rotorsim.machine.usual import ask_machine
     from rotorsim.plant import Plant
 
     loaded = load_machine(machine) if isinstance(machine, str) else machine
@@ -48,6 +51,7 @@ def make_plant(machine: str | Machine, grid: str | None, time_step: str | None, 
                 f"--set: '{change}' is not PATH=VALUE; write e.g. --set effects.unbalance.me='12 g*mm'"
             )
         loaded = loaded.replace(path.strip(), _value(value.strip()))
+    ask_machine(loaded)
     return Plant(loaded)
 
 
@@ -62,22 +66,28 @@ def _value(text: str) -> Any:
 
 
 def quantity(option: str, text: str, unit: str) -> float:
-    """SI value of an option's text; raises MachineFileError. A frequency [Hz] may also be written as a speed."""
+    """SI value of an option's text, with a question if it is unusual; raises MachineFileError.
+
+    A frequency [Hz] may also be written as a speed.
+    """
     from math import pi
 
     from rotorsim.errors import MachineFileError
     from rotorsim.machine.units import parse
+    from rotorsim.machine.usual import ask
 
     try:
         if unit == "Hz" and any(word in text for word in ANGULAR):
             return float(f"{parse(text, 'rad/s') / (2 * pi):.12g}")
-        return float(parse(text, unit))
+        value = float(parse(text, unit))
     except ValueError as error:
         raise MachineFileError(f"--{option}: {error}") from error
+    ask(option, value, unit, text, "--")
+    return value
 
 
 def a_folder(path: Path | None) -> Path | None:
-    """What --out names, if it can be a folder; a callback of that option. Raises DataError for a file."""
+    """Callback of --out: folder path; raises DataError for a file."""
     from rotorsim.errors import DataError
 
     if path is not None and path.exists() and not path.is_dir():
@@ -85,72 +95,62 @@ def a_folder(path: Path | None) -> Path | None:
     return path
 
 
-def results_folder(out: Path | None, default: str, result: str, force: bool) -> Path:
-    """Folder of new results, `out` or a fresh one; raises DataError if `result` is in it and `force` is not given."""
-    if out is None:
-        return Path(default) if force else fresh_folder(Path(default))
-    return free_record(out / result, force).parent
+def say_if_compiling(assembly: Assembly, *kernels: str) -> None:
+    """Print one line on stderr if a kernel of a machine ('settle', 'run') is to be compiled first."""
+    from reynolds.jit import cache_folder
 
-
-def fresh_folder(base: Path) -> Path:
-    """`base`, or the first of base-2, base-3 ... that does not exist yet."""
-    folder, n = base, 1
-    while folder.exists():
-        n += 1
-        folder = base.with_name(f"{base.name}-{n}")
-    return folder
-
-
-def free_record(path: Path, force: bool) -> Path:
-    """The path of a record to write; raises DataError if one is there and `force` is not given."""
-    from rotorsim.errors import DataError
-
-    if path.exists() and not force:
-        raise DataError(f"{path}: is there already; choose another --out or add --force")
-    return path
-
-
-def say_if_compiling(plant: Plant) -> None:
-    """Tell on a terminal that the first run of a kind of machine takes longer."""
-    from rotorsim.plant.compose import is_compiled
-
-    if sys.stderr.isatty() and not is_compiled(plant.assembly.module):
-        print("compiling the kernels for this kind of machine: half a minute, once", file=sys.stderr)
+    module = assembly.module
+    folder = cache_folder([Path(str(module.__file__))])
+    if not all(any(folder.rglob(f"{module.__name__}.{kernel}-*.nbi")) for kernel in kernels):
+        print("compiling the kernels for this kind of machine: half a minute, once", file=sys.stderr, flush=True)
 
 
 @contextmanager
 def told_as_kept(record: Path) -> Iterator[None]:
-    """Ctrl-C while results are made from a record: say that the record is there."""
+    """On Ctrl-C or a full disk during post-processing, print that the record is kept."""
+    from rotorsim.base.files import WriteError
+
     try:
         yield
+    except WriteError as error:
+        print(f"{error}; the record is kept: {record}", file=sys.stderr)
+        raise typer.Exit(2) from None
     except KeyboardInterrupt:
         print(f"interrupted: the record is kept, without its results: {record}", file=sys.stderr)
         raise typer.Exit(130) from None
 
 
-def leave_if_empty(ended: str, samples: int) -> None:
-    """Exit with one sentence if nothing was simulated."""
+def leave_if_empty(outcome: Outcome, record: Path) -> None:
+    """Exit with one sentence if nothing was simulated or a full disk ended the record."""
     from rotorsim.experiments.recording import FEWEST
 
+    ended, samples = outcome.ended, outcome.samples
+    if outcome.error is not None:
+        leave_if_cut(outcome, record)
     if samples < FEWEST:
-        print(f"{ended}; too little was simulated to keep", file=sys.stderr)
+        early = f"interrupted before the {'second' if samples else 'first'} sample; the same command starts again"
+        print(early if ended == "interrupted" else f"{ended}; too little was simulated to keep", file=sys.stderr)
         raise typer.Exit(130 if ended == "interrupted" else 2)
 
 
-def leave_if_cut(ended: str, samples: int, asked: int, record: Path) -> None:
-    """Exit with one sentence if the run did not reach its end."""
+def leave_if_cut(outcome: Outcome, record: Path) -> None:
+    """Exit with one sentence if the run ended early."""
     from rotorsim.machine.numerics import SAMPLE
 
-    if ended == "interrupted":
-        print(f"interrupted: {samples * SAMPLE:.1f} s of {asked * SAMPLE:.1f} s are in {record}", file=sys.stderr)
+    length = f"{outcome.samples * SAMPLE:.1f} s of {outcome.asked * SAMPLE:.1f} s"
+    if outcome.ended == "interrupted":
+        print(f"interrupted: {length} are in {record}", file=sys.stderr)
         raise typer.Exit(130)
-    if ended != "complete":
-        print(f"{ended}; what was simulated is in {record}", file=sys.stderr)
+    if (error := outcome.error) is not None:
+        print(f"{record}: {error.reason}; {length} are in it; {error.way_out}", file=sys.stderr)
+        raise typer.Exit(2)
+    if outcome.ended != "complete":
+        print(f"{outcome.ended}; what was simulated is in {record}", file=sys.stderr)
         raise typer.Exit(2)
 
 
 def resumable(command: Callable[..., None]) -> Callable[..., None]:
-    """A command that says on Ctrl-C that what it has computed is not lost."""
+    """Decorator: on Ctrl-C the command prints that its computed results are kept."""
 
     @wraps(command)
     def run(*arguments: Any, **options: Any) -> None:
@@ -164,7 +164,7 @@ def resumable(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
-    """Results as a table, then the files' paths."""
+    """Print the results as a table, then the paths of the files."""
     from rich.console import Console
     from rich.table import Table
 

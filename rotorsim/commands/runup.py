@@ -17,8 +17,6 @@ from rotorsim.commands.options import (
     TimeStep,
     WithReport,
     a_folder,
-    free_record,
-    fresh_folder,
     leave_if_cut,
     leave_if_empty,
     make_plant,
@@ -27,10 +25,12 @@ from rotorsim.commands.options import (
     say_if_compiling,
     told_as_kept,
 )
+from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.experiments import Outcome
 
+RECORD, REPORT = "runup.nc", "report.html"
 EXAMPLE = (
     "Example: rotorsim runup dtu_gas_bearing --pressure '0.5 MPa' --stop '7000 rpm' "
     "--set effects.unbalance.me='12 g*mm' --out my_run"
@@ -56,6 +56,7 @@ def runup(
     """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
     from rotorsim.errors import DataError
     from rotorsim.experiments import Runup, record
+    from rotorsim.experiments.parameters import ask_speeds
 
     ramp = {name: quantity(name, text, "rad/s") for name, text in (("start", start), ("stop", stop))}
     ramp["rate"] = quantity("rate", rate, "rad/s^2")
@@ -64,25 +65,28 @@ def runup(
         raise DataError(f"--pressure: '{pressure}' is negative; give the gauge pressure of the supply, e.g. '0.3 MPa'")
     plant = make_plant(machine, grid, time_step, changes or [])
     experiment = Runup(**ramp)
-    path = free_record((out or fresh_folder(Path("runup"))) / "runup.nc", force)
-    say_if_compiling(plant)
-    outcome = record(plant, experiment, path, progress=not as_json)
-    leave_if_empty(outcome.ended, outcome.samples)
-    with told_as_kept(path):
-        summary, rows = _analyse(path, path.with_name("report.html") if report else None, outcome)
+    ask_speeds(plant.machine, experiment)
+    names = (RECORD, REPORT) if report else (RECORD,)
+    with results(out, "runup", names, force) as folder:
+        path = folder / RECORD
+        say_if_compiling(plant.assembly, "settle", "run")
+        outcome = record(plant, experiment, path, progress=not as_json)
+        leave_if_empty(outcome, path)
+        with told_as_kept(path):
+            summary, rows = _analyse(path, folder / REPORT if report else None, outcome)
     if as_json:
         typer.echo(json.dumps(summary, indent=2))
     else:
         print_table(rows, summary["files"])
-    leave_if_cut(outcome.ended, outcome.samples, outcome.asked, path)
+    leave_if_cut(outcome, path)
 
 
 def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
     """Summary of the run as numbers and as rows of text; writes the report beside the record."""
     from rotorsim.experiments.tracking import open_record
-    from rotorsim.report.page import save_page
-    from rotorsim.report.run import analyse
-    from rotorsim.report.tables import results
+    from rotorsim.report.pages.page import save_page
+    from rotorsim.report.pages.run import analyse
+    from rotorsim.report.text.tables import results
 
     with open_record(record) as data:
         run = analyse(data)

@@ -8,9 +8,14 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.base.file_set import replacing_all
+from rotorsim.base.files import write_json
 from rotorsim.commands.options import MachineName, a_folder, resumable
+from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study_told import Counter, numbers_of, print_claims, write_page
 
+RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
+"""Files in the folder; where the last is, the others are complete."""
 app = typer.Typer(
     help="Studies that reproduce the thesis on the virtual rig.",
     epilog="Example: rotorsim study identification-vs-physics --out study",
@@ -48,31 +53,37 @@ def identification_vs_physics(
     """
     from rotorsim.commands.data import sentences
     from rotorsim.commands.options import make_plant
-    from rotorsim.study.claims import claims
-    from rotorsim.study.identification_vs_physics import study
-    from rotorsim.study.plans import HELD, QUICK, Layout, run
-    from rotorsim.study.sources import sources_of
-    from rotorsim.study.targets import targets
+    from rotorsim.reproduction.claims.identification_numbers import identification_numbers
+    from rotorsim.reproduction.claims.judge import MET, NOT_MET
+    from rotorsim.reproduction.claims.targets import targets
+    from rotorsim.reproduction.claims.verdicts import verdicts
+    from rotorsim.reproduction.identification_vs_physics import study
+    from rotorsim.reproduction.plans import COUNTED, QUICK, Layout, run
+    from rotorsim.reproduction.sources import sources_of
 
+    refuse_campaign(out)
     plant = make_plant(machine, None, None, [])
-    out.mkdir(parents=True, exist_ok=True)
-    folders = campaign or run(plant.machine, QUICK if quick else Layout(), out, jobs)
-    with sentences():
-        sources = sources_of(folders)
-        total = sum(source.role not in HELD for source in sources)
-        found = study(plant, sources, jobs, 1 if quick else 3, surfaces, Counter(total))
-    told, reached = claims(found), targets(found)
-    found.refined.save(out / "model.json")
-    found.lpv_2.save(out / "model_2.json")
-    numbers = numbers_of(found, told, reached)
-    (out / "study.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
-    write_page(found, told, reached, out / "report.html", plant.machine.name)
+    records = [str(folder.absolute()) for folder in campaign or []]
+    inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
+    with study_folder(out, inputs | {"grid": "quick" if quick else "whole"}):
+        folders = campaign or run(plant.machine, QUICK if quick else Layout(), out, jobs)
+        with sentences():
+            sources = sources_of(folders)
+            total = sum(source.role in COUNTED for source in sources)
+            found = study(plant, sources, jobs, surfaces, Counter(total))
+        told, reached = verdicts(identification_numbers(found), "I"), targets(found)
+        numbers = numbers_of(found, told, reached)
+        with replacing_all(out, RESULTS) as part:
+            found.refined.save(part / "model.json")
+            found.lpv_2.save(part / "model_2.json")
+            write_page(found, told, reached, part / "report.html", plant.machine.name)
+            write_json(part / "study.json", numbers)
     if as_json:
         typer.echo(json.dumps({key: numbers[key] for key in ("errors", "claims", "targets")}, indent=2))
         return
     print_claims(told)
     for target in reached:
-        typer.echo(f"{'met' if target.met else 'NOT MET':8s} {target.figure}: {target.value:.3g} {target.unit} "
+        typer.echo(f"{MET if target.met else NOT_MET:8s} {target.figure}: {target.value:.3g} {target.unit} "
                    f"({target.bound:g}); {target.remark}")  # fmt: skip
     typer.echo(f"{out / 'report.html'}: report; {out / 'model.json'}: LPV model (Model 3), {out / 'model_2.json'}: "
                f"Model 2; {out / 'study.json'}: numbers")  # fmt: skip

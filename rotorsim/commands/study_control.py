@@ -1,15 +1,22 @@
-"""`rotorsim study control` and `rotorsim study whole`: every design on a model, verified, and the thesis' claims."""
+"""`rotorsim study control` and `rotorsim study whole`: designs on a model, verification, the thesis' claims."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.base.file_set import replacing_all
+from rotorsim.base.files import write_json
 from rotorsim.commands.options import AsJson, MachineName, a_folder, resumable
+from rotorsim.commands.results import refuse_campaign, study as study_folder
+
+if TYPE_CHECKING:
+    from identification.lpv.model import LpvModel
+    from rotorsim.plant import Plant
 
 EXAMPLE = "Example: rotorsim study control model_2.json dtu_gas_bearing --out control"
 WHOLE_EXAMPLE = "Example: rotorsim study whole dtu_gas_bearing --out study"
@@ -30,15 +37,17 @@ def control(
 ) -> None:
     """Design every controller on a model, verify them on the nonlinear plant and fill the claims C1 to C12."""
     from identification import ModelError, load_model
-    from identification.lpv import LpvModel
+    from identification.lpv.model import LpvModel
     from rotorsim.commands.options import make_plant
     from rotorsim.commands.study_told import print_claims, stage_bar
     from rotorsim.errors import DataError
-    from rotorsim.report.study_page import save_study_page
-    from rotorsim.study.control import control_study
-    from rotorsim.study.control_claims import control_claims
-    from rotorsim.study.page import claims_block, control_blocks
+    from rotorsim.report.pages.study import save_study_page
+    from rotorsim.reproduction.claims.control_numbers import control_numbers
+    from rotorsim.reproduction.claims.verdicts import claims_blocks, plain, verdicts
+    from rotorsim.reproduction.control import control_study
+    from rotorsim.reproduction.page import control_blocks
 
+    refuse_campaign(out)
     try:
         loaded = load_model(model)
     except ModelError as error:
@@ -46,13 +55,15 @@ def control(
     if not isinstance(loaded, LpvModel):
         raise DataError(f"{model}: holds for one operating point; give a model of several, e.g. from a campaign")
     plant = make_plant(machine, None, None, [])
-    found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
-    claims = control_claims(found, loaded)
-    blocks = [claims_block(claims, "Claims on control"), *control_blocks(found)]
-    save_study_page(f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant.", blocks,
-                    out / "report.html")  # fmt: skip
-    told = {"claims": [asdict(c) for c in claims], "refused": found.refused}
-    (out / "control.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    with study_folder(out, _inputs("control", plant, quick) | {"model": _digest(loaded)}):
+        found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
+        claims = verdicts(control_numbers(found, loaded), "C")
+        blocks = [*claims_blocks(claims, "Claims on control"), *control_blocks(found)]
+        told = {"claims": plain(claims), "refused": found.refused}
+        title, text = f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant."
+        with replacing_all(out, ("report.html", "control.json")) as part:
+            save_study_page(title, text, blocks, part / "report.html")
+            write_json(part / "control.json", told)
     if as_json:
         typer.echo(json.dumps(told, indent=2))
         return
@@ -74,16 +85,27 @@ def whole(
     from rotorsim.commands.data import sentences
     from rotorsim.commands.options import make_plant
     from rotorsim.commands.study_told import print_claims, stage_bar
-    from rotorsim.study.whole import whole_study
+    from rotorsim.reproduction.claims.verdicts import plain
+    from rotorsim.reproduction.whole import whole_study
 
+    refuse_campaign(out)
     plant = make_plant(machine, None, None, [])
-    with sentences():
+    with sentences(), study_folder(out, _inputs("whole", plant, quick)):
         found = whole_study(plant, out, stage_bar(), jobs, quick)
-    told = {"claims": [asdict(c) for c in found.claims], "targets": found.targets, "refused": found.control.refused,
-            "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip
-    (out / "study.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        told = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,
+                "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip
+        write_json(out / "study.json", told)
     if as_json:
         typer.echo(json.dumps(told, indent=2))
         return
     print_claims(found.claims)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results; {out / 'study.json'}: numbers")
+
+
+def _digest(model: LpvModel) -> str:
+    return sha256(json.dumps(model.to_dict(), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _inputs(kind: str, plant: Plant, quick: bool) -> dict[str, str]:
+    """What a study follows from."""
+    return {"kind": kind, "machine": plant.machine.hash, "grid": "quick" if quick else "whole"}

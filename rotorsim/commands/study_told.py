@@ -1,4 +1,4 @@
-"""What `rotorsim study` says: a counter, the numbers for programs, the report."""
+"""Printed output of `rotorsim study`: progress counter, JSON numbers, report."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rotorsim.study.claims import Claim
-    from rotorsim.study.identification_vs_physics import Study
-    from rotorsim.study.pool import Told
-    from rotorsim.study.targets import Target
+    from rotorsim.reproduction.claims.judge import Judged
+    from rotorsim.reproduction.claims.targets import Target
+    from rotorsim.reproduction.identification_vs_physics import Study
+    from rotorsim.reproduction.pool import Told
 
 
 class Counter:
-    """Counts records on a terminal, is silent in a pipe."""
+    """Counter of records on a terminal; nothing in a pipe."""
 
     def __init__(self, total: int) -> None:
         self.total, self.done = total, 0
@@ -27,28 +27,30 @@ class Counter:
             print(f"\r{self.done} of {self.total} operating points", end=end, file=sys.stderr, flush=True)
 
 
-def numbers_of(found: Study, told: list[Claim], reached: list[Target]) -> dict[str, Any]:
-    """Everything in the report as numbers and words."""
-    from rotorsim.study.table import HEADS, rows, summary
+def numbers_of(found: Study, told: list[Judged], reached: list[Target]) -> dict[str, Any]:
+    """Everything in the report as numbers and text."""
+    from rotorsim.reproduction.claims.verdicts import plain
+    from rotorsim.reproduction.table import HEADS, rows, summary
 
     return {
-        "errors": summary(found), "claims": [asdict(c) for c in told], "targets": [asdict(t) for t in reached],
+        "errors": summary(found), "claims": plain(told), "targets": [asdict(t) for t in reached],
         "heads": HEADS, "rows": rows(found), "rows_model_2": rows(found, "2"), "failed": found.failed,
     }  # fmt: skip
 
 
-def write_page(found: Study, told: list[Claim], reached: list[Target], path: Path, machine: str) -> None:
-    """The HTML report."""
-    from rotorsim.report.study_page import save_study_page
-    from rotorsim.study.page import claims_block, identification_blocks
+def write_page(found: Study, told: list[Judged], reached: list[Target], path: Path, machine: str) -> None:
+    """Write the HTML report."""
+    from rotorsim.report.pages.study import save_study_page
+    from rotorsim.reproduction.claims.verdicts import claims_blocks
+    from rotorsim.reproduction.page import identification_blocks
 
-    blocks = [claims_block(told), *identification_blocks(found, reached)]
+    blocks = [*claims_blocks(told, "Claims on identification"), *identification_blocks(found, reached)]
     save_study_page("Identification against physics", f"{machine}, virtual records only. This is a simulation.",
                     blocks, path)  # fmt: skip
 
 
 def stage_bar() -> Told:
-    """Tells what ended and how many of how many, on one line of a terminal; silent in a pipe."""
+    """One-line progress of the stages on a terminal; nothing in a pipe."""
 
     def told(name: str, done: int, of: int) -> None:
         if sys.stderr.isatty():
@@ -58,7 +60,8 @@ def stage_bar() -> Told:
     return told
 
 
-def print_claims(claims: list[Claim]) -> None:
-    """One line for each."""
-    for c in claims:
-        print(f"{c.number:4s} {c.verdict:8s} {c.claim}: {c.ours}")
+def print_claims(claims: list[Judged]) -> None:
+    """Print the verdicts, the figures behind them and their count."""
+    from rotorsim.reproduction.claims.verdicts import lines
+
+    print("\n".join(lines(claims)))

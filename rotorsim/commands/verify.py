@@ -1,4 +1,4 @@
-"""`rotorsim verify`: a law on the nonlinear plant of a machine, pass or fail."""
+"""`rotorsim verify`: pass or fail of a control law on the nonlinear plant of a machine."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.base.files import write_json
 from rotorsim.commands.options import Changes, Force, GridSize, MachineName, TimeStep, a_folder
+from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.verify import Verification
@@ -32,20 +34,20 @@ def verify(
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
     """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
-    from rotorsim.commands.options import make_plant, results_folder
+    from rotorsim.commands.options import make_plant, say_if_compiling
     from rotorsim.control import load_law
     from rotorsim.verify import closed_loop, safe_speed
 
     loaded = load_law(law)
     plant = make_plant(machine, grid, time_step, changes or [])
-    folder = results_folder(out, "verification", "table.json", force)
-    result = closed_loop(loaded, plant, quick=quick, tell=_tell())
-    if safe:
-        pair = [safe_speed(plant, one) for one in (None, loaded)]
-        result.runs["safe_speed"] = pair
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "table.json").write_text(json.dumps(_plain(result), indent=1) + "\n", encoding="utf-8")
-    report = result.report(folder / "report.html")
+    with results(out, "verification", ("table.json", "report.html"), force) as folder:
+        say_if_compiling(plant.assembly, "settle", "run")
+        result = closed_loop(loaded, plant, quick=quick, tell=_tell())
+        if safe:
+            pair = [safe_speed(plant, one) for one in (None, loaded)]
+            result.runs["safe_speed"] = pair
+        write_json(folder / "table.json", _plain(result))
+        report = result.report(folder / "report.html")
     _print(result, str(report), as_json)
     raise typer.Exit(0 if result.passed else FAILED)
 

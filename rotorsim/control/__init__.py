@@ -1,6 +1,5 @@
-"""Controllers: one file per design, ``design(model, Spec()) -> Law``, and the law that each becomes."""
+"""Controller designs, one file each (``design(model, Spec()) -> Law``), and the scheduled discrete law they return."""
 
-from rotorsim.control.errors import DesignError, LawError
-from rotorsim.control.law import Law, load_law
+import lazy_loader
 
-__all__ = ["DesignError", "Law", "LawError", "load_law"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""What can be wrong with a design or a law, as one sentence: thing, value, limit and way out."""
+"""Errors of designs and laws: one sentence with thing, value, limit and remedy."""
 
 from __future__ import annotations
 

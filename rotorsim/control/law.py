@@ -1,4 +1,4 @@
-r"""`Law`: the one run-time form of every controller, a discrete state space scheduled over speed and pressure.
+r"""`Law`: common run-time form of all controllers, a discrete state space scheduled over speed and pressure.
 
 .. math:: x_{k+1} = A(q) x_k + B(q) (y_k - y_c), \qquad u_k = C(q) x_k + D(q) (y_k - y_c)
 
@@ -17,7 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rotorsim.base.files import write_json
+from rotorsim.base.own_files import instead
 from rotorsim.control.errors import LawError
+from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.layout import Layout, make_layout
 from rotorsim.sampling import SAMPLE
 
@@ -28,7 +31,7 @@ MOST_STATES = 400
 
 
 class Settings(NamedTuple):
-    """What a running law needs beside its table; times in samples."""
+    """Settings of a running law apart from its table; times in samples."""
 
     refresh: float
     start: float
@@ -144,7 +147,11 @@ class Law:
         self.memory[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
 
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
-        """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample."""
+        """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample.
+
+        A sample that is NaN or infinite leaves the states as they are: the last output is held for 5 samples and then
+        fades out within 100; with good samples the law comes back without a jump. `alarm` is the reason.
+        """
         from rotorsim.control.runtime.kernels import step
 
         if len(measured) != 2:
@@ -152,6 +159,21 @@ class Law:
         x, y = float(measured[0]), float(measured[1])
         step(self.memory, self.table, self.axes, self.layout, self.settings, x, y, speed, pressure, self._out)
         return self._out.copy()
+
+    @property
+    def alarm_code(self) -> int:
+        """0 as long as the law acts; 1, 2: displacement, speed or pressure not a number; 3: its states overflowed."""
+        return alarm.code(self.memory, self.layout.guard)
+
+    @property
+    def alarm(self) -> str | None:
+        """Why the law does not act fully now, as a sentence; None as long as it does."""
+        return alarm.SENTENCES.get(self.alarm_code)
+
+    @property
+    def past_alarms(self) -> str:
+        """Bad samples since the last reset, as a sentence; empty if there were none."""
+        return alarm.past(self.memory, self.layout.guard)
 
     def at(self, speed: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """A, B, C, D as they run at an operating point."""
@@ -187,7 +209,7 @@ class Law:
 
     def save(self, path: str | Path) -> None:
         """Write the law as JSON; numbers come back bit for bit."""
-        Path(path).write_text(json.dumps(self.to_dict()) + "\n", encoding="utf-8")
+        write_json(path, self.to_dict(), indent=None)
 
 
 def load_law(path: str | Path) -> Law:
@@ -202,10 +224,9 @@ def load_law(path: str | Path) -> Law:
         return Law(**data)
     except FileNotFoundError as error:
         raise LawError(f"{path}: is not there; give a file that 'rotorsim design' wrote") from error
-    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError) as error:
-        raise LawError(f"{path}: is no law; give a JSON file that 'rotorsim design' wrote") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise LawError(f"{path}: is no law ({error}); give a file that 'rotorsim design' wrote") from error
+    except (UnicodeDecodeError, IsADirectoryError, ValueError, KeyError, TypeError, AttributeError) as error:
+        reason = instead(path, "a law", "a control law of 'rotorsim design'") or f"is not a law ({error})"
+        raise LawError(f"{path}: {reason}; give a JSON file that 'rotorsim design' wrote") from error
 
 
 def check_sampling(law: Law) -> None:

@@ -1,4 +1,4 @@
-r"""Variants of any law (thesis section 3.2.5): without gain at rest, or with a constant reference of its own.
+r"""Variants of a law (thesis section 3.2.5): zero DC gain, or a constant reference of its own.
 
 .. math:: K_0(z) = K(z)\, \frac{1 + a}{2} \frac{z - 1}{z - a}
 """

@@ -1,4 +1,4 @@
-"""What a physical effect is: a frozen dataclass of parameters, a port, one kernel.
+"""Base of physical effects: a frozen dataclass of parameters, a port and one kernel.
 
 An effect file holds the equation and its source, a dataclass whose fields are made by `param`
 (unit, bounds, NEUTRAL default, a sentence) and one kernel with its port's signature:
@@ -37,7 +37,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 
 PORTS = (
     "force", "motion", "contact", "film", "gas", "injector", "plenum", "supply", "actuator", "sensor", "torque",
@@ -76,11 +80,46 @@ class Effect:
     extra: ClassVar[tuple[str, ...]] = ()
     """Names of the numbers that `derived` adds to the kernel's record, and 'residual' for the static compliance [m/N]
     that the modes left out have where the effect acts, which the plant knows."""
+    ends_chain: ClassVar[bool] = False
+    """Whether it comes after all others of its port."""
+    memory: ClassVar[str] = "long"
+    """How long its states remember, if it has any: 'short' (the beginning of a record), 'mean' (longer, unless the
+    excitation has no mean) or 'long'."""
+    role: ClassVar[str] = "candidate"
+    """What a diagnosis makes of it: one of `diagnosis.ROLES`."""
+    forms: ClassVar[tuple[CandidateForm, ...]] = ()
+    """Forms in which a diagnosis looks for it; where there are none they follow from its parameters."""
+    calibration: ClassVar[tuple[CalibrationParameter, ...]] = ()
+    """Parameters that a diagnosis calibrates."""
+    places: ClassVar[int] = 1
+    """Number of places in which a diagnosis needs it at once."""
+    in_benchmark: ClassVar[bool] = True
+    """Whether the benchmark of diagnoses hides it: not where an excitation without mean cannot show it, its shape is
+    not varied by a draw, or the gauge at the injectors shows it."""
 
     @property
     def symmetric(self) -> bool:
         """Whether the film stays symmetric about its midplane at these parameters."""
         return True
+
+    @classmethod
+    def neutral(cls, machine: Any, place: int) -> Self:
+        """A neutral one for a diagnosis of `machine`, at the first place (0) or the next."""
+        return cls()
+
+    @classmethod
+    def candidate_forms(cls, machine: Any) -> tuple[CandidateForm, ...]:
+        """Forms in which a diagnosis of `machine` looks for it."""
+        return cls.forms or forms_of_parameters(cls)
+
+    @classmethod
+    def calibration_of(cls, machine: Any) -> tuple[CalibrationParameter, ...]:
+        """Parameters that a diagnosis of `machine` calibrates."""
+        return cls.calibration
+
+    def scatter(self, readings: np.ndarray, rng: np.random.Generator) -> np.ndarray | None:
+        """Displacement readings (n, 2) [m] with its scatter drawn from `rng`, not from the plant; None: it has none."""
+        return None
 
     def derived(self, machine: Any) -> dict[str, float]:
         """Numbers that the kernel needs of the machine, one for every name in `extra`."""
@@ -100,6 +139,21 @@ def register(effect: type[Effect]) -> type[Effect]:
         raise ValueError(f"effect {effect.name}: port {effect.port!r} is none of {', '.join(PORTS)}")
     REGISTRY[effect.name] = effect
     return effect
+
+
+def forms_of_parameters(effect: type[Effect]) -> tuple[CandidateForm, ...]:
+    """Forms from the parameters alone: each that is neutral at 0, with its phase, by a thousandth of its bound."""
+    numbers = [f for f in fields(effect) if f.name != "position" and f.default == 0.0]
+    phases = {f.name for f in numbers if f.metadata.get("unit") == "rad" and f.name.endswith("phase")}
+    found = []
+    for f in numbers:
+        if f.name in phases:
+            continue
+        low, high = f.metadata["bounds"]
+        phase = next((p for p in (f"{f.name}_phase", "phase") if p in phases), "")
+        size = min(abs(high), abs(low) or abs(high))
+        found.append(CandidateForm(f.name, 1e-3 * size if size < 1e299 else 1e-3, phase, signed=low < 0))
+    return tuple(found)
 
 
 def numeric_fields(effect: type[Effect]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Virtual experiments: a plant in, a record of the schema out.
+"""Virtual experiments: functions and dataclasses that run a plant and return a record.
 
 Each is a function ``name(plant, ..., seed=0, progress=False) -> Dataset`` and a frozen dataclass of its parameters,
 which `run` runs in memory and `record` streams to a file.

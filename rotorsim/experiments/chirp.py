@@ -1,4 +1,4 @@
-r"""A swept sine of the reference.
+r"""Chirp: swept sine of the reference.
 
 .. math:: r(t) = a \sin 2\pi \int_0^t f\,d\tau, \qquad f = f_0 + (f_1 - f_0)\,t/T
           \quad\text{or}\quad f = f_0 (f_1/f_0)^{t/T}

@@ -1,4 +1,4 @@
-"""Coast-down: the drive is off, film friction and bearing drag decelerate the shaft; or a declared ramp."""
+"""Coast-down: deceleration by film friction and bearing drag with the drive off, or along a prescribed ramp."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Closed loop: a discrete controller at 5 kHz, with bias, dither and hits from other experiments.
+"""Closed loop with a discrete controller at 5 kHz; bias, dither and impacts from other experiments.
 
 The controller sees a sample's measured displacement, speed and pressure and acts in the next sample. The total
 reference is limited to the actuators' range and recorded as `reference`; `reference_external` is what was added to the
@@ -18,12 +18,14 @@ from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import run
+from rotorsim.plant.controller import check_controller, provenance
 
 if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import ArrayLike
 
-    from rotorsim.plant.plant import Controller, Plant
+    from rotorsim.plant.controller import Controller
+    from rotorsim.plant.plant import Plant
 
 
 @dataclass(frozen=True)
@@ -40,11 +42,7 @@ class Controlled(AtPoint):
 
     def check(self) -> None:
         """Refuse what is no controller or no excitation."""
-        if not callable(getattr(self.controller, "step", None)):
-            raise DataError(
-                f"controller = {self.controller!r}: has no method step(measured, speed, pressure); "
-                "give e.g. rotorsim.experiments.ProportionalLaw()"
-            )
+        check_controller(self.controller)
         for other in self.excitations:
             if not isinstance(other, Experiment) or isinstance(other, Controlled):
                 raise DataError(f"excitations: {other!r} is no open-loop experiment; give e.g. Prbs(amplitude=0.2)")
@@ -66,9 +64,7 @@ class Controlled(AtPoint):
 
     def attrs(self) -> dict[str, Any]:
         """Name and parameters of the experiment, its controller and its excitations, SI."""
-        told = super().attrs() | {"controller": type(self.controller).__name__}
-        about = getattr(self.controller, "attrs", None)
-        told |= about() if callable(about) else {}
+        told = super().attrs() | provenance(self.controller)
         for number, other in enumerate(self.excitations, start=1):
             own = {key: value for key, value in other.attrs().items() if key not in ("speed", "pressure")}
             told |= {f"excitation_{number}_{key}": value for key, value in own.items()}

@@ -1,4 +1,4 @@
-"""What an experiment is: where it starts, how long it lasts, and the input rows of any stretch of it.
+"""Base of experiments: start point, duration and the inputs of any block of samples.
 
 An experiment is a frozen dataclass. It knows no plant, draws from its `sequence` alone and computes any stretch of its
 rows without the ones before, so that hours take no more memory than seconds and the size of the blocks changes nothing.
@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from rotorsim.errors import DataError
 from rotorsim.experiments.parameters import attributes, check_parameters, param
 from rotorsim.machine.numerics import SAMPLE
+
+if TYPE_CHECKING:
+    from rotorsim.machine import Machine
 
 LONGEST = 1e6
 """Longest run [s]."""
@@ -25,6 +28,11 @@ NYQUIST = 0.5 / SAMPLE
 
 DRIVEN = {"x": (0,), "y": (1,), "both": (0, 1)}
 """Axes that are driven one after the other."""
+
+
+def reference_range(machine: Machine) -> float:
+    """Largest reference [V] of a machine: that of its actuators, at most `REFERENCE_LIMIT`."""
+    return REFERENCE_LIMIT if machine.actuators is None else min(machine.actuators.limit, REFERENCE_LIMIT)
 
 
 @dataclass(frozen=True)

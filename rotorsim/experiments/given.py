@@ -1,4 +1,4 @@
-"""Any reference and force on the disc, as arrays: for `run`, `record` or as an excitation of a closed loop."""
+"""User-defined reference and disc force as arrays."""
 
 from __future__ import annotations
 

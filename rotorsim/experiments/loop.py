@@ -1,4 +1,4 @@
-"""A discrete controller round the plant: one sample of delay, the total reference limited to the actuators' range."""
+"""Running feedback loop: one sample of delay, total reference limited to the actuators' range."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.errors import ConvergenceError, DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.errors import ControllerError, ConvergenceError
+from rotorsim.experiments.experiment import reference_range
 from rotorsim.machine.numerics import SAMPLE
+from rotorsim.plant.controller import ask
 
 if TYPE_CHECKING:
-    from rotorsim.plant.plant import Controller
+    from rotorsim.plant.controller import Controller
     from rotorsim.plant.simulation import Simulation
 
 
@@ -28,18 +29,22 @@ class Loop:
     def advance(self, simulation: Simulation, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sample table and the input rows really applied, for rows whose reference is the external one.
 
-        A ConvergenceError carries both, up to the failure, in `where["table"]` and `where["rows"]`.
+        A ConvergenceError or ControllerError carries both, up to the failure, in `where["table"]` and `where["rows"]`.
         """
         used = rows.copy()
         tables: list[np.ndarray] = []
+        limit = reference_range(simulation.assembly.machine)
         for k in range(len(rows)):
-            used[k, 2:4] = np.clip(rows[k, 2:4] + self.output, -REFERENCE_LIMIT, REFERENCE_LIMIT)
+            used[k, 2:4] = np.clip(rows[k, 2:4] + self.output, -limit, limit)
             try:
                 tables.append(simulation.advance(used[k : k + 1]))
             except ConvergenceError as error:
                 done = np.concatenate([*tables, error.where["table"]])
                 raise ConvergenceError(str(error), table=done, rows=used[:k]) from error
-            self.output = self._ask(simulation, tables[-1], used[k])
+            try:
+                self.output = self._ask(simulation, tables[-1], used[k])
+            except ControllerError as error:
+                raise ControllerError(str(error), table=np.concatenate(tables), rows=used[: k + 1]) from error
         return np.concatenate(tables), used
 
     def _ask(self, simulation: Simulation, table: np.ndarray, row: np.ndarray) -> np.ndarray:
@@ -48,8 +53,5 @@ class Loop:
         seen: dict[str, Any] = split_columns(table, row[None], simulation.assembly.film_model is not None)
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
-        output = np.asarray(self.controller.step(seen["disc_measured"][0], float(speed), float(pressure)), float)
-        if output.shape != (2,) or not np.all(np.isfinite(output)):
-            time = simulation.samples * SAMPLE
-            raise DataError(f"controller: gave {output} at t = {time:.4f} s; it must give two finite voltages [V]")
-        return output
+        time = (simulation.samples - 1) * SAMPLE
+        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time)

@@ -1,4 +1,4 @@
-r"""Multisines with interleaved lines: x and y are excited at once, each at frequencies of its own.
+r"""Multisine excitation of x and y at once, on interleaved frequency lines.
 
 .. math:: r(t) = s \sum_k \cos(2\pi k t/T + \varphi_k), \qquad k \in L_x \text{ or } L_y,\ L_x \cap L_y = \emptyset
 

@@ -1,4 +1,4 @@
-r"""Proportional feedback with a first-order low-pass on each axis (thesis eq. C.21, section C.5).
+r"""Proportional feedback with first-order low-pass on each axis (thesis eq. C.21, section C.5).
 
 .. math:: r = H\,g\,(p - p_c), \qquad H(s) = \frac{2\pi f}{s + 2\pi f}
 
@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.control.runtime.alarm import SENTENCES, code
+from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
 from rotorsim.experiments.experiment import NYQUIST
 from rotorsim.experiments.parameters import attributes, check_parameters, param
 from rotorsim.machine.numerics import SAMPLE
@@ -27,20 +29,30 @@ class ProportionalLaw:
     low_pass: float = param("Hz", "Bandwidth of the low-pass.", 1000.0, above=0, high=NYQUIST)
     centre: tuple[float, float] = (0.0, 0.0)
     state: np.ndarray = field(default_factory=lambda: np.zeros(2), repr=False)
+    memory: np.ndarray = field(default_factory=lambda: np.zeros(SIZE), repr=False)
 
     def __post_init__(self) -> None:
         check_parameters(self)
 
     def reset(self) -> None:
         """Forget the past."""
-        self.state = np.zeros(2)
+        self.state, self.memory = np.zeros(2), np.zeros(SIZE)
 
     def step(self, measured: np.ndarray, speed: float, pressure: float) -> np.ndarray:
-        """Reference (2,) [V] for the next sample from the measured disc (2,) [m]."""
-        keep = np.exp(-2 * np.pi * self.low_pass * SAMPLE)
-        asked = np.array([self.gain_x, self.gain_y]) * (np.asarray(measured) - self.centre)
-        self.state = keep * self.state + (1 - keep) * asked
-        return self.state.copy()
+        """Reference (2,) [V] for the next sample from the measured disc (2,) [m]; held where that is not finite."""
+        bad = not np.all(np.abs(measured) < FARTHEST)
+        if not bad:
+            keep = np.exp(-2 * np.pi * self.low_pass * SAMPLE)
+            asked = np.array([self.gain_x, self.gain_y]) * (np.asarray(measured) - self.centre)
+            self.state = keep * self.state + (1 - keep) * asked
+        output = self.state.copy()
+        guard(self.memory, SENSOR if bad else OK, output)
+        return output
+
+    @property
+    def alarm(self) -> str | None:
+        """Why the law does not act fully now, as a sentence; None as long as it does."""
+        return SENTENCES.get(code(self.memory, 0))
 
     def attrs(self) -> dict[str, Any]:
         """Parameters for a record's attributes."""

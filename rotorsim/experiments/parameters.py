@@ -1,4 +1,4 @@
-"""Parameters of an experiment: SI value, unit, limits and a sentence each; the commands' options are made of them."""
+"""Parameters of an experiment with SI unit, limits and description, the source of the command-line options."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ from collections.abc import Iterator
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rotorsim.errors import DataError
 from rotorsim.machine.numerics import SAMPLE
-from rotorsim.machine.unit_table import dimension
+from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.machine.units import show
+from rotorsim.machine.usual import ask
+
+if TYPE_CHECKING:
+    from rotorsim.machine.schema import Machine
 
 LARGEST = 1e15
 """Largest SI value of a parameter without limits of its own: its square is a number still."""
@@ -54,11 +58,28 @@ def parameters(experiment: Any) -> Iterator[tuple[Field[Any], Param]]:
 
 
 def check_parameters(experiment: Any) -> None:
-    """Make every parameter a plain number or word; raises DataError with one sentence for a bad one."""
+    """Make every parameter a plain number or word; raises DataError with one sentence for a bad one.
+
+    Warns Unusual of one far from all that is done.
+    """
     for entry, known in parameters(experiment):
         value = getattr(experiment, entry.name)
         if value is not None or entry.default is not None:
-            object.__setattr__(experiment, entry.name, checked(entry.name, value, known))
+            object.__setattr__(experiment, entry.name, checked(entry.name, value, known, entry.default))
+            ask_of(entry.name, getattr(experiment, entry.name), known)
+
+
+def ask_of(name: str, value: Any, known: Param) -> None:
+    """Question an unusual number."""
+    if not isinstance(value, str):
+        ask(name, value, known.unit)
+
+
+def ask_speeds(machine: Machine, experiment: Any) -> None:
+    """Question the speeds of an experiment at which the machine's rim would be too fast."""
+    for entry, known in parameters(experiment):
+        if known.unit == "rad/s" and getattr(experiment, entry.name) is not None:
+            ask_rim_speed(machine, getattr(experiment, entry.name), entry.name)
 
 
 def attributes(experiment: Any) -> dict[str, Any]:
@@ -67,20 +88,28 @@ def attributes(experiment: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def checked(name: str, value: Any, known: Param) -> Any:
+def example(default: Any, known: Param) -> str:
+    """What to give instead of what is no number: the default, else a number within the limits, in SI."""
+    least = known.low if known.low is not None else (known.above or 0.0)
+    number = default if default is not None else least + 1.0 if known.high is None else 0.5 * (least + known.high)
+    return f"{number:.6g}{'' if known.unit == '1' else f' ({known.unit})'}"
+
+
+def checked(name: str, value: Any, known: Param, default: Any = None) -> Any:
     """The value as a plain one; raises DataError."""
     if known.choices:
         if value not in known.choices:
             raise DataError(f"{name} = {value!r}: is not known; choose one of {', '.join(known.choices)}")
         return value
-    example = dimension(known.unit).example
     if not isinstance(value, Real) or isinstance(value, bool) or not isfinite(value):
-        raise DataError(f"{name} = {value}: must be a finite number; give e.g. {example}")
+        raise DataError(f"{name} = {value}: must be a finite number; give e.g. {example(default, known)}")
     number = float(value)
     _check_limits(name, number, known)
     if known.whole:
         if number != int(number):
-            raise DataError(f"{name} = {value}: must be a whole number; give e.g. {max(1, round(number))}")
+            raise DataError(
+                f"{name} = {value}: must be a whole number; give e.g. {max(int(known.low or 1), round(number))}"
+            )
         return int(number)
     if known.samples:
         whole_samples(name, number)

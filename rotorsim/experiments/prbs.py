@@ -1,4 +1,4 @@
-r"""Pseudo-random binary references on both axes at once, as in the thesis (sections B.4.4, C.3.4).
+r"""Pseudo-random binary excitation of both axes, as in the thesis (sections B.4.4, C.3.4).
 
 Each axis jumps between -amplitude and +amplitude, independently of the other, and only at the ticks of a clock of
 period `hold`. The thesis tells the levels of 1 V, the "fixed sampling instants" and the 2000 samples without excitation

@@ -1,44 +1,110 @@
-"""Streams a run into one NetCDF-4 file: constant memory, nothing half-written under the final name.
+"""Streaming of a run into a netCDF-4 file with constant memory; interrupted records stay valid.
 
-The file grows under a temporary name beside its target and is moved there when it is closed, complete or interrupted.
+The file grows under a temporary name in the same folder and is moved to its own when it is closed, complete or
+interrupted. Every `COMMIT` samples its state becomes one that survives a full disk and a kill. A disk that takes no
+more ends the record: `write` raises WriteError, and what was written until then is kept.
 """
 
 from __future__ import annotations
 
+import errno
 import os
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import h5netcdf
+import h5py
 import numpy as np
 
 from identification import AXES, VARIABLES
-from rotorsim.errors import DataError
+from rotorsim.base.files import (
+    GROWING,
+    WriteError,
+    check_target,
+    followed,
+    make_folder,
+    replacing,
+    temporary,
+    write_error,
+)
+from rotorsim.base.hdf5 import CommittedFile
+from rotorsim.base.hdf5_check import trust_hdf5
 
-CHUNK = 5000
+CHUNK = 1000
+"""Samples that are stored together, and the steps in which the last ones are fitted onto a full disk."""
+COMMIT = 5000
+"""Samples from one state that survives to the next."""
 FEWEST = 2
 """Samples of the shortest record that the schema takes."""
+REMOVED = "cannot be written: it was removed while it was written; leave its folder alone until the run has ended"
+Values = dict[str, np.ndarray]
 
 
 class Recording:
-    """A growing record of the schema; use as a context manager. `write` appends, `snapshot` keeps a film pressure."""
+    """A growing record of the schema; use as a context manager. `write` appends, `snapshot` keeps a film pressure.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; its folder is made.
+    attrs : dict
+        Attributes of the record.
+
+    Attributes
+    ----------
+    samples : int
+        Samples in the record.
+    stopped : WriteError or None
+        Why nothing more can be written.
+
+    Raises
+    ------
+    WriteError
+        If not even an empty record can be written.
+    """
 
     def __init__(self, path: Path, attrs: dict[str, Any]) -> None:
         self.path = path
-        self.samples = 0
-        self._temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+        self.samples = self._kept = 0
+        self.stopped: WriteError | None = None
+        self._new: list[Values] = []
         self._own_folder = not path.parent.exists()
+        make_folder(path.parent)
+        self._target = followed(path)
+        self._temporary = temporary(self._target, GROWING)
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = h5netcdf.File(self._temporary, "w")
+            check_target(self._target)
+            self._disk = CommittedFile(self._temporary)
         except OSError as error:
-            raise DataError(f"output: cannot write {path} ({error.strerror}); choose another --out") from error
-        self._file.dimensions = {"time": None, "axis": 2, "snapshot": None}
+            self._remove_own_folder()
+            raise write_error(path, error) from error
+        self._open("w")
+        self._begin(attrs)
+        try:
+            self._commit()
+        except OSError as error:
+            self._close_file()
+            self._remove()
+            raise write_error(path, error) from error
+
+    def _open(self, mode: str) -> None:
+        self._hdf5 = h5py.File(self._disk, mode, track_order=True)
+        self._file = h5netcdf.File(self._hdf5, mode)
+
+    def _close_file(self) -> None:
+        self._file.close()
+        self._hdf5.close()
+
+    def _begin(self, attrs: dict[str, Any]) -> None:
+        self._file.dimensions = {"time": None, "axis": len(AXES), "snapshot": None}
         self._file.attrs.update(attrs)
         self._variable("time", ("time",), "s", "time")
-        names = self._file.create_variable("axis", ("axis",), "S1")
-        names[:] = np.array(AXES, "S1")
+        names = self._file.create_variable("axis", ("axis",), h5py.string_dtype())
+        names[:] = np.array(AXES, object)
 
     def _variable(self, name: str, dims: tuple[str, ...], units: str, long_name: str) -> Any:
         shape = tuple(len(self._file.dimensions[d]) for d in dims[1:])
@@ -47,11 +113,20 @@ class Recording:
         variable.attrs["units"], variable.attrs["long_name"] = units, long_name
         return variable
 
-    def write(self, time: np.ndarray, values: dict[str, np.ndarray]) -> None:
-        """Append samples: variables of the schema, each (n,) or (n, dim)."""
-        end = self.samples + len(time)
+    def write(self, time: np.ndarray, values: Values) -> None:
+        """Append samples: variables of the schema, each (n,) or (n, dim); raises WriteError where the disk ends."""
+        if self.stopped is not None:
+            raise self.stopped
+        for piece in _pieces({"time": time, **values}, self.samples, COMMIT):
+            self._append(piece)
+            self._new.append(piece)
+            if self.samples % COMMIT == 0 or self._disk.error is not None:
+                self._save()
+
+    def _append(self, values: Values) -> None:
+        end = self.samples + len(values["time"])
         self._file.resize_dimension("time", end)
-        for name, value in {"time": time, **values}.items():
+        for name, value in values.items():
             if name not in self._file.variables:
                 self._add(name, value)
             self._file.variables[name][self.samples : end] = value
@@ -65,8 +140,51 @@ class Recording:
             number[:] = np.arange(1, value.shape[1] + 1)
         self._variable(name, ("time", *known.dims), known.units, known.long_name)
 
+    def _save(self) -> None:
+        """Commit; raises WriteError where the disk ends."""
+        try:
+            self._commit()
+        except OSError as error:
+            self._stop(error)
+            raise self.stopped from error  # type: ignore[misc]
+        if self._disk.is_removed:
+            self.stopped = WriteError(errno.ENOENT, REMOVED, str(self.path))
+            raise self.stopped
+
+    def _commit(self) -> None:
+        self._hdf5.flush()
+        self._disk.commit()
+        self._kept = self.samples
+        self._new.clear()
+
+    def _stop(self, error: OSError) -> None:
+        """Return to the last commit and add what still fits on the disk."""
+        self.stopped, new = write_error(self.path, error), _joined(self._new)
+        self._roll_back()
+        self.note(ended=self.stopped.reason)
+        all(self._fit(self._append, piece) for piece in _pieces(new, self.samples, CHUNK))  # until one does not fit
+
+    def _fit(self, act: Callable[[dict[str, Any]], None], argument: dict[str, Any]) -> bool:
+        """Commit what `act` does to the file; whether it fits."""
+        try:
+            act(argument)
+            self._commit()
+        except OSError:
+            self._roll_back()
+            return False
+        return True
+
+    def _roll_back(self) -> None:
+        """Return to the last commit."""
+        self._close_file()
+        self._disk.roll_back()
+        self._open("r+")
+        self.samples = self._kept
+
     def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
-        """Keep the film pressure (theta, z) [Pa, absolute] of one instant."""
+        """Keep the film pressure (theta, z) [Pa, absolute] of one instant, unless the disk has ended."""
+        if self.stopped is not None:
+            return
         file = self._file
         if "theta" not in file.dimensions:
             for name, values, unit, label in (
@@ -84,8 +202,69 @@ class Recording:
             file.variables[name][n] = value
 
     def note(self, **attrs: Any) -> None:
-        """Add attributes."""
-        self._file.attrs.update(attrs)
+        """Add attributes; where the disk has ended, if they fit."""
+        if self.stopped is None:
+            self._file.attrs.update(attrs)
+        else:
+            self._fit(self._file.attrs.update, attrs)
+
+    def close(self) -> None:
+        """Close and move to the final name if what was recorded makes a record.
+
+        Raises
+        ------
+        WriteError
+            If nothing could be kept. A record that was only kept in part has `stopped`.
+        """
+        if self._disk.closed:
+            return
+        try:
+            self._end()
+            if self.samples >= FEWEST:
+                self._publish()
+            elif self.stopped is not None:
+                raise self.stopped
+        finally:
+            self._remove()
+
+    def _end(self) -> None:
+        """Close libhdf5's file and bring the disk to the last state that it takes."""
+        try:
+            if self.stopped is None:
+                self._commit()
+        except OSError as error:
+            self._stop(error)
+        self._close_file()
+        try:
+            self._disk.finish()
+        except OSError as error:
+            self.stopped = self.stopped or write_error(self.path, error)
+            self._disk.roll_back()
+
+    def _publish(self) -> None:
+        try:
+            if self._disk.is_removed:
+                make_folder(self.path.parent)
+                with replacing(self.path) as part:
+                    self._disk.copy_to(part)
+            else:
+                self._disk.close()
+                os.replace(self._temporary, self._target)
+            trust_hdf5(self.path)
+        except OSError as error:
+            raise write_error(self.path, error) from error
+
+    def _remove(self) -> None:
+        """Remove the temporary file, and the folder if it was made for this record and is empty."""
+        self._disk.close()
+        with suppress(OSError):
+            self._temporary.unlink(missing_ok=True)
+        self._remove_own_folder()
+
+    def _remove_own_folder(self) -> None:
+        if self._own_folder:
+            with suppress(OSError):
+                self.path.parent.rmdir()
 
     def __enter__(self) -> Recording:
         return self
@@ -93,13 +272,17 @@ class Recording:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close and move to the final name if what was recorded makes a record, whatever ended the run."""
-        if self.samples:
-            self._file.resize_dimension("time", self.samples)
-        self._file.close()
-        if self.samples >= FEWEST:
-            os.replace(self._temporary, self.path)
-        else:
-            self._temporary.unlink(missing_ok=True)
-            if self._own_folder:
-                self.path.parent.rmdir()
+        """Close, whatever ended the run."""
+        self.close()
+
+
+def _joined(blocks: list[Values]) -> Values:
+    return {name: np.concatenate([block[name] for block in blocks]) for name in (blocks[0] if blocks else ())}
+
+
+def _pieces(values: Values, first: int, step: int) -> Iterator[Values]:
+    """Pieces of samples numbered from `first` on, cut at the multiples of `step`, where chunks are complete."""
+    n = len(values["time"]) if values else 0
+    cuts = [0, *range(step - first % step, n, step), n]
+    for start, end in pairwise(cuts):
+        yield {name: value[start:end] for name, value in values.items()}

@@ -1,4 +1,4 @@
-"""Runs an experiment on a plant: in memory or streamed to a file, with the same bits.
+"""Execution of an experiment on a plant, in memory or streamed to a file with identical bits.
 
 Both take blocks of samples from the same iterator, so a record of hours needs the memory of one block.
 """
@@ -6,20 +6,21 @@ Both take blocks of samples from the same iterator, so a record of hours needs t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from rotorsim.errors import ConvergenceError, DataError
+from rotorsim.base.files import WriteError
+from rotorsim.base.interrupt import Interrupt, asked
+from rotorsim.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.experiments.experiment import Experiment, check_seed
-from rotorsim.experiments.interrupt import Interrupt
 from rotorsim.experiments.loop import Loop
+from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.numerics import SAMPLE
-from rotorsim.plant.plant import BLOCK
-from rotorsim.plant.plant import LONGEST as LONGEST_IN_MEMORY
+from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY
 from rotorsim.plant.simulation import Simulation, split_columns
 from rotorsim.progress import track
 
@@ -30,17 +31,23 @@ if TYPE_CHECKING:
 
 SNAPSHOTS = 6
 """Film pressures kept of a streamed run, evenly spaced over it."""
+PIECE = 250
+"""Samples between two looks for Ctrl-C: on the finest grids seconds of computing."""
 Values = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a streamed run came to: samples simulated of those asked for, why it ended, numbers of the solver."""
+    """What a streamed run came to: samples kept of those asked for, why it ended, numbers of the solver.
+
+    `error` is the disk's, where that ended the record.
+    """
 
     samples: int
     asked: int
     ended: str
     counters: dict[str, float]
+    error: WriteError | None = None
 
     @property
     def complete(self) -> bool:
@@ -67,11 +74,11 @@ def run(plant: Plant, experiment: Experiment, seed: int = 0, progress: bool = Fa
     Returns
     -------
     Dataset
-        Record of the schema (identification.dataset) with the experiment's parameters as attributes.
+        Record of the schema (identification.records.schema) with the experiment's parameters as attributes.
 
     Raises
     ------
-    DataError, NoLiftOffError, ConvergenceError
+    DataError, NoLiftOffError, ConvergenceError, ControllerError
     """
     from identification import make_record
 
@@ -92,11 +99,16 @@ def record(
 ) -> Outcome:
     """Run as `run` and stream to the NetCDF file `path`, with film pressures at `SNAPSHOTS` instants.
 
-    An interruption (Ctrl-C) or a step without solution ends the run and keeps what was simulated.
+    An interruption (Ctrl-C), a step without solution or a disk that takes no more ends the run and keeps what was
+    simulated, the last as far as it fits. Raises WriteError if nothing could be kept.
     """
     attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
-    with Interrupt() as interrupt, Recording(path, attrs) as file:
-        return stream(plant, experiment, file, seed, progress, block, interrupt)
+    simulation = begin(plant, experiment, seed)
+    with Interrupt(), Recording(path, attrs) as file:
+        outcome = stream(simulation, experiment, file, progress, block)
+    if file.stopped is None:
+        return outcome
+    return replace(outcome, samples=file.samples, ended=file.stopped.reason, error=file.stopped)
 
 
 class Sink(Protocol):
@@ -115,30 +127,31 @@ class Sink(Protocol):
 
 
 def stream(
-    plant: Plant, experiment: Experiment, file: Sink, seed: int = 0, progress: bool = False, block: int = BLOCK,
-    interrupt: Interrupt | None = None,
-) -> Outcome:  # fmt: skip
-    """Run as `record`, into anything that takes samples."""
-    asked, ended = experiment.samples, "complete"
-    marks = set(np.linspace(0, asked, SNAPSHOTS)[:-1].astype(int) // block)
-    simulation = begin(plant, experiment, seed)
+    simulation: Simulation, experiment: Experiment, file: Sink, progress: bool = False, block: int = BLOCK
+) -> Outcome:
+    """Run from where the experiment begins as `record` does, into anything that takes samples."""
+    wanted, ended = experiment.samples, "complete"
+    marks = set(np.linspace(0, wanted, SNAPSHOTS)[:-1].astype(int) // block)
     _snapshot(file, simulation)
-    blocks = enumerate(track(march(simulation, experiment, block), asked, SAMPLE, progress), start=1)
+    blocks = enumerate(track(march(simulation, experiment, block), wanted, SAMPLE, progress), start=1)
     try:
         for number, (time, values) in blocks:
             file.write(time, values)
-            if interrupt is not None and interrupt.asked and file.samples < asked:
+            if asked() and file.samples < wanted:
                 raise KeyboardInterrupt
             if number in marks:
                 _snapshot(file, simulation)
     except KeyboardInterrupt:
         ended = "interrupted"
-    except ConvergenceError as error:
-        ended = str(error)
+    except ControllerError as error:
+        file.note(ended=str(error))
+        raise
+    except (ConvergenceError, WriteError) as error:
+        ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
     file.note(ended=ended, **simulation.counters)
-    return Outcome(file.samples, asked, ended, simulation.counters)
+    return Outcome(file.samples, wanted, ended, simulation.counters)
 
 
 def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
@@ -152,32 +165,49 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
         raise DataError(
             f"{experiment.name}: lasts a single sample of {SAMPLE * 1e3:g} ms; make it at least twice as long"
         )
+    ask_speeds(plant.machine, experiment)
     speed, pressure = experiment.initial()
     return plant.start(speed, pressure, seed=check_seed(seed))
 
 
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
-    """Blocks of time (n,) [s] and variables of the schema; a ConvergenceError comes after the samples before it."""
+    """Blocks of time (n,) [s] and variables of the schema; an error of solver or controller comes last."""
     controller = getattr(experiment, "controller", None)
     loop = None if controller is None else Loop(controller)
     for first in range(0, experiment.samples, block):
         rows = experiment.rows(first, min(block, experiment.samples - first))
         before = simulation.save()
-        try:
-            table, used = (simulation.advance(rows), rows) if loop is None else loop.advance(simulation, rows)
-        except ConvergenceError as error:
-            table = error.where["table"]
-            yield _values(simulation, first, table, error.where.get("rows", rows), None if loop is None else rows)
-            raise
+        table, used, failure = _advance(simulation, loop, rows)
         time, values = _values(simulation, first, table, used, None if loop is None else rows)
-        last = experiment.end(values["speed"])
-        if last is None:
-            yield time, values
-            continue
-        simulation.restore(before)
-        simulation.advance(rows[:last])
-        yield time[:last], {name: value[:last] for name, value in values.items()}
-        return
+        last = None if failure else experiment.end(values["speed"])
+        if last is not None:
+            simulation.restore(before)
+            simulation.advance(rows[:last])
+            time, values = time[:last], {name: value[:last] for name, value in values.items()}
+        yield time, values
+        if failure:
+            raise failure
+        if last is not None:
+            return
+
+
+def _advance(
+    simulation: Simulation, loop: Loop | None, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, ConvergenceError | ControllerError | None]:
+    """Sample table, rows applied and what went wrong, up to there or up to a Ctrl-C that was noted."""
+    parts: list[tuple[np.ndarray, np.ndarray]] = []
+    failure: ConvergenceError | ControllerError | None = None
+    for first in range(0, len(rows), PIECE):
+        piece = rows[first : first + PIECE]
+        try:
+            parts.append((simulation.advance(piece), piece) if loop is None else loop.advance(simulation, piece))
+        except (ConvergenceError, ControllerError) as error:
+            parts.append((error.where["table"], error.where.get("rows", piece)))
+            failure = error
+        if failure or asked():
+            break
+    tables, used = zip(*parts, strict=True)
+    return np.concatenate(tables), np.concatenate(used), failure
 
 
 def _values(

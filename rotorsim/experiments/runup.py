@@ -1,4 +1,4 @@
-"""Run-up: the speed follows a declared ramp, upwards or downwards."""
+"""Run-up: prescribed ramp of the speed, upwards or downwards."""
 
 from __future__ import annotations
 

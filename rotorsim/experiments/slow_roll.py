@@ -1,4 +1,4 @@
-"""Slow roll: whole revolutions so slowly that what the sensors see is runout and not vibration.
+"""Slow roll: whole revolutions at low speed, where the sensors measure runout and no vibration.
 
 The thesis (section 2.6.2) takes less than 200 rpm, where the vibration is negligible, and averages over revolutions.
 """

@@ -1,4 +1,4 @@
-"""Staircase of the reference, stepwise up and then down (thesis sections C.3.1 and C.8, figures C.5 and C.28).
+"""Staircase of the reference up and down, for static gain and hysteresis (thesis C.3.1, C.8).
 
 From 0 up to +amplitude, down to -amplitude and up to 0 again, so that all levels but the ends are met in either
 direction; on both axes one after the other. `static_gain_map` makes the static characteristic of it.

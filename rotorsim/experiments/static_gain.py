@@ -1,4 +1,4 @@
-"""Static characteristic from a staircase: where the disc rests at each reference (thesis section C.3.1, figure C.5).
+"""Static gain from a staircase: rest position of the disc at each reference (thesis C.3.1, figure C.5).
 
 Rest is the mean over the last part of a step, over whole revolutions where the shaft turns and one fits. For each
 driven axis a line is fitted to all its steps; what is left is the deviation, and the difference between the ways up and

@@ -1,4 +1,4 @@
-"""Steady running: nothing changes but the shaft's angle."""
+"""Steady running at constant speed and supply pressure, without excitation."""
 
 from __future__ import annotations
 

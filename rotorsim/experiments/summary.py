@@ -1,7 +1,8 @@
-"""Numbers of an experiment's record, in units for people; read in blocks, so a record may have any length."""
+"""Summary of an experiment's record in engineering units, read in blocks."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.experiments.static_gain import static_gain_map
 from rotorsim.experiments.tracking import RPM, UM, blocks, displacement_name
 from rotorsim.machine.numerics import SAMPLE
+from rotorsim.machine.units import parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,8 +110,15 @@ def _impulse(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
     return {"impulse_n_s": np.asarray(total).tolist()}
 
 
+def _limit(record: xr.Dataset) -> float:
+    """Largest reference [V] of the machine that the record names; see `reference_range`."""
+    actuators = tomllib.loads(str(record.attrs.get("machine", ""))).get("actuators", {})
+    return min(parse(actuators["limit"], "V"), REFERENCE_LIMIT) if "limit" in actuators else REFERENCE_LIMIT
+
+
 def _saturation(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    limited = [np.any(np.abs(b["reference"]) >= REFERENCE_LIMIT, axis=1).sum() for b in blocks(record, ["reference"])]
+    limit = _limit(record)
+    limited = [np.any(np.abs(b["reference"]) >= limit, axis=1).sum() for b in blocks(record, ["reference"])]
     return {"saturated_samples": int(np.sum(limited))}
 
 

@@ -1,4 +1,4 @@
-r"""What a rotor did in a run: order tracking, spectra and the numbers of a summary, from a record of any length.
+r"""Order tracking, spectra and summary of a run, from a record of any length.
 
 Convention of orders: in a window of whole revolutions a displacement is
 
@@ -26,6 +26,8 @@ import xarray as xr
 from scipy.signal import detrend, find_peaks
 from scipy.signal.windows import hann
 
+from identification.records.schema import named_axes
+from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.errors import DataError, MachineFileError
 
 BLOCK = 100_000
@@ -41,13 +43,20 @@ Values = dict[str, np.ndarray]
 
 
 def open_record(path: str | Path) -> xr.Dataset:
-    """Open a record without reading it, not even its time axis where xarray allows that."""
+    """Open a record without reading it, not even its time axis where xarray allows that; raises DataError."""
     try:
-        return xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False)
-    except TypeError:
-        return xr.open_dataset(path, engine="h5netcdf")
+        if wrong := check_hdf5(Path(path)):
+            raise DataError(f"{path}: {wrong}")
+        return named_axes(_opened(path))
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read as a record ({error}); give a file that a run wrote") from error
+
+
+def _opened(path: str | Path) -> xr.Dataset:
+    try:
+        return xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False)
+    except TypeError:  # an xarray before that option
+        return xr.open_dataset(path, engine="h5netcdf")
 
 
 def displacement_name(record: xr.Dataset) -> str:

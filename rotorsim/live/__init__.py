@@ -1,4 +1,4 @@
-"""A live rig: the plant runs beside the clock and a page in the browser turns its controls and shows what it does.
+"""Live rig: the plant runs in real time, with controls and views on a page in the browser.
 
 `rig` is the running machine without any clock, `runner` paces it in a thread, `frame` makes what a page draws of it;
 `server` and `page` are the only ones that know the web.

@@ -1,4 +1,4 @@
-"""One thing that can be set on a live rig: its limits, what is neutral, the unit people read it in."""
+"""Numeric control of a live rig: limits, neutral value, displayed unit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ HUGE = 1e300
 
 @dataclass(frozen=True)
 class Control:
-    """A number in SI with limits; people see value / `scale` in `shown`."""
+    """Numeric control in SI with limits; displayed as value / `scale` in the unit `shown`."""
 
     key: str
     label: str

@@ -1,26 +1,33 @@
-"""The files of a live rig: scenes and records in one folder, found by their plain names."""
+"""Files of a live rig: scenes and records in one folder, addressed by name."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
+import numpy as np
+
 from rotorsim.errors import DataError
+from rotorsim.live.eigenvalue import modes_at, own_copy
+from rotorsim.live.operating import OFF
 from rotorsim.live.replay import Replay
 from rotorsim.live.runner import Runner
 from rotorsim.live.scene import Scene, load_scene
-from rotorsim.live.tour import Stop
+from rotorsim.live.tour import Stop, stops
 from rotorsim.machine import Machine
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,59}")
 SCENE, RECORD = ".scene.json", ".nc"
+STEADY = 5000
+"""Samples after which a rotor that was put into its equilibrium turns steadily."""
 
 
 class Desk:
-    """Saves and loads for a runner; every method may raise DataError or OSError with a sentence."""
+    """File operations of a runner; every method may raise DataError or OSError with a sentence."""
 
     def __init__(self, runner: Runner, machine: Machine, folder: Path) -> None:
         self.runner, self.machine, self.folder = runner, machine, folder
+        self.tour = _tour(runner, machine)
 
     def scenes(self) -> list[str]:
         """Names of the scenes, newest first."""
@@ -58,7 +65,7 @@ class Desk:
         self.runner.set("speed", stop.values["speed"])
         if stop.hit is not None:
             axis = stop.hit
-            self.runner.order(lambda: self.runner.rig.strike(axis))
+            self.runner.order(lambda: self.runner.rig.strike(axis, STEADY))
 
     def record(self) -> Path:
         """Begin a record under the next free name."""
@@ -74,7 +81,7 @@ class Desk:
 
     def _path(self, name: str, suffix: str) -> Path:
         if not NAME.fullmatch(name):
-            raise DataError(f"{name[:60]!r}: is no name for a file; use letters, digits, spaces, - and _")
+            raise DataError(f"{name[:60]!r}: cannot name a file; use letters, digits, spaces, - and _")
         return self.folder / f"{name}{suffix}"
 
     def _names(self, suffix: str) -> list[str]:
@@ -85,10 +92,19 @@ class Desk:
         return [p.name.removesuffix(suffix) for p in found]
 
 
+def _tour(runner: Runner, machine: Machine) -> tuple[Stop, ...]:
+    """The tour that a rig can take, from where it stands at first."""
+    rig = runner.rig
+    modes = modes_at(own_copy(rig.assembly), rig.speed, rig.pressure)
+    return stops(machine, abs(rig.speed), 2 * np.pi * min(modes.frequency, default=0.0))
+
+
 def _arrange(runner: Runner, values: dict[str, float | str]) -> None:
     """Set everything (what cannot be set is said) and stand at the equilibrium; the controller comes last."""
+    if "controller" in values:
+        runner.apply("controller", OFF)
     runner.arrange({key: value for key, value in values.items() if key != "controller"})
     if runner.recorder is None:
-        runner.rig.reset()
+        runner.stand()
     if "controller" in values:
         runner.apply("controller", values["controller"])

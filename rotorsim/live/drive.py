@@ -1,4 +1,4 @@
-"""What turns the shaft: a speed held with a limit on the acceleration, a torque, or nothing."""
+"""Drive of the shaft on a live rig: speed held with limited acceleration, torque, or free."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ BREAKAWAY = 1e-3
 
 
 def ramp(speed: float, target: float, acceleration: float, samples: int) -> np.ndarray:
-    """Speeds [rad/s] at the ends of the coming samples on the way from `speed` to `target`."""
+    """Speeds [rad/s] at the ends of the next samples on a ramp from `speed` to `target`."""
     reach = acceleration * SAMPLE * np.arange(1, samples + 1)
     return speed + np.clip(target - speed, -reach, reach)
 
 
 def torque_rows(speed: float, torque: float, drag: float, samples: int) -> np.ndarray:
-    """NaN: the shaft is left to the torques on it; one that stands is first moved if the torque is above the drag."""
+    """Speed inputs under torque control: NaN (free shaft); a standing shaft first needs more than the drag."""
     rows = np.full(samples, np.nan)
     if speed == 0.0 and torque > drag:
         rows[0] = BREAKAWAY
@@ -27,5 +27,5 @@ def torque_rows(speed: float, torque: float, drag: float, samples: int) -> np.nd
 
 
 def lay_on(parameters: Any, drag: float, torque: float) -> None:
-    """Let a torque [N m] act beside the dry drag [N m]; both act on a shaft that turns forward."""
+    """Apply a torque [N m] in addition to the dry drag [N m]; both act on a shaft that rotates forward."""
     parameters.dry_drag = drag - torque

@@ -1,4 +1,4 @@
-"""Every effect of the catalogue in one machine, so that a slider changes a number and nothing is compiled again.
+"""Machine with every effect of the catalogue, so that sliders change parameters without recompiling.
 
 Effects that the machine file does not have stand there at their neutral values, which leave every bit of a trajectory
 as it is. The film is whole, not half, because a tilted journal is one of them.
@@ -6,11 +6,12 @@ as it is. The film is whole, not half, because a tilted journal is one of them.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import fields, replace
 from typing import Any
 
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
-from rotorsim.errors import DataError
+from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.control import Control
 from rotorsim.machine import Machine
 from rotorsim.machine.effect_tables import spec_of_parameter
@@ -23,26 +24,24 @@ READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
 
 
 def equip(machine: Machine) -> Machine:
-    """The machine with every effect that can act on it; those it lacks are neutral."""
-    missing = [n for n in sorted(REGISTRY) if n not in machine.effects and _acts(REGISTRY[n], machine)]
-    ahead: dict[str, Any] = {n: ({},) for n in missing if n not in LAST}
-    behind: dict[str, Any] = {n: ({},) for n in LAST if n in missing}
-    for name, table in (ahead | behind).items():
-        machine = machine.replace(f"effects.{name}", table[0])
+    """Machine with every effect that can act on it; those missing in the file are neutral."""
+    missing = [n for n in sorted(REGISTRY) if n not in machine.effects]
+    for name in [n for n in missing if n not in LAST] + [n for n in LAST if n in missing]:
+        if _acts(REGISTRY[name], machine):
+            with suppress(MachineFileError):
+                machine = machine.replace(f"effects.{name}", {})
     return machine.replace("grid.symmetry", "none") if machine.film is not None else machine
 
 
 def _acts(effect: type[Effect], machine: Machine) -> bool:
-    """Whether an effect has something to act on."""
+    """Whether an effect has something to act on, as far as the checks of a machine file leave that open."""
     if machine.film is None and effect.port in FILM_PORTS:
         return False
-    if effect.port in ("injector", "plenum", "actuator") and not machine.injectors:
-        return False
-    return not effect().problems(machine.model_copy(update={"effects": machine.effects | {effect.name: (effect(),)}}))
+    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator")
 
 
 def sliders(machine: Machine) -> dict[str, Control]:
-    """A control for every number of every effect of an equipped machine, by 'effect.parameter' (its first table)."""
+    """Controls of all effect parameters of an equipped machine, by 'effect.parameter' (first table)."""
     found = {}
     for name in sorted(machine.effects):
         effect = machine.effects[name][0]
@@ -68,7 +67,7 @@ def _whole(parameter: str) -> bool:
 
 
 def with_value(machine: Machine, key: str, value: float) -> Effect:
-    """The effect of an equipped machine with a parameter [SI] changed; raises DataError where it does not fit."""
+    """Effect of an equipped machine with a parameter [SI] changed; raises DataError if it does not fit."""
     name, _, parameter = key.partition(".")
     effect: Any = replace(machine.effects[name][0], **{parameter: value})
     changed = machine.model_copy(update={"effects": machine.effects | {name: (effect, *machine.effects[name][1:])}})

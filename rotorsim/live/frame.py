@@ -1,4 +1,4 @@
-"""What a page draws: plain lists of rounded numbers in the units people read, made of the last samples alone.
+"""Display frames of the live page: rounded lists in engineering units, computed from the last samples.
 
 A frame is a pure function of the last samples and the film's pressure, so a replay of a record shows the same frames
 as the run it was recorded from, number for number.
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.live.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.columns import COLUMNS, READ
@@ -21,11 +22,19 @@ ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
 POINTS = 500
 HIGHEST = 500
 """Lines of the spectrum [Hz]; they are 1 Hz apart."""
+SWING = 1000
+"""Samples behind the swing, 0.2 s, where a turn takes no longer."""
+SAFE = 0.8
+"""Radius of the safety circle as a share of the clearance: 20 um on the shipped rig."""
+STANDING = 0.1
+"""Speed [rad/s] below which the shaft stands."""
+LINE = 2 * np.pi
+"""Change of speed [rad/s] by which 1X moves from a line of the spectrum to the next."""
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """What is drawn round the samples; lengths in um, angles in deg."""
+    """Fixed geometry of the views; lengths in um, angles in deg."""
 
     clearance: float
     safety: float
@@ -39,7 +48,7 @@ class Geometry:
         """Geometry of a machine and its film grid (angles [rad], places along the bearing [m])."""
         film = machine.film
         clearance = 0.0 if film is None else film.clearance * 1e6
-        return cls(clearance, 20.0, len(machine.injectors), theta, z, machine.gas.ambient_pressure)
+        return cls(clearance, SAFE * clearance, len(machine.injectors), theta, z, machine.gas.ambient_pressure)
 
     def alike(self, other: Geometry) -> bool:
         """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
@@ -48,7 +57,7 @@ class Geometry:
     def told(self) -> dict[str, Any]:
         """Plain values for a page."""
         return {
-            "clearance": round(self.clearance, 3), "safety": self.safety, "pins": self.pins,
+            "clearance": round(self.clearance, 3), "safety": round(self.safety, 2), "pins": self.pins,
             "theta": _plain(np.degrees(self.theta), 2), "z": _plain(self.z * 1e3, 3), "highest": HIGHEST,
         }  # fmt: skip
 
@@ -64,7 +73,8 @@ def make_frame(
     film = pressure is not None
     frame["orbit"] = {"disc": _pair(rows[-ORBIT:], "disc", 2)}
     frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0)
-    frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3)
+    frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3) if len(rows) >= SPECTRUM else None
+    frame["orders"] = no_orders(rows[-SPECTRUM:])
     frame["now"] = _numbers(rows)
     if pressure is not None:
         frame["orbit"]["journal"] = _pair(rows[-ORBIT:], "journal", 2)
@@ -74,27 +84,47 @@ def make_frame(
 
 def spectrum(rows: np.ndarray) -> np.ndarray:
     """Amplitude [um, 0-pk] of the larger axis of the measured disc at 0, 1 ... HIGHEST Hz (Hann window)."""
-    lines = np.zeros(HIGHEST + 1)
-    if len(rows) < SPECTRUM:
-        return lines
     disc = rows[:, READ : READ + 2] * 1e6
     window = np.hanning(len(rows) + 1)[:-1, None]
     size = np.abs(np.fft.rfft((disc - disc.mean(axis=0)) * window, axis=0)) * 2 / window.sum()
     return np.asarray(size[: HIGHEST + 1].max(axis=1))
 
 
+def no_orders(rows: np.ndarray) -> str:
+    """Reason why the lines of a spectrum have no order; empty if they have."""
+    speed = rows[:, AT["speed"]]
+    if len(rows) < SPECTRUM:
+        return "after 1 s"
+    if np.ptp(speed) > LINE:
+        return "no orders: the speed was changing"
+    return ""
+
+
+def swing(rows: np.ndarray) -> tuple[list[float], str]:
+    """Half the peak-to-peak value of the measured disc x, y [um] over 0.2 s and a revolution, or why there is none."""
+    speed, length = abs(float(rows[-1, AT["speed"]])), SWING
+    if speed > STANDING:
+        length = max(SWING, int(np.ceil(2 * np.pi / (speed * SAMPLE))))
+    if length > LENGTH:
+        return [], "a turn takes longer than 2 s"
+    if len(rows) < length:
+        return [], f"after {length * SAMPLE:.1f} s"
+    return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * 1e6, axis=0), 2), ""
+
+
 def _numbers(rows: np.ndarray) -> dict[str, Any]:
     """The values of the last sample, and what the last 20 ms touched."""
     last = {name: float(rows[-1, column]) for name, column in AT.items()}
-    measured = rows[-SPECTRUM // 5 :, READ : READ + 2] * 1e6
+    found, why = swing(rows)
     return {
         "angle": round(last["angle"] % (2 * np.pi), 3),
-        "speed": round(last["speed"] * 30 / np.pi, 1),
+        "speed": round(last["speed"] * 30 / np.pi, 3),
         "pressure": round(last["pressure"] / 1e6, 4),
         "h_min": round(last["h_min"] * 1e6, 3),
         "mass_flow": round(last["mass_flow"] * 1e3, 4),
         "contact": bool(rows[-100:, AT["contact"]].max() > 0),
-        "swing": _plain(0.5 * np.ptp(measured, axis=0), 2),
+        "swing": found,
+        "no_swing": why,
         "force": _plain(rows[-100:, -2:].sum(axis=0) * SAMPLE * 1e3, 3),
     }
 

@@ -1,4 +1,4 @@
-"""Who may talk to the server: only pages it served itself, opened with the token, in messages of reasonable size.
+"""Access control of the live server: host, origin, token and message rate.
 
 Three checks on everything: the Host header names the loopback address the server is bound to (a foreign name that was
 made to point here is refused), an Origin header names that same place, and the cookie holds the token, which a page
@@ -24,7 +24,7 @@ MOST = 300
 
 
 class Guard:
-    """ASGI application in front of another."""
+    """ASGI middleware that checks host, origin, token and message rate."""
 
     def __init__(self, app: Any, token: str, host: str, port: int) -> None:
         self.app, self.token = app, token
@@ -46,7 +46,7 @@ class Guard:
         if not self._from_here(headers):
             await _answer(send, 403, "this rig answers only pages of its own; open the address it printed")
         elif _said_token(scope) and hmac.compare_digest(_said_token(scope), self.token):
-            await _welcome(send, f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/")
+            await _welcome(send, f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/", scope["method"])
         elif not self._known(headers):
             await _answer(send, 403, "the token is missing or wrong; open the whole address that rotorsim live printed")
         elif not headers.get("content-length", "0").isdecimal() or int(headers.get("content-length", "0")) > LONGEST:
@@ -77,7 +77,7 @@ class Guard:
 
 
 class Rate:
-    """Counts events of a running second."""
+    """Counter of events within one second."""
 
     def __init__(self) -> None:
         self._begin, self._count = 0.0, 0
@@ -121,10 +121,14 @@ def _said_token(scope: Scope) -> str:
     return said if said.isascii() else ""
 
 
-async def _welcome(send: Send, cookie: str) -> None:
-    headers = [(b"location", b"/"), (b"set-cookie", cookie.encode()), (b"cache-control", b"no-store")]
-    await send({"type": "http.response.start", "status": 303, "headers": headers})
-    await send({"type": "http.response.body", "body": b""})
+async def _welcome(send: Send, cookie: str, method: str) -> None:
+    """Give the cookie and lead on to / by a page of this server: after a redirect from elsewhere, as from the file that
+    opens the browser, a strict cookie would not be sent."""
+    headers = [(b"content-type", b"text/html; charset=utf-8"), (b"set-cookie", cookie.encode())]
+    headers += [(b"cache-control", b"no-store"), (b"referrer-policy", b"no-referrer")]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    body = b"" if method == "HEAD" else b'<meta http-equiv="refresh" content="0; url=/">\n'
+    await send({"type": "http.response.body", "body": body})
 
 
 async def _answer(send: Send, status: int, sentence: str) -> None:

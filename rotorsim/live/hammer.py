@@ -1,4 +1,4 @@
-"""The hammer: a half-sine of force on the disc whose impulse is exact, sample by sample."""
+"""Hammer of the live rig: half-sine force on the disc with exact impulse."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def hit(impulse: float, axis: int) -> np.ndarray:
 
 
 class Hammer:
-    """Hits that wait and those under way."""
+    """Pending and active hammer impacts."""
 
     def __init__(self) -> None:
         self._waiting = np.zeros((0, 2))
 
-    def strike(self, impulse: float, axis: int) -> None:
-        """Add a hit, from the next sample on."""
-        blow = hit(impulse, axis)
+    def strike(self, impulse: float, axis: int, wait: int = 0) -> None:
+        """Add a hit that begins after `wait` more samples."""
+        blow = np.vstack([np.zeros((wait, 2)), hit(impulse, axis)])
         both = np.zeros((max(len(blow), len(self._waiting)), 2))
         both[: len(self._waiting)] += self._waiting
         both[: len(blow)] += blow

@@ -1,4 +1,4 @@
-"""The last seconds of samples, one table that forgets its beginning."""
+"""Sliding window over the last seconds of samples."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LENGTH = 10_000
 
 
 class History:
-    """A window of at least the last `length` rows of a growing table."""
+    """Sliding window of at least the last `length` rows."""
 
     def __init__(self, columns: int, length: int = LENGTH) -> None:
         self._rows = np.zeros((2 * length, columns))

@@ -1,4 +1,9 @@
-"""Controllers that can be switched on: the proportional law and saved laws."""
+"""Controllers available on the live rig: the proportional law, shipped laws and saved ones.
+
+The shipped law `hinf` was designed on the identified Model 2 of the shipped rig:
+
+    rotorsim design hinf rotorsim/bench/data/rig_model_2.json --preset rig --out rotorsim/live/shipped/hinf.json
+"""
 
 from __future__ import annotations
 
@@ -7,14 +12,25 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.errors import DataError
-from rotorsim.live.operating import OFF, P_LAW
+from rotorsim.live.operating import OFF, P_LAW, driven_axes
+from rotorsim.machine import Machine
+
+SHIPPED = Path(__file__).parent / "shipped"
 
 
-def read_laws(paths: Sequence[Path]) -> dict[str, Any]:
-    """Laws by the name of their file, behind `off` and `P`; raises LawError or DataError."""
+def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str, Any]:
+    """Laws by file name, after those of the machine; raises LawError or DataError.
+
+    A machine whose pins are not driven along both axes takes none.
+    """
     from rotorsim.control.law import load_law
 
+    if machine is not None and driven_axes(machine) != "xy":
+        if paths:
+            raise DataError(f"--law: {machine.name} has no injectors that a controller could move; leave it out")
+        return {OFF: None}
     laws: dict[str, Any] = {OFF: None, P_LAW: P_LAW}
+    laws |= {path.stem: load_law(path) for path in sorted(SHIPPED.glob("*.json"))}
     for path in paths:
         if path.stem in laws:
             raise DataError(f"--law {path}: there is a controller '{path.stem}' already; rename the file")
@@ -23,7 +39,7 @@ def read_laws(paths: Sequence[Path]) -> dict[str, Any]:
 
 
 def running(law: Any, centre: tuple[float, float]) -> Any:
-    """A controller at rest that asks for nothing at `centre` [m] if it leaves that open."""
+    """Controller at rest, with its centre at `centre` [m] if it has none of its own."""
     from rotorsim.experiments.p_law import ProportionalLaw
 
     if law == P_LAW:

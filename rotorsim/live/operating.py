@@ -1,4 +1,4 @@
-"""What an operator turns: speed, pressure, references, hammer; and the switches with their positions."""
+"""Operating controls of the live rig: speed, pressure, references, hammer, and the switches."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rotorsim.live.control import Control
 from rotorsim.machine import Machine
 
 RPM = pi / 30
-OFF, P_LAW = "off", "P"
+OFF, P_LAW, PAUSE = "off", "P", "pause"
 SWITCHES: dict[str, tuple[str, ...]] = {
     "drive": ("speed", "torque", "coast"),
     "sense": ("forward", "backward"),
@@ -20,8 +20,13 @@ START = {"drive": "speed", "sense": "forward", "noise": "on", "pace": "1x", "con
 PACES = {"pause": 0.0, "0.1x": 0.1, "1x": 1.0, "fastest": float("inf")}
 
 
+def driven_axes(machine: Machine) -> str:
+    """Axes whose reference drives a pin."""
+    return "".join(axis for axis in "xy" if any(i.reference.endswith(axis) for i in machine.injectors))
+
+
 def operating(machine: Machine) -> dict[str, Control]:
-    """Numbers that an operator sets, by key."""
+    """Operating controls by key."""
     limit = 5.0 if machine.actuators is None else machine.actuators.limit
     found = [
         Control("speed", "speed", "rpm", RPM, 0.0, 30_000 * RPM, 0.0, doc="Speed the drive holds.", power=1),
@@ -29,10 +34,9 @@ def operating(machine: Machine) -> dict[str, Control]:
         Control("torque", "torque", "N*m", 1.0, 0.0, 5.0, 0.0, doc="Drive torque, forward.", power=1),
         Control("impulse", "impulse", "mN*s", 1e-3, 0.0, 0.2, 0.01, doc="Of a hammer's hit on the disc, 1 ms long."),
     ]
-    if machine.film is not None:
-        found.append(Control("pressure", "pressure", "MPa", 1e6, 0.0, 1e6, 0.3e6, doc="Gauge pressure.", power=1))
     if machine.injectors:
-        for axis in "xy":
-            key = f"reference_{axis}"
-            found.append(Control(key, f"reference {axis}", "V", 1.0, -limit, limit, 0.0, doc="Constant.", power=1))
+        found.append(Control("pressure", "pressure", "MPa", 1e6, 0.0, 1e6, 0.3e6, doc="Gauge pressure.", power=1))
+    for axis in driven_axes(machine):
+        key = f"reference_{axis}"
+        found.append(Control(key, f"reference {axis}", "V", 1.0, -limit, limit, 0.0, doc="Constant.", power=1))
     return {control.key: control for control in found}

@@ -1,4 +1,4 @@
-"""Pace of a run against the clock: who falls behind does not try to catch up."""
+"""Real-time pacing of a run; a run that falls behind the clock does not catch up."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REST = 0.01
 
 
 class Pacer:
-    """Tells how many samples are due, and how fast they came."""
+    """Number of samples due by the clock, and the real-time factor."""
 
     def __init__(self) -> None:
         self._last, self._credit = time.monotonic(), 0.0

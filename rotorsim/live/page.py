@@ -1,4 +1,4 @@
-"""The page: a column of controls beside the views. Every window has its own, all turn the same rig."""
+"""Page of the live rig: a column of controls and the views; all windows operate the same rig."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nicegui.elements import scene as nicegui_scene
 from rotorsim.errors import RotorsimError
 from rotorsim.live.control import Control
 from rotorsim.live.desk import Desk
-from rotorsim.live.tour import stops
+from rotorsim.live.rig import SCATTER
 from rotorsim.machine.numerics import SAMPLE
 
 HERE = Path(__file__).parent
@@ -26,7 +26,7 @@ LEVERS = ("drive", "sense", "noise", "controller")
 
 
 class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
-    """Everything that is drawn of the rig."""
+    """All plots and readings of the rig."""
 
     def __init__(self, geometry: dict[str, Any]) -> None:
         super().__init__()
@@ -34,13 +34,13 @@ class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui
 
 
 class Slider(ui.slider):
-    """A slider whose place is the browser's own: an echo of where it stood would pull it back under a fast hand."""
+    """Slider positioned by the browser alone, so that echoes do not pull it back during a fast drag."""
 
     LOOPBACK = False
 
 
 class Board:
-    """The page of one window.
+    """Page of one browser window.
 
     A control that was turned here shows again what the rig says once the rig has carried out its last order.
     """
@@ -62,7 +62,7 @@ class Board:
     def _build(self) -> None:
         dark = ui.dark_mode(value=None)
         ui.add_css(HERE / "live.css")
-        with ui.row().classes("w-full items-center no-wrap gap-4"):
+        with ui.row().classes("live-head w-full items-center gap-4"):
             ui.label(f"rotorsim live: {self.desk.machine.name}").classes("text-h6")
             self._toggle("pace", "simulation speed")
             ui.button("Hit x", on_click=lambda: self.runner.strike(0)).props('dense aria-label="hit x"')
@@ -71,12 +71,11 @@ class Board:
             self._record = ui.button("Record", on_click=self._toggle_record).props('dense outline aria-label="record"')
             ui.button("Dark / light", on_click=lambda: dark.set_value(not dark.value)).props("dense flat")
             self._state = ui.label("").props('aria-live="polite"')
-        with ui.row().classes("w-full no-wrap items-start"):
+        with ui.row().classes("live-page w-full items-start"):
             with ui.column().classes("live-controls"):
                 self._tabs()
             with ui.column().classes("live-main"):
-                Views(self.runner.geometry.told()).classes("w-full")
-        ui.keyboard(on_key=self._key)
+                Views(self.runner.geometry.told()).classes("w-full").on("shortcut", self._key)
 
     def _tabs(self) -> None:
         with ui.tabs().props("dense") as tabs:
@@ -88,12 +87,19 @@ class Board:
                     build()
 
     def _operate(self) -> None:
-        for key in LEVERS:
+        for key in self._levers():
             with ui.row().classes("items-center"):
                 ui.label(key).classes("live-name")
                 self._toggle(key, key)
         for control in self.settings.operating.values():
             self._number(control)
+
+    def _levers(self) -> list[str]:
+        """Switches of the rig that can be turned: with a law to switch on, noise to switch off."""
+        idle = {"controller"} if len(self.settings.switches["controller"]) < 2 else set()
+        if not any(key in self.settings.sliders for key in SCATTER):
+            idle.add("noise")
+        return [key for key in LEVERS if key not in idle]
 
     def _effects(self) -> None:
         ui.label("A slider begins where its effect changes nothing.").classes("text-caption")
@@ -104,7 +110,7 @@ class Board:
                     self._number(control)
 
     def _tour(self) -> None:
-        for stop in stops(self.desk.machine):
+        for stop in self.desk.tour:
             with ui.card().props("flat bordered").classes("w-full q-pa-sm"):
                 ui.button(stop.title, on_click=lambda stop=stop: self.desk.visit(stop)).props("dense")
                 ui.label(stop.text).classes("text-body2")
@@ -135,7 +141,7 @@ class Board:
             field.value = float(f"{value / control.scale:.6g}")
 
         def turned(event: Any) -> None:
-            if not self._showing:
+            if not self._showing and is_number(event.value):
                 self._order(key, control.value(event.value))
 
         def typing() -> None:
@@ -144,7 +150,7 @@ class Board:
 
         def typed() -> None:
             self._typing.discard(key)
-            if field.value is not None:
+            if is_number(field.value):
                 self._order(key, float(field.value) * control.scale)
 
         def left() -> None:
@@ -239,7 +245,7 @@ class Board:
     def _seek(self) -> None:
         replay = self.runner.replay
         if replay is not None:
-            place = float(self._place.value) * replay.samples
+            place = float(self._place.value) * replay.samples if is_number(self._place.value) else 0.0
             self.runner.order(lambda: replay.seek(place * SAMPLE))
 
     def _try(self, what: Callable[[], Any]) -> None:
@@ -249,17 +255,17 @@ class Board:
             ui.notify(str(error), type="negative", multi_line=True)
 
     def _key(self, event: Any) -> None:
-        if not event.action.keydown or event.action.repeat:
-            return
         acts: dict[str, Callable[[], Any]] = {
-            " ": self._pause, "x": lambda: self.runner.strike(0), "y": lambda: self.runner.strike(1),
+            " ": self.runner.toggle_pause, "x": lambda: self.runner.strike(0), "y": lambda: self.runner.strike(1),
             "r": self.runner.reset,
         }  # fmt: skip
-        if event.key.name in acts:
-            acts[event.key.name]()
+        if event.args in acts:
+            acts[event.args]()
 
-    def _pause(self) -> None:
-        self._order("pace", "1x" if self.settings.positions["pace"] == "pause" else "pause")
+
+def is_number(value: Any) -> bool:
+    """True if a page sent a number."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _stand(switch: ui.toggle, value: str) -> None:

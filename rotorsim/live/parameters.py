@@ -1,4 +1,4 @@
-"""A change of an effect while the plant runs: its row of the parameter record, and what is made of it at the start."""
+"""Change of an effect's parameter in a running plant: parameter record and derived numbers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any
 from rotorsim.effects import Effect
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.compose import Call
-from rotorsim.plant.rotor import build_support
+from rotorsim.plant.kernels.modal_rotor import build_support
 
 
 def write_effect(a: Assembly, record: str, effect: Effect, parameter: str) -> None:
-    """Put a parameter and what the effect derives of it into the parameter record."""
+    """Write an effect's parameter and its derived numbers into the parameter record."""
     row = a.record[record]
     for name, value in ({parameter: getattr(effect, parameter)} | effect.derived(a.machine)).items():
         row[name] = value
 
 
 def renew(a: Assembly, w: Any) -> None:
-    """Write what is made of the parameters once: supports, plena; the rotor's matrix is formed anew."""
+    """Recompute the numbers derived from parameters: supports, plena, rotor matrix."""
     for call in a.calls:
         if call.effect.port == "support":
             _pure(build_support)(w, a.rotor, a.rotor.n_shaft + 2 * call.order, *_pure(_kernel(call))(_row(a, call)))

@@ -1,4 +1,4 @@
-"""Records what is played: the project's schema, with the film's pressure every 50 ms and everything that was set."""
+"""Recording of a live run in the schema, with film pressure every 50 ms and all settings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.experiments.recording import Recording
+from rotorsim.experiments.recording import FEWEST, Recording
+from rotorsim.live.operating import OFF
 from rotorsim.live.rig import INPUTS, Rig
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.simulation import split_columns
@@ -18,7 +19,7 @@ FILM_EVERY = 250
 
 
 class Recorder:
-    """A record under way; rows go in as they are simulated."""
+    """Record in progress; rows are appended as they are simulated."""
 
     def __init__(self, rig: Rig, path: Path) -> None:
         attrs = rig.plant.provenance(rig.seed) | {"machine": rig.machine.text, "machine_hash": rig.machine.hash}
@@ -28,16 +29,27 @@ class Recorder:
             (0.0, key, value) for key, value in rig.settings.everything().items() if key in rig.settings.operating
             or key in rig.settings.switches
         ]  # fmt: skip
-        self._file.__enter__()
+        self._name_controllers()
 
     @property
     def seconds(self) -> float:
         """Length so far [s]."""
         return self._file.samples * SAMPLE
 
+    @property
+    def kept(self) -> bool:
+        """Whether there is enough of it for a file."""
+        return self._file.samples >= FEWEST
+
     def note(self, key: str, value: float | str) -> None:
         """Write down that a setting changed."""
         self._changes.append((round(self.seconds, 4), key, value))
+
+    def _name_controllers(self) -> None:
+        """Every controller that was on becomes an attribute, as in other records of a closed loop."""
+        names = {str(value) for _, key, value in self._changes if key == "controller" and value != OFF}
+        if names:
+            self._file.note(controller=", ".join(sorted(names)))
 
     def write(self, rows: np.ndarray) -> None:
         """Append rows that were just simulated."""
@@ -52,6 +64,9 @@ class Recorder:
             self._file.snapshot(self.seconds, self._rig.speed, grid.theta, grid.z, pressure)
 
     def close(self) -> None:
-        """Finish the file under its name."""
-        self._file.note(changes=json.dumps(self._changes), ended="complete")
-        self._file.__exit__(None, None, None)
+        """Finish the file under its name; raises WriteError where the disk takes no more than a part of it, or none."""
+        self._name_controllers()
+        self._file.note(changes=json.dumps(self._changes), ended=getattr(self._file.stopped, "reason", "complete"))
+        self._file.close()
+        if self._file.stopped is not None:
+            raise self._file.stopped

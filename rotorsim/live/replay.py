@@ -1,4 +1,4 @@
-"""A recorded run in the views of the live rig: the same frames from the same samples."""
+"""Replay of a recorded run in the views of the live rig."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rotorsim.plant.columns import COLUMNS
 
 
 class Replay:
-    """A record that plays: `advance` moves on, `frame` shows where it is."""
+    """Record during replay: `advance` moves on in time, `frame` gives the present view."""
 
     def __init__(self, path: Path) -> None:
         import identification as idn

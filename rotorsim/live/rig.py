@@ -1,4 +1,4 @@
-"""The machine that runs: settings in, samples out. It knows no clock and no page.
+"""Live plant without clock or page: settings in, samples out.
 
 What a person sets acts from the next sample on. Nothing a person does ends the rig: a value beyond its limits is
 clamped, one that does not fit is refused, a step without solution stops the plant until it is reset; `said` tells.
@@ -7,23 +7,27 @@ clamped, one that does not fit is refused, a step without solution stops the pla
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from rotorsim.errors import ConvergenceError, DataError, RotorsimError
+from rotorsim.errors import ControllerError, ConvergenceError, RotorsimError
+from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.loop import Loop
 from rotorsim.live import drive
 from rotorsim.live.effects import equip, with_value
+from rotorsim.live.eigenvalue import own_copy
 from rotorsim.live.hammer import Hammer
 from rotorsim.live.history import History
+from rotorsim.live.holding import DECAY, Verdict, check, motion
 from rotorsim.live.laws import running
-from rotorsim.live.operating import OFF
+from rotorsim.live.operating import OFF, PAUSE, START
 from rotorsim.live.parameters import renew, write_effect
 from rotorsim.live.settings import Settings
 from rotorsim.machine import Machine
+from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import describe, settle
@@ -33,10 +37,25 @@ SCATTER = ("noise.sigma", "pressure_transducer.sigma")
 """What the noise switch turns off."""
 INPUTS = 6
 SENTENCES = 40
+IDLE = ("impulse", "acceleration", "pace")
+"""Settings that change nothing of the motion."""
+FIRST_SPEEDS = tuple(k * 100 * np.pi / 3 for k in (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0))
+"""Speeds [rad/s], 0 to 30 krpm, that a rig is tried to begin at if its film does not carry it at rest."""
+LOOK = 1000
+"""Samples in which a controller may be at the actuators' limit for `FULL` of the time."""
+FULL = 0.2
+
+
+@dataclass(frozen=True)
+class Hit:
+    """Impact with its ring-down in progress: first sample and axis."""
+
+    sample: int
+    axis: int
 
 
 class Rig:
-    """A plant with every effect in it, its settings and the last seconds of its samples."""
+    """Plant with every effect, its settings and the last seconds of samples."""
 
     def __init__(self, machine: Machine, laws: Mapping[str, Any], seed: int = 0) -> None:
         self.plant = Plant(equip(machine))
@@ -49,8 +68,9 @@ class Rig:
         self.sentences = 0
         self.hammer = Hammer()
         self.loop: Loop | None = None
-        self.impact: tuple[int, int] | None = None
-        self.stopped = ""
+        self.hit: Hit | None = None
+        self.epoch, self.since, self.change = 0, 0, ""
+        self.stopped, self.resume = "", START["pace"]
         self.history = History(len(COLUMNS) + max(self.assembly.film.n_inj, 0) + INPUTS)
         self.reset()
 
@@ -58,6 +78,11 @@ class Rig:
     def has_film(self) -> bool:
         """Whether the machine has a gas film."""
         return self.assembly.film_model is not None
+
+    @property
+    def seen(self) -> int:
+        """Samples since a setting was last changed."""
+        return self.simulation.samples - self.since
 
     @property
     def speed(self) -> float:
@@ -73,6 +98,16 @@ class Rig:
     def target(self) -> float:
         """Speed that is set, with its sense [rad/s]."""
         return self.settings.numbers["speed"] * (-1.0 if self.settings.positions["sense"] == "backward" else 1.0)
+
+    @property
+    def limit(self) -> float:
+        """Largest reference [V]."""
+        return reference_range(self.machine)
+
+    @property
+    def clearance(self) -> float:
+        """Radial clearance of the film [m], infinite without one."""
+        return float("inf") if self.machine.film is None else self.machine.film.clearance
 
     def say(self, sentence: str) -> None:
         """Tell the people at the rig something."""
@@ -97,10 +132,13 @@ class Rig:
 
     def put(self, key: str, value: Any) -> None:
         """Set a number [SI] or a switch by its key; raises RotorsimError and changes nothing if it cannot be."""
+        before = self.settings.everything().get(key)
         if key in self.settings.switches:
             self._switch(key, self.settings.position(key, value))
         else:
             self._number(key, *self.settings.number(key, value))
+        if key not in IDLE and self.settings.everything()[key] != before:
+            self._changed("a setting was changed")
 
     def put_all(self, values: Mapping[str, Any]) -> None:
         """Set much at once; what only fits beside other new values is tried after them, what never does is said."""
@@ -120,10 +158,19 @@ class Rig:
             return False
         return True
 
-    def strike(self, axis: int) -> None:
-        """Hit the disc along x (0) or y (1)."""
-        self.hammer.strike(self.settings.numbers["impulse"], axis)
-        self.impact = (self.simulation.samples, axis)
+    def _changed(self, change: str) -> None:
+        """Begin a new epoch: what was measured before is not of the plant as it is now."""
+        self.epoch, self.since, self.change = self.epoch + 1, self.simulation.samples, change
+
+    def toggle_pause(self) -> None:
+        """Pause, or resume at the earlier pace."""
+        paused = self.settings.positions["pace"] == PAUSE
+        self.set("pace", self.resume if paused else PAUSE)
+
+    def strike(self, axis: int, wait: int = 0) -> None:
+        """Hit the disc along x (0) or y (1), some samples from now."""
+        self.hammer.strike(self.settings.numbers["impulse"], axis, wait)
+        self.hit = Hit(self.simulation.samples + wait, axis)
 
     def reset(self) -> bool:
         """Stand at the equilibrium of the speed and pressure that are set; returns whether there is one."""
@@ -133,17 +180,30 @@ class Rig:
             self.say(str(error))
             if hasattr(self, "simulation"):
                 return False
-            w = settle(self.assembly, 0.0, self.settings.control("pressure").high if self.has_film else 0.0)
+            w = self._first(error)
         self.rest = describe(self.assembly, w).disc
         w[self.assembly.rig.seed] = self.seed
         self.simulation = Simulation(self.assembly, w)
-        self.stopped, self.impact, self.hammer = "", None, Hammer()
+        self.stopped, self.hit, self.hammer = "", None, Hammer()
         self.history.clear()
+        self._changed("reset")
         self._close_loop(self.settings.positions["controller"])
         return True
 
+    def _first(self, error: RotorsimError) -> np.ndarray:
+        """An equilibrium to begin with: at the highest pressure, else at the lowest speed where the film carries."""
+        highest = self.settings.operating["pressure"].high if "pressure" in self.settings.operating else 0.0
+        for speed in FIRST_SPEEDS:
+            try:
+                w = settle(self.assembly, speed, highest)
+            except RotorsimError:
+                continue
+            self.settings.keep("speed", speed)
+            return w
+        raise error
+
     def advance(self, samples: int) -> np.ndarray:
-        """Run on and return the new rows: the sample table beside the inputs (n, 6) that were held."""
+        """Run on and return the new rows: the sample table and the inputs (n, 6) that were held."""
         if self.stopped:
             return self.history.last(0)
         rows = self._rows(samples)
@@ -154,13 +214,28 @@ class Rig:
             table, used = error.where["table"], error.where.get("rows", rows)
             self.stopped = str(error)
             self.say(f"{self.stopped}; reset goes back to the equilibrium")
-        except DataError as error:
-            self._switch("controller", OFF)
-            self.say(f"{error}; the controller is off")
-            return self.history.last(0)
+        except ControllerError as error:
+            table, used = error.where["table"], error.where["rows"]
+            self._switch_off(str(error))
         new = np.hstack([table, used[: len(table)]])
         self.history.add(new)
+        self._watch_limit()
         return new
+
+    def _watch_limit(self) -> None:
+        """Switch a controller off that is at the actuators' limit."""
+        if self.loop is None:
+            return
+        asked = np.abs(self.history.last(min(LOOK, self.seen))[:, -4:-2]).max(axis=1)
+        full = np.count_nonzero(asked >= 0.999 * self.limit)
+        if full > FULL * LOOK:
+            name = self.settings.positions["controller"]
+            self._switch_off(f"{name}: at the actuators' limit of {self.limit:g} V for {full * SAMPLE:.2f} s")
+
+    def _switch_off(self, why: str) -> None:
+        self._switch("controller", OFF)
+        self._changed("the controller was switched off")
+        self.say(f"{why}; the controller is off")
 
     @property
     def _held(self) -> bool:
@@ -199,22 +274,54 @@ class Rig:
         renew(self.assembly, self.simulation.w)
 
     def _switch(self, key: str, position: str) -> None:
+        if key == "controller" and position != OFF:
+            self.switch_on(position, self.check(position)())
+            return
+        if key == "pace" and position == PAUSE != self.settings.positions["pace"]:
+            self.resume = self.settings.positions["pace"]
         self.settings.keep(key, position)
         if key == "controller":
-            self._close_loop(position)
+            self.loop = None
         if key == "noise":
             for name in SCATTER:
                 if name in self.settings.sliders:
                     self._set_effect(name, self.settings.numbers[name])
 
-    def _close_loop(self, name: str) -> None:
-        """Switch a controller on; it holds the disc where its equilibrium is."""
+    def check(self, name: str) -> Callable[[], Verdict]:
+        """The check whether a controller holds this point, and the one that is set: may be called in any thread."""
+        a, limit, law = own_copy(self.assembly), self.limit, running(self.laws[name], (0.0, 0.0))
+        speed, target, pressure = self.speed, self.target if self._held else self.speed, self.pressure
+        numbers = self.settings.numbers
+        external = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
+        now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), external)
+
+        def work() -> Verdict:
+            there = check(a, law, speed, pressure, now, limit)
+            if there.why or abs(target - speed) < 1.0:
+                return there
+            return replace(there, why=check(a, law, target, pressure, None, limit).why)
+
+        return work
+
+    def switch_on(self, name: str, verdict: Verdict) -> None:
+        """Switch a controller on that was checked; it holds the disc where its equilibrium is."""
         self.loop = None
-        if name == OFF:
+        self.settings.keep("controller", OFF)
+        if verdict.why:
+            self.say(f"{name}: {verdict.why}; the controller stays off")
             return
         try:
             disc = describe(self.assembly, settle(self.assembly, self.speed, self.pressure)).disc
             self.loop = Loop(running(self.laws[name], (float(disc[0]), float(disc[1]))))
         except RotorsimError as error:
-            self.settings.keep("controller", OFF)
             self.say(f"{error}; the controller stays off")
+            return
+        self.settings.keep("controller", name)
+        self.say(verdict.sentence(name))
+        self._changed("the controller was switched on")
+
+    def _close_loop(self, name: str) -> None:
+        """Switch a controller on again after a reset."""
+        self.loop = None
+        if name != OFF:
+            self._switch("controller", name)

@@ -1,6 +1,6 @@
-"""Runs a rig beside the clock in a thread of its own; pages ask for frames and leave orders.
+"""Real-time execution of a rig in its own thread, with a command queue and frames for the pages.
 
-A plant that falls behind the clock does not try to catch up: the real-time factor tells. Orders wait in a queue of
+A plant that falls behind the clock does not try to catch up: the real-time factor shows it. Orders wait in a queue of
 bounded length and act between two blocks of samples, at most 10 ms apart.
 """
 
@@ -10,18 +10,22 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.errors import RotorsimError
-from rotorsim.live.eigenvalue import Modes, Watcher
+from rotorsim.live.aside import Aside
+from rotorsim.live.eigenvalue import Modes, modes_at, own_copy
 from rotorsim.live.frame import Geometry, make_frame
-from rotorsim.live.operating import PACES
+from rotorsim.live.holding import DECAY, FEWEST, Verdict
+from rotorsim.live.operating import OFF, PACES
 from rotorsim.live.pacer import Pacer
+from rotorsim.live.readings import eigenvalues_shown, hit_shown
 from rotorsim.live.recorder import Recorder
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig import Rig
-from rotorsim.live.ringdown import WAIT, Reading, read_ringdown
+from rotorsim.live.ringdown import BEFORE, LEAD, RING, Reading, read_ringdown
 from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:
@@ -35,20 +39,23 @@ ORDERS = 1000
 
 
 class Runner:
-    """A rig with a clock; everything public may be called from any thread."""
+    """Rig in real time; all public methods are thread-safe."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
         self.geometry = _geometry(rig)
         self.replay: Replay | None = None
         self.recorder: Recorder | None = None
-        self.modes, self.reading = Modes(), Reading("")
+        self.modes: tuple[int, Modes] = (-1, Modes())
+        self.reading: tuple[int, float, Reading] = (-1, 0.0, Reading())
+        """Modes with the epoch they are of; a reading with epoch and speed."""
         self._pacer = Pacer()
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(ORDERS)
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._asked: tuple[Any, ...] = ()
-        self._watcher = Watcher(self._keep_modes)
+        self._aside = Aside(self._failed)
+        self._wanted, self._waits = OFF, False
         self._thread = threading.Thread(target=self._work, name="plant", daemon=True)
 
     def start(self) -> None:
@@ -60,7 +67,7 @@ class Runner:
         self._over.set()
         if self._thread.is_alive():
             self._thread.join(timeout=10.0)
-        self._watcher.close()
+        self._aside.close()
         self.stop_recording()
 
     def order(self, what: Callable[[], None]) -> bool:
@@ -74,6 +81,10 @@ class Runner:
     def set(self, key: str, value: Any) -> bool:
         """Order a setting; see `Rig.set`."""
         return self.order(lambda: self.apply(key, value))
+
+    def toggle_pause(self) -> bool:
+        """Order a pause, or the pace before it."""
+        return self.order(self.rig.toggle_pause)
 
     def strike(self, axis: int) -> bool:
         """Order a hit."""
@@ -109,9 +120,17 @@ class Runner:
         """Finish the record under way."""
         with self._lock:
             if self.recorder is not None:
-                recorder, self.recorder = self.recorder, None
-                recorder.close()
-                self.rig.say(f"{recorder.seconds:.1f} s recorded in {recorder.path}")
+                self._finish(self.recorder)
+
+    def _finish(self, recorder: Recorder) -> None:
+        """Close a record and say what is in it; a disk that takes no more ends the record, not the run."""
+        self.recorder = None
+        try:
+            recorder.close()
+            self.rig.say(f"{recorder.seconds:.1f} s recorded in {recorder.path}")
+        except OSError as error:
+            kept = f"{recorder.seconds:.1f} s are in {recorder.path}" if recorder.kept else "nothing was kept"
+            self.rig.say(f"the record ends here: {error}; {kept}")
 
     def _rig_frame(self) -> dict[str, Any]:
         rig = self.rig
@@ -119,15 +138,15 @@ class Runner:
         return make_frame(rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * SAMPLE, rig.rest)
 
     def _status(self) -> dict[str, Any]:
-        reading, modes = self.reading, self.modes
         replay = self.replay
         return {
             "factor": round(self._pacer.factor, 2), "revision": self.rig.settings.revision, "stopped": self.rig.stopped,
-            "sentence": self.rig.sentences,
+            "sentence": self.rig.sentences, "epoch": self.rig.epoch,
             "recording": None if self.recorder is None else round(self.recorder.seconds, 1),
             "replay": None if replay is None else [replay.name, round(replay.at * SAMPLE, 2), replay.samples * SAMPLE],
-            "reading": [reading.axis, round(reading.frequency, 1), round(reading.zeta, 4), reading.why],
-            "modes": [[round(f, 1) for f in modes.frequency], [round(z, 4) for z in modes.zeta], modes.why],
+            "reading": hit_shown(self.rig, self.reading, replay is not None),
+            "modes": eigenvalues_shown(self.rig, self.modes, replay is not None),
+            "checking": "" if self._wanted == OFF else self._wanted,
         }  # fmt: skip
 
     def _work(self) -> None:
@@ -161,28 +180,77 @@ class Runner:
         if self.replay is not None:
             return self.replay.advance(samples)
         try:
+            before = self.rig.loop
             new = self.rig.advance(samples)
             self._write(new)
+            if before is not self.rig.loop:
+                self._note("controller")
             self._listen()
         except Exception as error:  # the plant's thread must live on
-            self.rig.stopped = f"{_sentence(error)}; reset goes on"
+            self.rig.stopped = f"{_sentence(error)}; reset starts it again"
             self.rig.say(self.rig.stopped)
             return 0
         return len(new)
 
     def _write(self, new: np.ndarray) -> None:
-        """Record what is new; a disk that takes no more ends the record, not the run."""
+        """Record what is new."""
         if self.recorder is None:
             return
         try:
             self.recorder.write(new)
-        except (RotorsimError, OSError) as error:
-            self.recorder = None
-            self.rig.say(f"the record ends here: {error}")
+        except (RotorsimError, OSError):
+            self._finish(self.recorder)
 
     def apply(self, key: str, value: Any) -> None:
-        """Set something now and note it in the record; for orders only."""
+        """Set something now and note it in the record; for orders only. A controller is checked while the rig runs."""
+        if key == "controller":
+            self._wanted = OFF
+            if isinstance(value, str) and self.rig.laws.get(value) is not None:
+                self._want(value)
+                return
         self.rig.set(key, value)
+        self._note(key)
+
+    def _want(self, name: str) -> None:
+        """Switch a controller on once it is known to hold the point, and the motion there was seen for long enough."""
+        self._wanted, self._waits = name, self.rig.seen < DECAY + FEWEST
+        if not self._waits:
+            self._check(name)
+
+    def _check(self, name: str) -> None:
+        work, epoch = self.rig.check(name), self.rig.epoch
+
+        def switch(verdict: Verdict) -> None:
+            if self._wanted != name:
+                return
+            if self.rig.epoch != epoch:
+                self._want(name)  # the verdict is of settings that have changed since
+            else:
+                self._wanted = OFF
+                self.rig.switch_on(name, verdict)
+                self._note("controller")
+
+        def check() -> None:
+            verdict = work()
+            self.order(lambda: switch(verdict))
+
+        self._aside.ask("law", check)
+
+    def _failed(self, kind: str, error: Exception) -> None:
+        """A computation that failed: its question counts as answered; for the other thread."""
+
+        def end() -> None:
+            if kind == "law":
+                self._wanted = OFF
+            elif kind == "reading":
+                self.reading = (*self.reading[:2], replace(self.reading[2], why="it could not be read"))
+            else:
+                self.modes = self.rig.epoch, Modes(why="cannot be computed here")
+            self.rig.say(_sentence(error))
+
+        self.order(end)
+
+    def _note(self, key: str) -> None:
         if self.recorder is not None:
             kept = self.rig.settings.everything().get(key)
             if kept is not None:
@@ -204,33 +272,55 @@ class Runner:
         if self.recorder is not None:
             self.rig.say("a record cannot jump; stop recording before a reset")
         else:
-            self.rig.reset()
+            self.stand()
+
+    def stand(self) -> bool:
+        """Stand at the equilibrium of what is set, and check the controller there; for orders only."""
+        name = self._wanted if self._wanted != OFF else str(self.rig.settings.positions["controller"])
+        self.rig.set("controller", OFF)
+        done = self.rig.reset()
+        if name != OFF:
+            self.apply("controller", name)
+        return done
 
     def _record(self, path: Path) -> None:
         if self.recorder is None:
             self.recorder = Recorder(self.rig, path)
 
     def _listen(self) -> None:
-        """Take the reading of a blow once its ring-down is complete."""
-        impact = self.rig.impact
-        if impact is None or self.rig.simulation.samples < impact[0] + WAIT:
+        """Have a hit read once its ring-down is complete."""
+        rig, hit = self.rig, self.rig.hit
+        if hit is None or rig.simulation.samples < hit.sample + LEAD + RING:
             return
-        passed = self.rig.simulation.samples - impact[0]
-        rows = self.rig.history.last(passed)
-        self.rig.impact = None
-        if len(rows) >= WAIT:
-            self.reading = read_ringdown(rows[:WAIT].copy(), impact[1])
+        rig.hit = None
+        epoch, speed, name = rig.epoch, rig.speed, "xy"[hit.axis]
+        rows = rig.history.last(rig.simulation.samples - hit.sample + BEFORE)[: BEFORE + LEAD + RING].copy()
+        if hit.sample - rig.since < BEFORE:
+            self.reading = epoch, speed, Reading(name, why=f"{rig.change} within 0.4 s of the hit")
+            return
+        clearance, limit = rig.clearance, rig.limit
+
+        def read() -> None:
+            self.reading = epoch, speed, read_ringdown(rows, hit.axis, clearance, limit)
+
+        self.reading = epoch, speed, Reading(name, why="being read")
+        self._aside.ask("reading", read)
 
     def _watch(self) -> None:
-        """Ask for new eigenvalues when the point or an effect has changed."""
+        """Ask for new eigenvalues when the point or an effect has changed, and for a check that waits for samples."""
         rig = self.rig
-        question = (round(rig.speed / 5.0), rig.pressure, rig.settings.revision)
-        if question != self._asked and self.replay is None:
-            self._asked = question
-            self._watcher.ask(rig.assembly, rig.speed, rig.pressure)
+        if self._waits and self._wanted != OFF and rig.seen >= DECAY + FEWEST:
+            self._want(self._wanted)
+        question = (round(rig.speed / 5.0), rig.pressure, rig.epoch)
+        if question == self._asked or self.replay is not None:
+            return
+        self._asked = question
+        a, speed, pressure, epoch = own_copy(rig.assembly), rig.speed, rig.pressure, rig.epoch
 
-    def _keep_modes(self, modes: Modes) -> None:
-        self.modes = modes
+        def find() -> None:
+            self.modes = epoch, modes_at(a, speed, pressure)
+
+        self._aside.ask("modes", find)
 
 
 def _sentence(error: Exception) -> str:

@@ -1,4 +1,4 @@
-"""A scene: a machine and everything that is set on it, as a small JSON file."""
+"""Scene: a machine and all settings of a live rig, stored as a small JSON file."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.files import make_folder, write_json
+from rotorsim.base.own_files import instead
 from rotorsim.errors import DataError
 from rotorsim.machine import Machine
-from rotorsim.machine.toml import write_text
 
 KIND, VERSION = "rotorsim scene", 1
 MOST = 2_000_000
@@ -25,9 +26,9 @@ class Scene:
 
     def save(self, path: Path) -> None:
         """Write the file in one piece."""
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         content = {"kind": KIND, "version": VERSION, "machine": self.machine, "values": self.values}
-        write_text(path, json.dumps(content, indent=1) + "\n")
+        write_json(path, content)
 
 
 def load_scene(path: Path) -> Scene:
@@ -41,7 +42,7 @@ def load_scene(path: Path) -> Scene:
     except (ValueError, RecursionError) as error:
         raise DataError(f"{path}: is no scene, for it is not JSON; save one on a live rig") from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
-        raise DataError(f"{path}: is no scene; save one on a live rig")
+        raise DataError(f"{path}: {instead(path, 'a scene', '') or 'is no scene'}; save one on a live rig")
     if content.get("version") != VERSION:
         raise DataError(
             f"{path}: is a scene of version {str(content.get('version'))[:20]}, this is version {VERSION}; save it anew"

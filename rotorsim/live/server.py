@@ -1,4 +1,4 @@
-"""The local server: loopback only, a token in the address, everything from the installed package."""
+"""Local web server of the live rig: loopback only, protected by a token, no external resources."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from collections.abc import Callable, Iterable
 from threading import Event
 from typing import Any
 
+from rotorsim.base.interrupt import Interrupt
 from rotorsim.errors import DataError
 from rotorsim.live.desk import Desk
 from rotorsim.live.guard import LONGEST, Guard
+from rotorsim.live.messages import quiet
+from rotorsim.live.private_page import private_page
 from rotorsim.live.runner import Runner
 
 HOST = "127.0.0.1"
@@ -24,7 +27,7 @@ Tell = Callable[[str, int], None]
 
 
 def free_port(wanted: int) -> tuple[socket.socket, int]:
-    """A listening socket at the wanted port or the next free one; raises DataError."""
+    """Listening socket at the wanted port or the next free one; raises DataError."""
     for port in range(wanted, min(wanted + TRIES, 65536)):
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         if sys.platform != "win32":
@@ -40,7 +43,7 @@ def free_port(wanted: int) -> tuple[socket.socket, int]:
 
 
 def application(desk: Desk) -> Any:
-    """The web application of a desk, unguarded: the page at / and its frames."""
+    """Web application of a desk without access control: the page at / and its frames."""
     import orjson
     from fastapi import FastAPI, Response
 
@@ -61,13 +64,14 @@ def application(desk: Desk) -> Any:
 
 
 def _with_page(app: Any, root: Callable[[], object]) -> Any:
-    """The application with a page of what `root` puts there at every address that it does not answer itself yet."""
+    """The application with a page of what `root` puts there at /; other addresses are not found."""
     from nicegui import ui
 
     def page() -> None:
         root()
 
-    ui.run_with(app, root=page, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
+    ui.page("/")(page)
+    ui.run_with(app, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
     return app
 
 
@@ -87,7 +91,7 @@ async def leave_when_empty(server: Any, visited: Event, patience: float) -> None
 
 
 def complaint(name: str, problems: Iterable[str]) -> Any:
-    """The web application of a machine that cannot be run: its problems, a sentence each."""
+    """Web page for an invalid machine: its problems, one sentence each."""
     from fastapi import FastAPI
     from nicegui import ui
 
@@ -97,9 +101,18 @@ def complaint(name: str, problems: Iterable[str]) -> Any:
         ui.label(f"rotorsim live: {name} cannot be run").classes("text-h6")
         for problem in said:
             ui.label(problem).props('role="alert"').style("font-family: monospace; white-space: pre-wrap")
-        ui.label("Mend the file and start rotorsim live again.")
+        ui.label("Correct the file and start rotorsim live again.")
 
     return _with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
+
+
+def has_browser() -> bool:
+    """True if a browser can be opened here."""
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return True
 
 
 def run_desk(desk: Desk, port: int, tell: Tell, show: bool, keep_open: bool) -> None:
@@ -112,8 +125,13 @@ def run_desk(desk: Desk, port: int, tell: Tell, show: bool, keep_open: bool) -> 
         runner.close()
 
 
+def _end_if(server: Any, early: Interrupt) -> None:
+    """End a server that Ctrl-C reached before it began."""
+    server.should_exit = server.should_exit or early.asked > 0
+
+
 def serve(application: Any, port: int, tell: Tell, show: bool, keep_open: bool, patience: float = float("inf")) -> None:
-    """Serve until Ctrl-C, or until the last window is closed; `tell` gets the address and the port that was taken.
+    """Serve until Ctrl-C or until the last window is closed; `tell` receives address and port.
 
     `patience` [s] is how long the first window is waited for.
     """
@@ -124,19 +142,22 @@ def serve(application: Any, port: int, tell: Tell, show: bool, keep_open: bool, 
     token = secrets.token_urlsafe(24)
     address = f"http://{HOST}:{taken}/?token={token}"
     config = uvicorn.Config(
-        Guard(application, token, HOST, taken), log_level="critical", access_log=False, ws_max_size=LONGEST,
-        timeout_graceful_shutdown=2,
+        Guard(application, token, HOST, taken), log_config=None, access_log=False, ws_max_size=LONGEST,
+        timeout_graceful_shutdown=0,
     )  # fmt: skip
     server = uvicorn.Server(config)
+    quiet()
     if not keep_open:
         visited = Event()  # some windows stay for less than a second
         pages.on_connect(visited.set)
         pages.on_startup(lambda: leave_when_empty(server, visited, patience))
-    tell(address, taken)
-    if show:
-        webbrowser.open(address)
     try:
-        server.run(sockets=[listener])
+        with private_page(address) as page, Interrupt() as early:
+            pages.on_startup(lambda: _end_if(server, early))
+            tell(address, taken)
+            if show:
+                webbrowser.open(page)
+            server.run(sockets=[listener])
     except KeyboardInterrupt:
         pass
     finally:

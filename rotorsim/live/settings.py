@@ -1,4 +1,4 @@
-"""All settings of a live rig in one place: numbers clamped to their limits, switches to their positions."""
+"""Settings of a live rig: numbers clamped to their limits, switches to their positions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rotorsim.machine import Machine
 
 
 class Settings:
-    """Values by key: operating numbers, 'effect.parameter', switches. `revision` counts their changes."""
+    """Values by key: operating numbers, 'effect.parameter', switches; `revision` counts changes."""
 
     def __init__(self, machine: Machine, laws: tuple[str, ...]) -> None:
         self.operating = operating(machine)
@@ -29,7 +29,7 @@ class Settings:
         """The control of a number; raises DataError."""
         found = self.operating.get(key) or self.sliders.get(key)
         if found is None:
-            raise DataError(f"{str(key)[:60]!r}: is no setting of this rig")
+            raise DataError(f"{str(key)[:60]!r}: is not a setting of this rig")
         return found
 
     def number(self, key: str, value: Any) -> tuple[float, str]:

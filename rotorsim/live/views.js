@@ -1,5 +1,5 @@
 // Asks the server for a frame, draws it, asks again: a page that is not seen asks for nothing.
-import { drawFilm, drawOrbit, drawSpectrum, drawTraces, Film3d, readings, Waterfall } from "rotorsim-live";
+import { begin, drawFilm, drawOrbit, drawSpectrum, drawTraces, Film3d, readings, shortcuts, Waterfall } from "rotorsim-live";
 
 const LEAST = 40; // ms between two frames
 const SLOW = 5; // frames between two readings of the numbers; maps and spectra take turns, orbits and traces always move
@@ -24,12 +24,14 @@ export default {
   data: () => ({ cursor: null, readings: [] }),
   mounted() {
     this.alive = true;
+    this.listening = shortcuts((key) => this.$emit("shortcut", key));
     this.fall = new Waterfall();
     this.frames = 0;
     this.loop();
   },
   unmounted() {
     this.alive = false;
+    this.listening.abort();
     if (this.solid) this.solid.close();
   },
   methods: {
@@ -37,34 +39,50 @@ export default {
       while (this.alive) {
         const began = performance.now();
         await new Promise((next) => requestAnimationFrame(next));
-        try {
-          const answer = await fetch("frame", { cache: "no-store" });
-          if (answer.ok) {
-            this.draw(await answer.json());
-            window.rotorsimFrames = ++this.frames;
+        const frame = await this.ask();
+        if (frame && this.alive) {
+          try {
+            this.draw(frame);
+          } catch (error) {
+            console.error(error);
           }
-        } catch {
-          await new Promise((next) => setTimeout(next, 500));
+          window.rotorsimFrames = ++this.frames;
         }
         const left = LEAST - (performance.now() - began);
         if (left > 0) await new Promise((next) => setTimeout(next, left));
       }
     },
+    async ask() {
+      try {
+        const answer = await fetch("frame", { cache: "no-store" });
+        if (answer.ok) return await answer.json();
+      } catch { // the server has ended, or the page is left
+      }
+      await new Promise((next) => setTimeout(next, 500));
+      return null;
+    },
     draw(frame) {
       window.rotorsimFrame = frame;
-      if (this.frames % SLOW === 0) this.readings = readings(frame, this.rig);
-      if (!frame.orbit) return;
+      if (this.frames % SLOW === 0) {
+        this.readings = readings(frame, this.rig);
+        window.rotorsimRead = frame;
+      }
       const r = this.$refs, rig = this.rig, film = frame.film;
+      if (!frame.orbit) {
+        for (const canvas of [r.disc, r.journal, r.traces, r.spectrum, r.waterfall]) if (canvas) begin(canvas);
+        this.fall.clear();
+        return;
+      }
       const safety = { radius: rig.safety, name: `safety ${rig.safety} um`, dash: [5, 4] };
-      drawOrbit(r.disc, frame.orbit.disc, [safety], frame.centre);
+      drawOrbit(r.disc, frame.orbit.disc, rig.safety ? [safety] : [], frame.centre);
       drawTraces(r.traces, frame.trace);
-      this.fall.add(frame.spectrum, frame.time);
+      if (frame.spectrum) this.fall.add(frame.spectrum, frame.time);
       if (film) {
         const room = { radius: rig.clearance, name: `clearance ${rig.clearance.toFixed(1)} um`, dash: [] };
         drawOrbit(r.journal, frame.orbit.journal, [room], [0, 0]);
       }
       if (this.frames % 2) {
-        drawSpectrum(r.spectrum, frame.spectrum, frame.now.speed, this.cursor);
+        drawSpectrum(r.spectrum, frame, rig.highest, this.cursor);
         this.fall.draw(r.waterfall, rig.highest);
       } else if (film) {
         drawFilm(r.film, film, rig);

@@ -1,16 +1,18 @@
-"""Machine files: TOML with units in, a validated machine in SI units out."""
+"""Machine files: TOML with units, validated and converted to SI."""
 
 from __future__ import annotations
 
 from importlib.resources import files
 from pathlib import Path
 
+from rotorsim.base.own_files import instead
 from rotorsim.errors import MachineFileError
 from rotorsim.machine import toml
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
 from rotorsim.machine.numerics import SAMPLE, Grid, Solver
 from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
+from rotorsim.machine.usual import ask_machine
 
 __all__ = [
     "SAMPLE",
@@ -46,7 +48,9 @@ def machine_text(name_or_path: str | Path) -> str:
         return (files("rotorsim.machine") / "rigs" / f"{name}.toml").read_text(encoding="utf-8")
     if not Path(name).exists():
         known = ", ".join(shipped_machines())
-        raise MachineFileError(f"'{name}' is no shipped machine ({known}) and no file; give one of these or a path")
+        raise MachineFileError(
+            f"'{name}' is neither a shipped machine ({known}) nor a file; give one of these or a path"
+        )
     return toml.read_text(Path(name))
 
 
@@ -58,6 +62,11 @@ def load_machine(name_or_path: str | Path) -> Machine:
     MachineFileError
         With one line per problem: file, path of the field, value, limit or unit, way out.
 
+    Warns
+    -----
+    Unusual
+        Of values far from all that is built (`rotorsim.machine.usual`) that the file does not name in `unusual`.
+
     Examples
     --------
     >>> load_machine("plain_rotor").name
@@ -65,6 +74,10 @@ def load_machine(name_or_path: str | Path) -> Machine:
     """
     text = machine_text(name_or_path)
     try:
-        return Machine.from_text(text)
+        machine = Machine.from_text(text)
     except MachineFileError as error:
-        raise MachineFileError("\n".join(f"{name_or_path}: {problem}" for problem in error.problems)) from error
+        ours = instead(name_or_path, "a machine file (TOML)", "a machine file")
+        problems = (f"{ours}; 'rotorsim machine new PATH' writes one",) if ours else error.problems
+        raise MachineFileError("\n".join(f"{name_or_path}: {problem}" for problem in problems)) from error
+    ask_machine(machine)
+    return machine

@@ -1,12 +1,13 @@
-"""Piezo actuators of the injectors' pins, and the drive of the shaft."""
+"""Machine-file parts: piezo actuators of the injector pins, and the drive of the shaft."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from rotorsim.machine.part import Part, PartError, quantity
+from rotorsim.machine.part import Part, quantity
 from rotorsim.machine.units import show
 
 
@@ -28,21 +29,25 @@ class Actuators(Part):
     amplifier_lag: float = quantity("s", "Time constant of the amplifiers.", 4.2e-4, low=0, high=10)
     stack_lag: float = quantity("s", "Time constant of the stacks.", 1e-4, low=0, high=10)
 
-    @model_validator(mode="after")
-    def _has_range(self) -> Actuators:
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The amplifiers have a range."""
         if self.lowest >= self.highest:
             low, high = show(self.lowest, "V"), show(self.highest, "V")
-            raise PartError(("lowest", f"'{low}' is not below highest '{high}'; make it smaller"))
-        return self
+            yield "lowest", f"'{low}' is not below highest '{high}'; make it smaller"
 
 
 class Drive(Part):
     """What turns the shaft, and what brakes it beside the film once the drive is off."""
 
     inertia: float | None = quantity(
-        "kg*m^2", "Moment of inertia about the axis; that of shaft and discs when not given.", None, above=0, high=1e6
+        "kg*m^2",
+        "Moment of inertia about the axis; that of shaft and discs when not given.",
+        None,
+        above=0,
+        high=1e6,
+        example=0.004,
     )
-    dry_drag: float = quantity("N*m", "Constant torque against the rotation.", 0.0, low=0, high=1e6)
+    dry_drag: float = quantity("N*m", "Constant torque against the rotation.", 0.0, low=0, high=1e6, example=16e-3)
     viscous_drag: float = quantity("N*m*s", "Torque per speed against the rotation.", 0.0, low=0, high=1e6)
     time: float = quantity(
         "s", "Time in which the drive takes deviations of the speed back.", 0.5, above=1e-3, high=1e3

@@ -1,4 +1,4 @@
-"""The catalogue of effects as data and as Markdown, made of what every effect file says about itself.
+"""Catalogue of effects as data and as Markdown, generated from the effect files.
 
 `python -m rotorsim.machine.catalogue docs/effects.md` writes the page of the documentation.
 """
@@ -10,9 +10,9 @@ import re
 import sys
 import textwrap
 from dataclasses import Field, fields
-from pathlib import Path
 from typing import Any
 
+from rotorsim.base.files import write_text
 from rotorsim.effects import PORTS, REGISTRY, Effect
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.units import show
@@ -142,4 +142,4 @@ def _wrapped(text: str) -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), encoding="utf-8")
+    write_text(sys.argv[1], page())

@@ -1,13 +1,16 @@
-"""What no part sees alone: all on the shaft, bearings apart, injectors in the film, effects with a place."""
+"""Checks between parts: positions on the shaft, bearing spacing, injectors in the film, effects with a target."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from itertools import chain
+from math import inf
+from typing import TYPE_CHECKING, Any
 
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
 from rotorsim.machine.units import show
+from rotorsim.machine.usual import numbers
 
 if TYPE_CHECKING:
     from rotorsim.machine.schema import Machine
@@ -16,27 +19,47 @@ SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""
 
 
-def cross_check(machine: Machine) -> list[tuple[str, str]]:
-    """Paths and sentences of all problems between parts."""
-    checks = (_on_shaft, _bearings_apart, _films, _actuators, _effects)
-    return [problem for check in checks for problem in check(machine)]
+Problems = Iterator[tuple[str, str]]
+
+
+def cross_check(machine: Machine) -> Problems:
+    """Paths and sentences of all problems between parts, those first that decide what the machine is."""
+    for check in (*decisive(machine), *further(machine)):
+        yield from check
+
+
+def decisive(machine: Machine) -> Iterator[Problems]:
+    """Checks of what a machine is made of."""
+    yield _one_film(machine)
+    yield _injection(machine)
+    yield _actuators(machine)
+    yield _places(machine)
+
+
+def further(machine: Machine) -> Iterator[Problems]:
+    """Checks of how its parts fit, each by itself."""
+    yield _on_shaft(machine)
+    yield _bearings_apart(machine)
+    for check in (_floor, _thin, _reach, _offsets):
+        yield check(machine)
+    yield _gains(machine)
+    yield _meant(machine)
+    for path, effect in _each_effect(machine):
+        yield _own(machine, path, effect)
 
 
 def _positions(machine: Machine) -> Iterator[tuple[str, float]]:
-    for i, disc in enumerate(machine.discs):
-        yield f"discs.{i}.position", disc.position
-    for i, bearing in enumerate(machine.bearings):
-        yield f"bearings.{i}.position", bearing.position
-    if machine.probe:
-        yield "probe.position", machine.probe.position
-    for name, entries in machine.effects.items():
-        for i, effect in enumerate(entries):
-            position = getattr(effect, "position", None)
-            if position is not None:
-                yield _effect_path(name, i, len(entries)) + ".position", position
+    """Paths and coordinates of everything that has a place on the shaft."""
+    named: list[tuple[str, Any]] = [(f"discs.{i}", disc) for i, disc in enumerate(machine.discs)]
+    named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
+    named += [("probe", machine.probe)] if machine.probe else []
+    for path, part in chain(named, _each_effect(machine)):
+        position = getattr(part, "position", None)
+        if position is not None:
+            yield f"{path}.position", position
 
 
-def _on_shaft(machine: Machine) -> Iterator[tuple[str, str]]:
+def _on_shaft(machine: Machine) -> Problems:
     start, end = machine.shaft.start, machine.shaft.end
     slack = 1e-9 * machine.shaft.length
     reach = f"{show(start, 'm')} to {show(float(f'{end:.9g}'), 'm')}"
@@ -45,74 +68,94 @@ def _on_shaft(machine: Machine) -> Iterator[tuple[str, str]]:
             yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
 
 
-def _bearings_apart(machine: Machine) -> Iterator[tuple[str, str]]:
-    for i, bearing in enumerate(machine.bearings):
-        for k, other in enumerate(machine.bearings[:i]):
-            if abs(bearing.position - other.position) < SAME_PLACE:
-                place = show(bearing.position, "m")
+def _bearings_apart(machine: Machine) -> Problems:
+    places = [getattr(bearing, "position", inf) for bearing in machine.bearings]
+    for i, place in enumerate(places):
+        for k, other in enumerate(places[:i]):
+            if abs(place - other) < SAME_PLACE:
                 yield (
                     f"bearings.{i}.position",
-                    f"'{place}' is where bearings.{k} is; move one or add its stiffness there",
+                    f"'{show(place, 'm')}' is where bearings.{k} is; move one or add its stiffness there",
                 )
 
 
-def _films(machine: Machine) -> Iterator[tuple[str, str]]:
-    films = [(i, b) for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)]
-    for i, _ in films[1:]:
-        yield (
-            f"bearings.{i}",
-            f"second gas film beside bearings.{films[0][0]}; keep one, make the other kind = 'linear'",
-        )
-    if machine.injectors and not films:
-        yield (
-            "injectors",
-            "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them",
-        )
+def _one_film(machine: Machine) -> Problems:
+    films = [i for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)]
+    for i in films[1:]:
+        first = f"bearings.{films[0]}"
+        yield f"bearings.{i}", f"is a second gas film, after {first}; keep one and write kind = 'linear' for the other"
+
+
+def _injection(machine: Machine) -> Problems:
+    if machine.injectors and machine.film is None:
+        yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
         yield "injection", "missing, but there are injectors; add [injection] or remove the injectors"
-    if films:
-        yield from _film(machine, f"bearings.{films[0][0]}", films[0][1])
 
 
-def _film(machine: Machine, path: str, film: GasFilm) -> Iterator[tuple[str, str]]:
-    floor, shaft = machine.solver.minimum_film, machine.shaft
-    if floor >= film.clearance:
-        limit = show(film.clearance, "m")
-        yield (
-            "solver.minimum_film",
-            f"'{show(floor, 'm')}' is not below the clearance '{limit}'; make it smaller",
-        )
-    if film.clearance > film.diameter / 20:
+def _film(machine: Machine) -> tuple[str, GasFilm]:
+    """Path of the film and itself; the checks that need one end without."""
+    path = next((f"bearings.{i}" for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)), "")
+    return path, machine.film  # type: ignore[return-value]
+
+
+def _floor(machine: Machine) -> Problems:
+    path, film = _film(machine)
+    if path and machine.solver.minimum_film >= film.clearance:
+        said, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
+        yield "solver.minimum_film", f"'{said}' is not below the clearance '{limit}'; make it smaller"
+
+
+def _thin(machine: Machine) -> Problems:
+    path, film = _film(machine)
+    if path and film.clearance > film.diameter / 20:
         limit = show(film.diameter / 20, "m")
-        yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is no thin film; write at most '{limit}'"
-    if film.position - film.length / 2 < shaft.start - 1e-9 or film.position + film.length / 2 > shaft.end + 1e-9:
-        yield (
-            f"{path}.length",
-            f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film",
-        )
+        yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
+
+
+def _reach(machine: Machine) -> Problems:
+    path, film = _film(machine)
+    shaft = machine.shaft
+    if path and not (shaft.start - 1e-9 <= film.position - film.length / 2
+                     and film.position + film.length / 2 <= shaft.end + 1e-9):  # fmt: skip
+        yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
+
+
+def _offsets(machine: Machine) -> Problems:
+    path, film = _film(machine)
+    if not path:
+        return
     orifice = machine.injection.orifice_diameter if machine.injection else 0.0
-    room = (film.length - orifice) / 2
+    room = max((film.length - orifice) / 2, 0.0)
     for i, injector in enumerate(machine.injectors):
-        if abs(injector.offset) > room:
-            said, limit = show(injector.offset, "m"), show(max(room, 0.0), "m")
-            yield (
-                f"injectors.{i}.offset",
-                f"'{said}' puts the orifice outside the film; write at most '{limit}'",
-            )
+        if abs(getattr(injector, "offset", 0.0)) > room:
+            said, limit = show(injector.offset, "m"), show(room, "m")
+            yield f"injectors.{i}.offset", f"'{said}' puts the orifice outside the film; write at most '{limit}'"
 
 
-def _effects(machine: Machine) -> Iterator[tuple[str, str]]:
+def _each_effect(machine: Machine) -> Iterator[tuple[str, Effect]]:
+    """Paths of all effects and themselves."""
+    for name, entries in machine.effects.items():
+        for i, effect in enumerate(entries):
+            yield (f"effects.{name}" if len(entries) == 1 else f"effects.{name}.{i}"), effect
+
+
+def _places(machine: Machine) -> Problems:
+    """Every effect has something to act on, and is there once if it can be only once."""
     for name, entries in machine.effects.items():
         if len(entries) > 1 and entries[0].single:
             yield f"effects.{name}", f"there are {len(entries)} of them, and a machine has one; keep one table"
-        for i, effect in enumerate(entries):
-            path = _effect_path(name, i, len(entries))
-            misplaced = _misplaced(machine, effect)
-            if misplaced:
-                yield f"{path}.{misplaced[0]}".rstrip("."), misplaced[1]
-                continue
-            for field, sentence in effect.problems(machine).items():
-                yield f"{path}.{field}".rstrip("."), sentence
+    for path, effect in _each_effect(machine):
+        found = _misplaced(machine, effect)
+        if found:
+            yield f"{path}.{found[0]}".rstrip("."), found[1]
+
+
+def _own(machine: Machine, path: str, effect: Effect) -> Problems:
+    """What an effect itself finds wrong."""
+    if _misplaced(machine, effect) is None:
+        for field, sentence in effect.problems(machine).items():
+            yield f"{path}.{field}".rstrip("."), sentence
 
 
 def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
@@ -120,24 +163,33 @@ def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
+    if effect.port == "injector" and not machine.injectors:
+        return "", "acts in injectors, but there are none; add [[injectors]] or remove it"
     if effect.port == "actuator" and machine.actuators is None:
         return "", "acts in the piezo actuators, but there are none; add [actuators] or remove it"
     if effect.port in ("force", "motion") and effect.place == "disc" and not placed and not machine.discs:
-        return "position", "missing, and there is no disc to act on; write e.g. '25 mm'"
+        middle = show(float(f"{machine.shaft.start + machine.shaft.length / 2:.3g}"), "m")
+        return "position", f"missing, and there is no disc to act on; write e.g. '{middle}'"
     return None
 
 
-def _actuators(machine: Machine) -> Iterator[tuple[str, str]]:
-    if machine.actuators is None or machine.actuators.mode == "ideal":
-        return
-    if not machine.injectors:
+def _actuators(machine: Machine) -> Problems:
+    driven = machine.actuators is not None and getattr(machine.actuators, "mode", "ideal") != "ideal"
+    if driven and not machine.injectors:
         yield "actuators", "there are no injectors whose pins they could move; add injectors or remove them"
-    if machine.actuators.mode == "reference":
+
+
+def _gains(machine: Machine) -> Problems:
+    if machine.actuators is not None and machine.actuators.mode == "reference":
         for i, injector in enumerate(machine.injectors):
             for name in ("pd_gain", "pd_zero"):
-                if getattr(injector, name) is None:
+                if getattr(injector, name, 0.0) is None:
                     yield f"injectors.{i}.{name}", "missing, but actuators.mode is 'reference'; add it"
 
 
-def _effect_path(name: str, index: int, entries: int) -> str:
-    return f"effects.{name}" if entries == 1 else f"effects.{name}.{index}"
+def _meant(machine: Machine) -> Problems:
+    """Paths of unusual values lead to values."""
+    known = {path for path, _, _ in numbers(machine)} if machine.unusual else set()
+    for i, path in enumerate(machine.unusual):
+        if path not in known:
+            yield f"unusual.{i}", f"'{path}' leads to no number; write the path of one, e.g. 'shaft.start'"

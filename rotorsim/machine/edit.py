@@ -1,4 +1,4 @@
-"""Values of a machine file changed in place: comments and order of the rest stay."""
+"""Edits of values in a machine file that keep comments and order."""
 
 from __future__ import annotations
 
@@ -32,14 +32,27 @@ def with_values(text: str, values: Mapping[str, Any]) -> str:
 
 
 def remarked(text: str, paths: Iterable[str], remark: str) -> str:
-    """TOML `text` with `remark` as the comment behind the values at `paths`."""
+    """TOML `text` with `remark` as the comment behind the values at `paths`, instead of the one that is there."""
     import tomlkit
 
     document = tomlkit.parse(text)
     for path in paths:
         *above, last = path.split(".")
-        _descend(document, above, path)[last].comment(remark)
+        comment(_descend(document, above, path), last, remark)
     return tomlkit.dumps(document)
+
+
+def comment(table: Any, key: str, remark: str) -> None:
+    """Put `remark` behind a value of a table of tomlkit; an inline table has no room for comments and stays."""
+    if not inline(table):
+        table[key].comment(remark)
+
+
+def inline(table: Any) -> bool:
+    """Whether a table of tomlkit stands on one line, in braces."""
+    from tomlkit.items import InlineTable
+
+    return isinstance(table, InlineTable)
 
 
 def _set(document: Any, path: str, value: Any) -> None:

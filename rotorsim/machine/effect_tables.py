@@ -1,4 +1,4 @@
-"""`[effects.NAME]` tables to effects: units, bounds and sentences come from each effect's own fields."""
+"""Effects from the `[effects.NAME]` tables; units, bounds and descriptions come from the effects' own fields."""
 
 from __future__ import annotations
 
@@ -26,15 +26,28 @@ def read_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
     return effects
 
 
+def readable_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
+    """The effects in which nothing is wrong."""
+    found: dict[str, tuple[Effect, ...]] = {}
+    for name, value in tables.items() if isinstance(tables, Mapping) else ():
+        problems: list[tuple[str, str]] = []
+        read = _read_entries(str(name), value, problems)
+        found |= {} if problems else {str(name): read}
+    return found
+
+
 def spec_of_parameter(parameter: Field[Any]) -> Spec | None:
     """Unit and limits of an effect's parameter, None for one without a unit."""
     if "unit" not in parameter.metadata:
         return None
     low, high = parameter.metadata.get("bounds", (-_UNLIMITED, _UNLIMITED))
+    unit, neutral = parameter.metadata["unit"], parameter.default
+    example = 1.0 if unit == "1" and high > 1 else None
     return Spec(
-        parameter.metadata["unit"],
+        unit,
         low=low if low > -_UNLIMITED else None,
         high=high if high < _UNLIMITED else None,
+        example=float(neutral) if isinstance(neutral, (int, float)) and neutral else example,
     )
 
 

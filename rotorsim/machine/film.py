@@ -1,12 +1,13 @@
-"""The active gas bearing: film, gas, what the injectors have in common, and each injector."""
+"""Machine-file parts of the gas bearing: film, gas, common injection data, single injectors."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from rotorsim.machine.part import Part, PartError, quantity
+from rotorsim.machine.part import Part, quantity
 from rotorsim.machine.units import show
 
 
@@ -14,10 +15,10 @@ class GasFilm(Part):
     """A gas-lubricated journal bearing."""
 
     kind: Literal["gas_film"] = Field(description="Always 'gas_film'.")
-    position: float = quantity("m", "Coordinate z of the film's centre.", low=-100, high=100)
-    diameter: float = quantity("m", "Diameter of the journal.", above=0, high=10)
-    length: float = quantity("m", "Axial length of the film.", above=0, high=10)
-    clearance: float = quantity("m", "Radial clearance.", above=0, high=1e-3)
+    position: float = quantity("m", "Coordinate z of the film's centre.", low=-100, high=100, example=0.24)
+    diameter: float = quantity("m", "Diameter of the journal.", above=0, high=10, example=0.04)
+    length: float = quantity("m", "Axial length of the film.", above=0, high=10, example=0.04)
+    clearance: float = quantity("m", "Radial clearance.", above=0, high=1e-3, example=25e-6)
     nominal_stiffness: float = quantity(
         "N/m", "Isotropic spring that stands for the film when the rotor's modes are chosen, nowhere else.",
         4e6, above=0, high=1e12,
@@ -40,52 +41,56 @@ class Injection(Part):
     law: Literal["orifice", "loss_factor"] = Field(
         description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."
     )
-    seat_gap: float = quantity("m", "Gap of the pin's seat with the pin fully drawn back.", above=0, high=1e-2)
-    minimum_gap: float = quantity("m", "Gap that stays open when the pin is fully pushed in.", low=0, high=1e-2)
-    pin_diameter: float = quantity("m", "Diameter of the pin's seat.", above=0, high=0.1)
-    pin_discharge: float | None = quantity(
-        "1", "Discharge coefficient of the pin's seat; for law 'orifice'.", None, above=0, high=2
+    seat_gap: float = quantity(
+        "m", "Gap of the pin's seat with the pin fully drawn back.", above=0, high=1e-2, example=40e-6
     )
-    orifice_diameter: float = quantity("m", "Diameter of the orifice into the film.", above=0, high=0.1)
-    curtain_discharge: float = quantity("1", "Discharge coefficient from orifice to film.", above=0, high=2)
-    plenum_volume: float = quantity("m^3", "Volume between pin and film.", above=0, high=1e-3)
+    minimum_gap: float = quantity(
+        "m", "Gap that stays open when the pin is fully pushed in.", low=0, high=1e-2, example=0.5e-6
+    )
+    pin_diameter: float = quantity("m", "Diameter of the pin's seat.", above=0, high=0.1, example=2e-3)
+    pin_discharge: float | None = quantity(
+        "1", "Discharge coefficient of the pin's seat; for law 'orifice'.", None, above=0, high=2, example=0.15
+    )
+    orifice_diameter: float = quantity("m", "Diameter of the orifice into the film.", above=0, high=0.1, example=2e-3)
+    curtain_discharge: float = quantity(
+        "1", "Discharge coefficient from orifice to film.", above=0, high=2, example=0.9
+    )
+    plenum_volume: float = quantity("m^3", "Volume between pin and film.", above=0, high=1e-3, example=1e-9)
     polytropic_exponent: float = quantity("1", "Exponent of the plenum's gas; 1 is isothermal.", 1.0, low=1, high=2)
     loss_factor: float | None = quantity(
         "kg/(s*Pa^2)", "Mass flow per difference of squared pressures, fully open; for law 'loss_factor'.",
-        None, above=0, high=1e-6,
-    )  # fmt: skip
+        None, above=0, high=1e-6, example=3.9e-16)  # fmt: skip
     loss_exponent: float = quantity("1", "Exponent n of loss_factor (gap / seat_gap)^n.", 1.0, low=0, high=4)
-    pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2)
-    pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2)
+    pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2, example=22.5e-6)
+    pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2, example=4.2e-6)
 
-    @model_validator(mode="after")
-    def _complete(self) -> Injection:
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The law has its coefficient, and the seat can close."""
         needs = {"orifice": "pin_discharge", "loss_factor": "loss_factor"}[self.law]
         if getattr(self, needs) is None:
-            raise PartError((needs, f"missing, but law '{self.law}' needs it; add it or choose the other law"))
+            yield needs, f"missing, but law '{self.law}' needs it; add it or choose the other law"
         if self.minimum_gap >= self.seat_gap:
             least, most = show(self.minimum_gap, "m"), show(self.seat_gap, "m")
-            raise PartError(("minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"))
-        return self
+            yield "minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"
 
 
 class Injector(Part):
     """One injector."""
 
     angle: float = quantity("rad", "Where it stands, from x towards y.", low=-7, high=7)
-    offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10)
+    offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10, example=5e-3)
     reference: Literal["+x", "-x", "+y", "-y", "none"] = Field(
         description="Reference voltage that drives its pin, and its sign; '+' pushes the pin in (closes)."
     )
     pd_gain: float | None = quantity(
-        "1", "Gain P of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e3
+        "1", "Gain P of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e3, example=0.9
     )
     pd_zero: float | None = quantity(
-        "1/s", "Zero of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e6
+        "1/s", "Zero of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e6, example=2000.0
     )
     amplifier_lag: float | None = quantity(
-        "s", "Time constant of its amplifier; that of all when not given.", None, low=0, high=10
+        "s", "Time constant of its amplifier; that of all when not given.", None, low=0, high=10, example=0.4e-3
     )
     stack_lag: float | None = quantity(
-        "s", "Time constant of its stack; that of all when not given.", None, low=0, high=10
+        "s", "Time constant of its stack; that of all when not given.", None, low=0, high=10, example=0.1e-3
     )

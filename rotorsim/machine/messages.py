@@ -1,4 +1,4 @@
-"""pydantic's errors as sentences: dotted path, value, limit or known names, way out."""
+"""Validation errors of pydantic as sentences: dotted path, value, limit or known names, remedy."""
 
 from __future__ import annotations
 
@@ -10,27 +10,45 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from rotorsim.machine.part import PartError, spec_of
-from rotorsim.machine.unit_table import dimension
-from rotorsim.machine.units import quote
+from rotorsim.machine.units import quote, quoted
+
+SHAPES = ("union_tag", "model_type", "model_attributes_type", "tuple_type", "too_short")
+"""Beginnings of pydantic's names of what decides which fields there are."""
 
 
 def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """All problems of a validation, one line each."""
+    """All problems of a validation, one line each, wrong shapes and unknown names first.
+
+    A field that is missing because its name is misspelt is one problem.
+    """
     items = error.errors()
+    meant = {(*item["loc"][:-1], _meant(item, model)) for item in items if item["type"] == "extra_forbidden"}
+    items = [item for item in items if not (item["type"] == "missing" and item["loc"] in meant)]
     below = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
-    return [
-        line
-        for item in items
-        if not (item["type"] == "too_short" and item["loc"] in below)  # its items are there, but wrong
-        for line in _lines(item, model)
-    ]
+    counted = [
+        i for i in items if not (i["type"] == "too_short" and i["loc"] in below)
+    ]  # its items are there, but wrong
+    counted.sort(
+        key=lambda item: 0 if item["type"].startswith(SHAPES) else 1 if item["type"] == "extra_forbidden" else 2
+    )
+    return [line for item in counted for line in _lines(item, model)]
 
 
 def unknown_field(key: str, known: Iterable[str]) -> str:
     """Sentence about a key that is none of `known`."""
     names = sorted(known)
-    close = get_close_matches(key, names, n=1, cutoff=0.6)
-    return f"unknown field; did you mean '{close[0]}'?" if close else f"unknown field; known fields: {', '.join(names)}"
+    close = _closest(key, names)
+    return f"unknown field; did you mean '{close}'?" if close else f"unknown field; known fields: {', '.join(names)}"
+
+
+def _closest(key: str, known: Iterable[str]) -> str:
+    """The known name that is most like `key`; empty if none is."""
+    return next(iter(get_close_matches(key, sorted(known), n=1, cutoff=0.6)), "")
+
+
+def _meant(item: Any, model: type[BaseModel]) -> str:
+    """The field that an unknown one is likely to be."""
+    return _closest(str(item["loc"][-1]), _walk(model, item["loc"])[1].model_fields)
 
 
 def _lines(item: Any, model: type[BaseModel]) -> list[str]:
@@ -48,11 +66,11 @@ def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseM
     here: Any = model
     owner, path = model, []
     for key in loc:
-        choices = _choices(here)
-        if len(choices) > 1:
-            here = next((c for c in choices if key in get_args(c.model_fields["kind"].annotation)), None)
+        kinds = choices(here)
+        if len(kinds) > 1:
+            here = next((c for c in kinds if key in get_args(c.model_fields["kind"].annotation)), None)
             continue
-        here = choices[0]
+        here = kinds[0]
         path.append(str(key))
         if get_origin(here) is tuple:
             here = get_args(here)[0]
@@ -62,12 +80,12 @@ def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseM
     return ".".join(path), owner
 
 
-def _choices(kind: Any) -> tuple[Any, ...]:
+def choices(kind: Any) -> tuple[Any, ...]:
     """What a field may hold besides nothing; more than one choice is a union told apart by `kind`."""
     if get_origin(kind) is Annotated:
-        return _choices(get_args(kind)[0])
+        return choices(get_args(kind)[0])
     if get_origin(kind) in (Union, UnionType):
-        return tuple(c for k in get_args(kind) if k is not NoneType for c in _choices(k))
+        return tuple(c for k in get_args(kind) if k is not NoneType for c in choices(k))
     return (kind,)
 
 
@@ -77,8 +95,7 @@ def _missing(item: Any, owner: type[BaseModel]) -> str:
     meaning = (info.description or "").rstrip(".")
     if spec is None:
         return f"missing ({meaning}); add it"
-    example = dimension(spec.unit).example
-    return f"missing ({meaning}); write e.g. {example if spec.unit == '1' else repr(example)}"
+    return f"missing ({meaning}); write e.g. {quoted(spec.suggestion(), spec.unit)}"
 
 
 def _unknown(item: Any, owner: type[BaseModel]) -> str:

@@ -1,12 +1,13 @@
-"""How finely the machine is computed."""
+"""Machine-file parts for the numerics: film grid, time step and tolerances."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from rotorsim.machine.part import Part, PartError, count, quantity
+from rotorsim.machine.part import Part, count, quantity
 from rotorsim.machine.units import show
 from rotorsim.sampling import SAMPLE
 
@@ -37,10 +38,9 @@ class Solver(Part):
         "m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4
     )
 
-    @model_validator(mode="after")
-    def _divides_the_sample(self) -> Solver:
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The step divides the sample."""
         steps = SAMPLE / self.time_step
         if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
             said = show(self.time_step, "s")
-            raise PartError(("time_step", f"'{said}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"))
-        return self
+            yield "time_step", f"'{said}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"

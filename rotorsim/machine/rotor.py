@@ -1,39 +1,39 @@
-"""The rotor: shaft, discs, linear bearings, and where displacement is measured. z runs along the shaft."""
+"""Machine-file parts of the rotor: shaft, discs, linear bearings, probes."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import pi
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from rotorsim.machine.part import Part, PartError, quantity
+from rotorsim.machine.part import Part, quantity
 from rotorsim.machine.units import show
+
+MOST_ELEMENTS = 1000
 
 
 class Material(Part):
     """An isotropic elastic material."""
 
-    density: float = quantity("kg/m^3", "Density.", above=0, high=1e5)
-    youngs_modulus: float = quantity("Pa", "Young's modulus.", above=0, high=1e13)
-    poisson_ratio: float = quantity("1", "Poisson's ratio.", above=-1, high=0.5)
+    density: float = quantity("kg/m^3", "Density.", above=0, high=1e5, example=7850.0)
+    youngs_modulus: float = quantity("Pa", "Young's modulus.", above=0, high=1e13, example=210e9)
+    poisson_ratio: float = quantity("1", "Poisson's ratio.", above=-1, high=0.5, example=0.3)
 
 
 class Section(Part):
     """A cylindrical piece of the shaft; sections follow each other from the left end."""
 
-    length: float = quantity("m", "Length of the piece.", above=0, high=100)
-    outer_diameter: float = quantity("m", "Outer diameter.", above=0, high=10)
-    inner_diameter: float = quantity("m", "Diameter of the bore; 0 is solid.", 0.0, low=0, high=10)
+    length: float = quantity("m", "Length of the piece.", above=0, high=100, example=0.6)
+    outer_diameter: float = quantity("m", "Outer diameter.", above=0, high=10, example=0.02)
+    inner_diameter: float = quantity("m", "Diameter of the bore; 0 is solid.", 0.0, low=0, high=10, example=0.01)
 
-    @model_validator(mode="after")
-    def _bore_inside(self) -> Section:
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The bore is within."""
         if self.inner_diameter >= self.outer_diameter:
             bore, outer = show(self.inner_diameter, "m"), show(self.outer_diameter, "m")
-            raise PartError(
-                ("inner_diameter", f"'{bore}' is not below outer_diameter '{outer}'; make the bore smaller")
-            )
-        return self
+            yield "inner_diameter", f"'{bore}' is not below outer_diameter '{outer}'; make the bore smaller"
 
 
 class Shaft(Part):
@@ -42,7 +42,9 @@ class Shaft(Part):
     start: float = quantity("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
     material: Material = Field(description="What the shaft is made of.")
     sections: tuple[Section, ...] = Field(min_length=1, description="Pieces of the shaft, from left to right.")
-    damping_ratio: float = quantity("1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5)
+    damping_ratio: float = quantity(
+        "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5, example=0.01
+    )
     max_element_length: float = quantity("m", "Longest finite element.", 0.025, above=0, high=10)
 
     @property
@@ -61,42 +63,46 @@ class Shaft(Part):
         volume = sum(pi / 4 * (s.outer_diameter**2 - s.inner_diameter**2) * s.length for s in self.sections)
         return self.material.density * volume
 
-    @model_validator(mode="after")
-    def _affordable(self) -> Shaft:
-        if self.length / self.max_element_length > 1000:
-            longest = show(self.max_element_length, "m")
-            fit = show(float(f"{self.length / 20:.2g}"), "m")
-            raise PartError(("max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{fit}'"))
-        return self
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The elements are not too many."""
+        if self.length / self.max_element_length > MOST_ELEMENTS:
+            longest, few = show(self.max_element_length, "m"), min(float(f"{self.length / 20:.2g}"), 10.0)
+            yield "max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{show(few, 'm')}'"
 
 
 class Disc(Part):
     """A rigid disc on the shaft."""
 
-    position: float = quantity("m", "Coordinate z of the disc.", low=-100, high=100)
-    mass: float = quantity("kg", "Mass.", above=0, high=1e6)
-    polar_inertia: float = quantity("kg*m^2", "Moment of inertia about the shaft's axis.", low=0, high=1e6)
-    diametral_inertia: float = quantity("kg*m^2", "Moment of inertia about a diameter.", low=0, high=1e6)
+    position: float = quantity("m", "Coordinate z of the disc.", low=-100, high=100, example=0.3)
+    mass: float = quantity("kg", "Mass.", above=0, high=1e6, example=1.5)
+    polar_inertia: float = quantity(
+        "kg*m^2", "Moment of inertia about the shaft's axis.", low=0, high=1e6, example=0.0037
+    )
+    diametral_inertia: float = quantity(
+        "kg*m^2", "Moment of inertia about a diameter.", low=0, high=1e6, example=0.0019
+    )
 
 
 class LinearBearing(Part):
     """A spring and damper between shaft and ground."""
 
     kind: Literal["linear"] = Field(description="Always 'linear'.")
-    position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100)
-    kxx: float = quantity("N/m", "Stiffness in x.", low=0, high=1e14)
-    kyy: float | None = quantity("N/m", "Stiffness in y; as in x when not given.", None, low=0, high=1e14)
-    kxy: float = quantity("N/m", "Force in x for a displacement in y.", 0.0, low=-1e14, high=1e14)
-    kyx: float = quantity("N/m", "Force in y for a displacement in x.", 0.0, low=-1e14, high=1e14)
-    cxx: float = quantity("N*s/m", "Damping in x.", 0.0, low=0, high=1e12)
-    cyy: float | None = quantity("N*s/m", "Damping in y; as in x when not given.", None, low=0, high=1e12)
-    cxy: float = quantity("N*s/m", "Force in x for a velocity in y.", 0.0, low=-1e12, high=1e12)
-    cyx: float = quantity("N*s/m", "Force in y for a velocity in x.", 0.0, low=-1e12, high=1e12)
+    position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100, example=0.05)
+    kxx: float = quantity("N/m", "Stiffness in x.", low=0, high=1e14, example=50e6)
+    kyy: float | None = quantity("N/m", "Stiffness in y; as in x when not given.", None, low=0, high=1e14, example=50e6)
+    kxy: float = quantity("N/m", "Force in x for a displacement in y.", 0.0, low=-1e14, high=1e14, example=1e6)
+    kyx: float = quantity("N/m", "Force in y for a displacement in x.", 0.0, low=-1e14, high=1e14, example=1e6)
+    cxx: float = quantity("N*s/m", "Damping in x.", 0.0, low=0, high=1e12, example=200.0)
+    cyy: float | None = quantity(
+        "N*s/m", "Damping in y; as in x when not given.", None, low=0, high=1e12, example=200.0
+    )
+    cxy: float = quantity("N*s/m", "Force in x for a velocity in y.", 0.0, low=-1e12, high=1e12, example=100.0)
+    cyx: float = quantity("N*s/m", "Force in y for a velocity in x.", 0.0, low=-1e12, high=1e12, example=100.0)
 
 
 class Probe(Part):
     """Where the displacement of the shaft is measured."""
 
     position: float = quantity(
-        "m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100
+        "m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100, example=0.3
     )

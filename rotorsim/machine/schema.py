@@ -1,8 +1,9 @@
-"""A machine: shaft, discs, bearings, gas film with injectors, effects, grid and solver; all in SI units."""
+"""Machine: rotor, bearings, gas film with injectors, effects, grid and solver, all in SI units."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,9 +15,9 @@ from pydantic import (
     Tag,
     ValidationError,
     field_validator,
-    model_validator,
 )
 
+from rotorsim.base.files import write_text
 from rotorsim.effects import Effect
 from rotorsim.errors import MachineFileError
 from rotorsim.machine import edit, toml
@@ -24,9 +25,9 @@ from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.effect_tables import read_effects
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
-from rotorsim.machine.messages import sentences
 from rotorsim.machine.numerics import Grid, Solver
-from rotorsim.machine.part import Part, PartError
+from rotorsim.machine.part import Part
+from rotorsim.machine.readable import every_problem
 from rotorsim.machine.rotor import Disc, LinearBearing, Probe, Shaft
 
 
@@ -55,16 +56,18 @@ class Machine(Part):
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
+    unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 
     _source: str = PrivateAttr("")
 
     @classmethod
     def from_text(cls, text: str) -> Machine:
         """Machine of a TOML text; raises MachineFileError with one line per problem."""
+        tables = toml.parse(text)
         try:
-            machine = cls.model_validate(toml.parse(text))
+            machine = cls.model_validate(tables)
         except ValidationError as error:
-            raise MachineFileError("\n".join(sentences(error, cls))) from error
+            raise MachineFileError("\n".join(every_problem(error, cls, tables))) from error
         machine._source = text
         return machine
 
@@ -102,7 +105,7 @@ class Machine(Part):
 
     def save(self, path: str | Path) -> None:
         """Write the machine file, with the comments it was read with; the file is complete or untouched."""
-        toml.write_text(Path(path), self._source or self.text)
+        write_text(path, self._source or self.text)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Machine) and self.__dict__ == other.__dict__
@@ -115,9 +118,6 @@ class Machine(Part):
     def _effects(cls, tables: Any) -> Any:
         return read_effects(tables)
 
-    @model_validator(mode="after")
-    def _parts_fit(self) -> Machine:
-        problems = cross_check(self)
-        if problems:
-            raise PartError(*problems)
-        return self
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """What no part sees alone."""
+        return cross_check(self)

@@ -1,16 +1,15 @@
-"""Machine files as text: reading with care, writing in one piece, a machine as canonical TOML."""
+"""Reading of machine files and writing of canonical TOML."""
 
 from __future__ import annotations
 
 import json
-import os
 import tomllib
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.own_files import instead
 from rotorsim.effects import Effect
 from rotorsim.errors import MachineFileError
 from rotorsim.machine.effect_tables import spec_of_parameter
@@ -32,7 +31,10 @@ def read_text(path: Path) -> str:
     except OSError as error:
         raise MachineFileError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
     except UnicodeDecodeError as error:
-        raise MachineFileError(f"{path}: is not text; a machine file is TOML in UTF-8") from error
+        ours = instead(path, "a machine file (TOML)", "")
+        writes = "'rotorsim machine new PATH' writes one"
+        reason = f"{ours}; {writes}" if ours else "is not text; a machine file is TOML in UTF-8"
+        raise MachineFileError(f"{path}: {reason}") from error
     if "\0" in text:
         raise MachineFileError(f"{path}: is binary; a machine file is TOML in UTF-8")
     return text
@@ -45,22 +47,9 @@ def parse(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except ValueError as error:
-        raise MachineFileError(f"not a TOML file: {str(error)[:200]}; mend that line") from error
+        raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
     except RecursionError as error:
         raise MachineFileError("not a machine file: brackets are nested too deeply; remove some") from error
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file in one piece: it is complete, or as it was before."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(part, path)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def dumps(part: Part) -> str:
@@ -69,21 +58,23 @@ def dumps(part: Part) -> str:
 
 
 def entries(part: Part | Effect) -> Iterator[tuple[str, Any, Spec | None, str]]:
-    """Name, value, unit and limits, and sentence of every field that is set."""
+    """Name, value, unit and limits, and sentence of every field that is set (and, of a file with faults, readable)."""
     if isinstance(part, Effect):
         for f in fields(part):
             if getattr(part, f.name) is not None:
                 yield f.name, getattr(part, f.name), spec_of_parameter(f), f.metadata.get("doc", "")
         return
     for name, info in type(part).model_fields.items():
-        if getattr(part, name) is not None:
+        if getattr(part, name, None) is not None:
             yield name, getattr(part, name), spec_of(info), info.description or ""
 
 
 def _table(part: Part | Effect, path: str) -> Iterator[str]:
     below: list[tuple[str, Any]] = []
     for name, value, spec, _ in entries(part):
-        if isinstance(value, (Part, tuple, dict)):
+        if value == ():
+            continue
+        if isinstance(value, (Part, tuple, dict)) and name != "unusual":
             below.append((f"{path}.{name}".lstrip("."), value))
         else:
             yield f"{name} = {_literal(value, spec)}"
@@ -103,7 +94,7 @@ def _nested(path: str, value: Any) -> Iterator[str]:
 
 
 def _literal(value: Any, spec: Spec | None) -> str:
-    if isinstance(value, (bool, int)) or (spec is not None and spec.unit == "1"):
+    if isinstance(value, (bool, int, tuple)) or (spec is not None and spec.unit == "1"):
         return json.dumps(value)
     if spec is not None:
         return json.dumps(show(value, spec.unit))

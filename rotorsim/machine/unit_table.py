@@ -1,4 +1,4 @@
-"""Units people write in machine files: SI unit -> what it measures, an example, and units with their factors.
+"""Table of units accepted in machine files, by SI unit, with quantity, example and factors.
 
 Factors are decimal strings, so that '25 um' is the double nearest to 25e-6. A test compares every entry with
 pint, which `rotorsim.machine.units` asks for whatever is not listed here.
@@ -84,6 +84,17 @@ TABLE: dict[str, Dimension] = {
 
 CLOSED = frozenset({"rad", "rad/s", "rad/s^2", "1/s"})
 """Dimensions whose units are these and no others: pint takes radians for a number and 1 Hz for 1 rad/s."""
+
+
+READ_ONLY = frozenset({"cm", "cm^3", "turn", "mbar", "deg/s", "deg/s^2"})
+"""Units that are read and never advised: drawings and data sheets of machines have others."""
+
+
+def advised(unit: str) -> tuple[str, ...]:
+    """Units to advise for a quantity, the most common first."""
+    kind = dimension(unit)
+    common = (kind.example.partition(" ")[2], *reversed(kind.people), *kind.factors)
+    return tuple(one for one in dict.fromkeys(common) if one not in READ_ONLY)
 
 
 def dimension(unit: str) -> Dimension:

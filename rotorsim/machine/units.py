@@ -1,4 +1,4 @@
-"""Text with a unit to an SI float and back: the only place that knows pint.
+"""Conversion of text with a unit to an SI float and back; the only user of pint.
 
 `parse` and `show` are inverse to each other, to the last bit. Numbers are scaled as decimals: '25 um' is the
 double nearest to 25e-6. A gauge pressure is a plain pressure here.
@@ -7,12 +7,13 @@ double nearest to 25e-6. A gauge pressure is a plain pressure here.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from decimal import Decimal
-from functools import lru_cache
-from math import isclose, isfinite
+from functools import lru_cache, partial
+from math import isclose, isfinite, log
 from typing import Any
 
-from rotorsim.machine.unit_table import CLOSED, dimension
+from rotorsim.machine.unit_table import CLOSED, advised, dimension
 
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")
@@ -29,8 +30,14 @@ _SPELLINGS = {
 }
 
 
-def parse(value: Any, unit: str) -> float:
+Suggest = Callable[[str], str]
+"""What to write instead of a value that cannot be read, given its digits or nothing."""
+
+
+def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
     """SI value of `value`, text such as '25 um', or a bare number when `unit` is '1'.
+
+    `suggest` makes the example of an error's sentence; by default it is one that is typical of the dimension.
 
     Raises
     ------
@@ -39,21 +46,62 @@ def parse(value: Any, unit: str) -> float:
         is not finite.
     """
     kind = dimension(unit)
+    suggest = suggest or partial(suggestion, unit)
+
+    def wrong(fault: str, digits: str = "") -> ValueError:
+        return ValueError(f"{quote(value)} {fault}; write e.g. {quoted(suggest(digits), unit)}")
+
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-        raise ValueError(f"{quote(value)} is not {_a(kind.name)}; write e.g. {_example(unit)}")
+        raise wrong(f"is not {_a(kind.name)}")
     match = _TEXT.fullmatch(value if isinstance(value, str) else repr(value))
     if not match:
-        raise ValueError(f"{quote(value)} is not {_a(kind.name)}; write e.g. {_example(unit)}")
+        raise wrong(f"is not {_a(kind.name)}")
     digits, written = match.groups()
     if not written and unit != "1":
-        hint = f"{digits[:20]} {kind.example.split(' ', 1)[1]}"
-        raise ValueError(f"{quote(value)} has no unit; write e.g. '{hint}'")
+        raise wrong("has no unit", digits)
     if written and unit == "1":
-        raise ValueError(f"{quote(value)} has a unit but is a plain number; write e.g. {kind.example}")
-    number = _scaled(digits, *_conversion(written, unit, str(value))) if written else float(digits)
+        raise wrong("has a unit but is a plain number", digits)
+    factor, offset, fault = _conversion(written, unit) if written else ("1", "0", "")
+    if fault:
+        raise wrong(fault)
+    number = _scaled(digits, factor, offset) if written else float(digits)
     if not isfinite(number):
-        raise ValueError(f"{quote(value)} is too large a number; write e.g. {_example(unit)}")
+        raise wrong("is too large a number")
     return number
+
+
+def suggestion(unit: str, digits: str = "", fits: Callable[[float], bool] = lambda value: True, own: str = "") -> str:
+    """A text that can be read: the digits with the unit that brings them nearest to an example, if they fit.
+
+    Else the example; `own` is one of the field that is asked for, instead of the dimension's typical one.
+    """
+    example = own or dimension(unit).example
+    if unit == "1":
+        return digits if digits and fits(float(digits)) else example
+    number, _, typical = example.partition(" ")
+    typical_size = abs(_value(example, unit))
+    units = list(dict.fromkeys((typical, *advised(unit))))
+    for n in (digits[:20], number):
+        fitting = [f"{n} {u}" for u in units if n and isfinite(v := _value(f"{n} {u}", unit)) and fits(v)]
+        if fitting:
+            return min(fitting, key=lambda text: _apart(abs(_value(text, unit)), typical_size))
+    return example
+
+
+def _apart(a: float, b: float) -> float:
+    """Distance of two sizes in powers; 0 where one of them is 0."""
+    return abs(log(a / b)) if a > 0 and b > 0 else 0.0
+
+
+def _value(text: str, unit: str) -> float:
+    """SI value of a number with a unit of the table; not a number where it is none."""
+    number, _, written = text.partition(" ")
+    return _scaled(number, dimension(unit).factors.get(written, "nan"), "0")
+
+
+def quoted(text: str, unit: str) -> str:
+    """A value as a machine file has it: in quotes where it has a unit."""
+    return text if unit == "1" else f"'{text}'"
 
 
 def show(value: float, unit: str) -> str:
@@ -74,6 +122,12 @@ def show(value: float, unit: str) -> str:
     return f"{_shortest(value)} {unit}"
 
 
+def split(text: str) -> tuple[str, str]:
+    """Digits and unit of a text such as '25 um'; the text and nothing where it has no digits."""
+    match = _TEXT.fullmatch(text)
+    return match.groups() if match else (text, "")  # type: ignore[return-value]
+
+
 def quote(value: Any) -> str:
     """A value as it stands in a machine file, cut to a readable length."""
     text = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
@@ -85,10 +139,6 @@ def _reads_back(text: str, unit: str, value: float) -> bool:
         return parse(text, unit) == value
     except ValueError:  # out of range in this unit
         return False
-
-
-def _example(unit: str) -> str:
-    return dimension(unit).example if unit == "1" else f"'{dimension(unit).example}'"
 
 
 def _a(noun: str) -> str:
@@ -106,21 +156,22 @@ def _scaled(digits: str, factor: str, offset: str) -> float:
     return float(Decimal(digits) * Decimal(factor) + Decimal(offset))
 
 
-def _conversion(written: str, unit: str, value: str) -> tuple[str, str]:
-    """Factor and offset from `written` to `unit`, or a sentence about `value`."""
+def _conversion(written: str, unit: str) -> tuple[str, str, str]:
+    """Factor and offset from `written` to `unit`, and what is wrong with it (nothing if it is a unit of this kind)."""
     for spelling, plain in _SPELLINGS.items():
         written = written.replace(spelling, plain)
     kind = dimension(unit)
     if written in kind.factors:
-        return kind.factors[written], "0"
+        return kind.factors[written], "0", ""
     problem = "" if _UNIT.fullmatch(written) else "unknown"
+    factor, offset = "", ""
     if not problem:
         factor, offset, problem = _ask_pint(written, unit)
     if problem == "unknown":
-        raise ValueError(f"{quote(value)} has an unknown unit; write e.g. {_example(unit)}")
+        return "", "", "has an unknown unit"
     if problem or unit in CLOSED:
-        raise ValueError(f"{quote(value)} is not {_a(kind.name)}; write e.g. {_example(unit)}")
-    return factor, offset
+        return "", "", f"is not {_a(kind.name)}"
+    return factor, offset, ""
 
 
 @lru_cache(maxsize=256)

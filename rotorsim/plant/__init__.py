@@ -1,4 +1,4 @@
-"""The coupled plant: shaft, film, injectors and effects, stepped together."""
+"""Coupled plant: shaft, film, injectors and effects in one time step."""
 
 from rotorsim.plant.plant import Plant
 

@@ -1,4 +1,4 @@
-"""Machine -> what the kernels take: layouts, a filled workspace, index array, parameter record, composed module."""
+"""Assembly of a machine for the kernels: layouts, workspace, index array, parameter record, composed module."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from rotorsim.errors import MachineFileError
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
+from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
+from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.parameters import make_parameters
-from rotorsim.plant.rig import RigLayout, make_rig_layout
-from rotorsim.plant.rotor import RotorLayout, make_rotor_layout
 
 SUBSTEP = 5e-5
 """Longest substep of the actuators [s]."""

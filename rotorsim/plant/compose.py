@@ -1,6 +1,6 @@
-"""Writes a machine's own kernel module: literal sizes, static calls of its effects, the step.
+"""Generation of a machine's kernel module: literal sizes, static calls of its effects, the step.
 
-The module is the templates one after another, with the names of `neutral.py` replaced. It lies in the user's cache
+The module is the templates one after another, with the names of `stubs.py` replaced. It lies in the user's cache
 folder under a name that hashes every source that goes into it, so a change of any kernel gives a new module, new
 parameter values never recompile, and numba's disk cache holds the machine code beside it.
 """
@@ -11,9 +11,7 @@ import ast
 import hashlib
 import importlib.util
 import inspect
-import os
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,20 +20,22 @@ from typing import Any
 
 import reynolds
 from reynolds.grid import Layout
-from reynolds.jit import cache_folder, cache_root
+from reynolds.jit import cache_folder, cache_root, private_root
+from rotorsim.base.files import WriteError, make_folder, sweep, write_text
 from rotorsim.effects import Effect
 from rotorsim.errors import DataError
-from rotorsim.plant.motion import SLOT
+from rotorsim.plant.kernels.modal_rotor import RotorLayout
+from rotorsim.plant.kernels.motion_forces import SLOT
+from rotorsim.plant.kernels.rig_layout import RigLayout
 from rotorsim.plant.ports import FUNCTIONS
-from rotorsim.plant.rig import RigLayout
-from rotorsim.plant.rotor import RotorLayout
 
-TEMPLATES = ("piezo", "feed", "gap", "samples", "step", "run", "rest", "sample")
+KERNELS = Path(__file__).parent / "kernels"
+TEMPLATES = ("piezo", "supply", "film_gap", "outputs", "step", "entry", "equilibrium_kernel", "cosimulation")
 NEEDED = """from reynolds.grid import Layout
 from reynolds.jit import inlined
-from rotorsim.plant.motion import NUDGE, add_tangent, form_compliance, guess, mend, miss, velocity
-from rotorsim.plant.rig import RigLayout
-from rotorsim.plant.rotor import RotorLayout, add_force, build_support, project"""
+from rotorsim.plant.kernels.motion_forces import NUDGE, add_tangent, form_compliance, guess, mend, miss, velocity
+from rotorsim.plant.kernels.rig_layout import RigLayout
+from rotorsim.plant.kernels.modal_rotor import RotorLayout, add_force, build_support, project"""
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,11 @@ def _kernel(call: Call) -> Any:
 
 def _templates() -> tuple[list[str], list[str]]:
     """Imports from elsewhere and bodies of all templates."""
-    inside = {f"rotorsim.plant.{name}" for name in ("neutral", *TEMPLATES)} | {"__future__"}
+    inside = {f"rotorsim.plant.kernels.{name}" for name in ("stubs", *TEMPLATES)} | {"__future__"}
     imports: dict[str, None] = {}
     bodies = []
     for name in TEMPLATES:
-        source = (Path(__file__).parent / f"{name}.py").read_text(encoding="utf-8")
+        source = (KERNELS / f"{name}.py").read_text(encoding="utf-8")
         lines = source.splitlines()
         nodes = ast.parse(source).body
         imported = [n for n in nodes if isinstance(n, (ast.Import, ast.ImportFrom))]
@@ -105,7 +105,7 @@ def is_compiled(module: ModuleType) -> bool:
 
 
 def _sources_hash(calls: Sequence[Call]) -> str:
-    folders = [Path(str(reynolds.__file__)).parent, Path(__file__).parent]
+    folders = [Path(str(reynolds.__file__)).parent, Path(__file__).parent, KERNELS]
     files = {path for folder in folders for path in folder.glob("*.py")}
     for call in calls:
         files |= _sources_of(type(call.effect).kernel, set())
@@ -129,25 +129,26 @@ def _sources_of(kernel: Any, seen: set[int]) -> set[Path]:
     return files
 
 
+def _written(root: Path, name: str, text: str) -> Path:
+    """The file of a generated module below a cache folder; raises WriteError."""
+    path = root / "plants" / f"{name}.py"
+    if not path.exists() or path.read_text() != text:
+        sweep(make_folder(path.parent))
+        write_text(path, text)
+    return path
+
+
 def load_module(name: str, text: str) -> ModuleType:
     """A generated module, written once to the user's cache folder, where numba keeps its machine code beside it."""
     if name in sys.modules:
         return sys.modules[name]
-    path = cache_root() / "plants" / f"{name}.py"
-    if not path.exists() or path.read_text() != text:
-        _write(path, text)
+    try:
+        path = _written(cache_root(), name, text)
+    except WriteError:  # the cache is full
+        path = _written(private_root(), name, text)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
-
-
-def _write(path: Path, text: str) -> None:
-    """Write in one move, so that two processes may compose the same machine at once."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w") as stream:
-        stream.write(text)
-    os.replace(temporary, path)

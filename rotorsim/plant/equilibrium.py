@@ -1,4 +1,4 @@
-"""The equilibrium of a plant: `rest` called, its status as an exception, its workspace as numbers with names."""
+"""Equilibrium of a plant: call of the kernel, exceptions for its status codes, named results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from rotorsim.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.rest import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
+from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
 
 SLOW = 1e-6
 """Velocity [m/s] of difference quotients."""

@@ -1,4 +1,4 @@
-r"""What the film answers at a complex frequency s: one sparse factorisation serves stiffness, damping, gains and delay.
+r"""Frequency response of the film at complex frequency s: dynamic stiffness, damping, actuation, from one LU.
 
 With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint solves),
 

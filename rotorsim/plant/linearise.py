@@ -1,4 +1,4 @@
-r"""The plant linearised about an equilibrium, from the analytic Jacobians of its own kernels.
+r"""Linear model of the plant about an equilibrium, from the analytic Jacobians of its kernels.
 
 States: q of every film node, plenum pressures, modal displacements and velocities; inputs: the two reference voltages,
 the disc force (2) and the supply pressure; outputs: disc x, y. The film's descriptor form of `reynolds.perturbation`
@@ -25,6 +25,7 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
 from reynolds.perturbation import LinearFilm, linear_film
+from rotorsim.base.rounding import first_of_largest
 from rotorsim.errors import DataError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
@@ -182,10 +183,10 @@ class LinearPlant:
         return delays
 
     def mode_of_axis(self, axis: int) -> int:
-        """Which of the two lowest modes moves the disc most along an axis."""
+        """Which of the two lowest modes moves the disc most along an axis; x has the lower one where they are alike."""
         shapes = np.abs(self._disc_shapes[:, :2])
-        share = shapes / shapes.sum(axis=0)
-        return int(share[axis].argmax())
+        x = first_of_largest(shapes[0] / shapes.sum(axis=0))
+        return x if axis == 0 else shapes.shape[1] - 1 - x
 
     def _near_eigenvalues(self, count: int = 8) -> tuple[np.ndarray, np.ndarray]:
         """Eigenvalues of (J, S) nearest to i near, by shift and invert (all of them when the system is small)."""

@@ -1,4 +1,4 @@
-"""From a machine file to the finite-element rotor and its reduced form, with nodes where the machine has parts."""
+"""Finite-element rotor of a machine and its modal reduction, with nodes at the machine's parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parameter record: every number of a machine that kernels read, in SI units."""
+"""Parameter record of the kernels: every number of a machine, in SI units."""
 
 from __future__ import annotations
 

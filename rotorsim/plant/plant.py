@@ -1,11 +1,11 @@
-"""`Plant`: a machine that can be brought to equilibrium, linearised and run."""
+"""`Plant`: a machine ready for equilibrium, linearisation and time simulation."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
+from rotorsim.plant.controller import Controller, ask, check_controller, check_range, provenance
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.simulation import Simulation, split_columns
 
@@ -29,13 +30,6 @@ LONGEST = 3600.0
 """Longest run [s] whose record is returned in memory."""
 BLOCK = 5000
 """Samples computed at a time: one second."""
-
-
-class Controller(Protocol):
-    """Anything that makes a reference [V] from a measurement [m]; called once per sample."""
-
-    def step(self, measured: np.ndarray, speed: float, pressure: float) -> ArrayLike:
-        """Reference (2,) [V] that acts from the next sample on."""
 
 
 class Plant:
@@ -92,19 +86,22 @@ class Plant:
         initial: str | Simulation = "equilibrium",
         progress: bool = False,
     ) -> xr.Dataset:
-        """Run for `duration` [s] and return the record (see identification.dataset), sampled at 5 kHz.
+        """Run for `duration` [s] and return the record (see identification.records.schema), sampled at 5 kHz.
 
         speed [rad/s] and pressure [Pa, gauge] are numbers, functions of time or arrays over the samples; reference
         [V] and disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is
         held; a speed of NaN turns the drive off, so that the shaft coasts. A controller sees `disc_measured` of a
-        sample and acts on the next. `initial` is "equilibrium" or a `Simulation` to go on with. `seed` makes the
-        sensors' noise and nothing else. Raises NoLiftOffError, ConvergenceError, DataError.
+        sample and acts on the next; the record then names it, and `reference_external` is the reference without its
+        part. `initial` is "equilibrium" or a `Simulation` to go on with. `seed` makes the
+        sensors' noise and nothing else. Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
         from identification import make_record
         from rotorsim.progress import track
 
         if not isinstance(initial, Simulation) and initial != "equilibrium":
             raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to go on with")
+        if controller is not None:
+            check_controller(controller)
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
         simulation = self.start(*start, seed=seed) if isinstance(initial, str) else initial
         begin = simulation.samples
@@ -113,7 +110,11 @@ class Plant:
         used = np.concatenate([u for _, u in blocks])
         time = (begin + np.arange(len(table))) * SAMPLE
         values = split_columns(table, used, self.assembly.film_model is not None)
-        return make_record(time, values, self.provenance(seed))
+        attrs = self.provenance(seed)
+        if controller is not None:
+            attrs |= provenance(controller)
+            values["reference_external"] = inputs[:, 2:4]
+        return make_record(time, values, attrs)
 
     def inputs(
         self,
@@ -145,19 +146,15 @@ class Plant:
 
     def provenance(self, seed: int = 0) -> dict[str, Any]:
         """Attributes of a record: machine text and hash, seed, versions."""
-        from importlib.metadata import PackageNotFoundError, version
+        from rotorsim.base.version import installed
 
-        try:
-            own = version("rotorsim")
-        except PackageNotFoundError:
-            own = "source"
         return {
             "machine": self.machine.text,
             "machine_hash": self.machine.hash,
             "seed": seed,
-            "rotorsim_version": own,
-            "numpy_version": version("numpy"),
-            "numba_version": version("numba"),
+            "rotorsim_version": installed("rotorsim"),
+            "numpy_version": installed("numpy"),
+            "numba_version": installed("numba"),
             "sample_rate_hz": 1 / SAMPLE,
         }
 
@@ -170,14 +167,16 @@ def _run(
         for i in range(0, len(inputs), BLOCK):
             yield simulation.advance(inputs[i : i + BLOCK]), inputs[i : i + BLOCK]
         return
-    reference = np.zeros(2)
+    reference, actuators = np.zeros(2), simulation.assembly.machine.actuators
     for row in inputs:
         used = row.copy()
         used[2:4] += reference
+        if actuators is not None:
+            check_range(controller, used[2:4], actuators.limit, simulation.samples * SAMPLE)
         table = simulation.advance(used[None])
         yield table, used[None]
-        measured, speed, pressure = table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4]
-        reference = np.asarray(controller.step(measured.copy(), float(speed), float(pressure)), float)
+        time = (simulation.samples - 1) * SAMPLE
+        reference = ask(controller, table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4], time)
 
 
 def _scalars(signal: Signal, n: int, name: str, gaps: bool = False) -> np.ndarray:

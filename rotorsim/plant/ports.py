@@ -1,4 +1,4 @@
-"""How the effects of each port are written out: one function per port, one static call per effect.
+"""Code generation for effect ports: one function per port, one static call per effect.
 
 In a call, {kernel} and {p} are the effect's kernel and parameter record, {shape} the offset of its (2, n) rows, {slot}
 of its place among the motion forces, {state} of its own states, {old} and {new} of its states in actuator k, {dof} of

@@ -1,4 +1,4 @@
-"""A run in progress: state, inputs in, samples out; can be saved and taken back bit for bit."""
+"""Simulation state: inputs in, samples out; saved and restored bit for bit."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import settle
+
+INPUTS = ("supply pressure", "reference x", "reference y", "disc force x", "disc force y")
+"""Columns of a row of inputs after the first, the speed, where NaN means that the drive is off."""
 
 
 @dataclass
@@ -42,12 +45,12 @@ class Simulation:
         """Advance by one sample (0.2 ms) per row of inputs; returns the state BEFORE each as (n, columns).
 
         inputs (n, 6): speed at the sample's end [rad/s] (NaN: the drive is off), supply pressure [Pa, gauge], reference
-        x, y [V], disc force x, y [N]. Raises ConvergenceError with the time, and with the
-        samples done in its `where["table"]`, if a step cannot be solved at any size.
+        x, y [V], disc force x, y [N]. Raises DataError for inputs that are not finite, and ConvergenceError with
+        the time, and with the samples done in its `where["table"]`, if a step cannot be solved at any size.
         """
         a = self.assembly
         rows = np.array(inputs, float)
-        _check_reference(a, rows)
+        _check_inputs(a, rows)
         rows[:, 1] += a.machine.gas.ambient_pressure
         out = np.zeros((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.P, rows, out, a.steps_per_sample)
@@ -89,7 +92,10 @@ class Simulation:
         }
 
 
-def _check_reference(a: Assembly, rows: np.ndarray) -> None:
+def _check_inputs(a: Assembly, rows: np.ndarray) -> None:
+    if not np.isfinite(rows[:, 1:]).all():
+        row, column = np.argwhere(~np.isfinite(rows[:, 1:]))[0]
+        raise DataError(f"{INPUTS[column]}: {rows[row, column + 1]} in row {row}; give finite numbers")
     actuators = a.machine.actuators
     if actuators is None or not len(rows):
         return

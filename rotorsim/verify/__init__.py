@@ -1,4 +1,4 @@
-"""Verification: a law on the nonlinear plant it never saw, a table of declared criteria, pass or fail."""
+"""Verification of a law on the nonlinear plant against declared criteria: pass or fail."""
 
 from rotorsim.verify.closed_loop import Verification, closed_loop
 from rotorsim.verify.criteria import Criteria

@@ -1,4 +1,4 @@
-"""What a law must reach, declared; and the rows of a verification."""
+"""Criteria of a verification and the rows of its result."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ class Criteria:
     effort : largest reference in the hits [V].
     noise : standard deviation of the reference at rest [V].
     amplitude : imbalance amplitude at the end of the run-up.
-    transient : largest deviation [m] of the disc from its equilibrium in ramps and steps.
+    transient : largest distance [m] of the disc from its moving mean of 0.1 s in ramps, steps and faults, or 1.2 times
+        that of the open loop where this is more.
     disturbed : impact energy at the worst point of changed machines.
     disk : disk margin with the plant's own linearisation, at the worst of five points; at least.
     """

@@ -1,4 +1,4 @@
-r"""The sampled loop of a law with the plant's own linearisation: film, rotor, actuators, hold and a sample of delay.
+r"""Sampled loop of a law with the full-order linear plant: film, rotor, actuators, hold and a sample of delay.
 
 .. math:: G(z) = z^{-1} \, Z\{ H_0(s) \, G_{plant}(s) \, G_{actuators}(s) \}
 
@@ -13,12 +13,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import matrix_balance
 
 import identification as idn
 from rotorsim.control.law import Law
-from rotorsim.control.loops import closed_poles, law_system, loop_of, smallest_damping
-from rotorsim.control.systems import System, held, late, series, transformed
+from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
+from rotorsim.control.numerics.systems import System, balanced_states, held, late, series
 from rotorsim.experiments import prbs
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
@@ -55,13 +54,8 @@ def full_plant(plant: Plant, speed: float, pressure: float, actuators: System) -
     found = plant.linearise(speed, pressure)
     per_volt = pin_per_volt(plant)
     rotor = System(found.A, found.B[:, :2] / per_volt, found.C * 1e6, np.zeros((2, 2)))
+    # pressures beside displacements would cost most of the digits
     return late(held(balanced_states(series(actuators, rotor)), SAMPLE))
-
-
-def balanced_states(system: System) -> System:
-    """The same in states of like size: pressures beside displacements would cost most of the digits."""
-    _, (scale, _) = matrix_balance(system.A, permute=False, separate=True)
-    return transformed(system, 1 / scale)
 
 
 def pin_per_volt(plant: Plant) -> float:

@@ -1,4 +1,4 @@
-r"""Impact responses and what they cost (thesis section E.5.1, eqs. E.26 to E.28).
+r"""Impact responses and their energies (thesis section E.5.1, eqs. E.26 to E.28).
 
 .. math:: V_p = \|p\| / \|f\|, \qquad V_r = \|r\| / \|f\|
 
@@ -16,7 +16,7 @@ from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
-from rotorsim.verify.running import run_rows, steady_rows
+from rotorsim.verify.running import Run, run_rows, steady_rows
 
 KRPM = 1000 * np.pi / 30
 POINTS = tuple((w * KRPM, p * 1e6) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))
@@ -44,14 +44,7 @@ class Energies:
 
 def impact_energies(plant: Plant, law: Law | None, speed: float, pressure: float, peak: float = 20.0) -> Energies:
     """Hit the disc along x, then along y, and measure."""
-    duration = LEAD + 2 * SPACING
-    quiet = steady_rows(speed, pressure, duration)
-    hit = quiet.copy()
-    for axis in range(2):
-        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=LEAD + axis * SPACING, spacing=SPACING)
-        own = hammer.rows(0, min(hammer.samples, len(hit)))
-        hit[: len(own), 4:6] += own[:, 4:6]
-    with_, without = run_rows(plant, law, hit), run_rows(plant, law, quiet)
+    with_, without, hit = _twins(plant, law, speed, pressure, peak)
     n = min(len(with_.table), len(without.table))
     p = (with_.disc[:n] - without.disc[:n]) * 1e6
     r = with_.reference[:n] - without.reference[:n]
@@ -60,34 +53,70 @@ def impact_energies(plant: Plant, law: Law | None, speed: float, pressure: float
         return Energies(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended)
     response, effort = [], []
     for axis in range(2):
-        first = round((LEAD + axis * SPACING) / SAMPLE)
-        part = slice(first, first + SETTLED)
+        part = _after(axis)
         force = np.linalg.norm(hit[part, 4:6])
         response.append(float(np.linalg.norm(p[part]) / force))
         effort.append(float(np.linalg.norm(r[part]) / force))
     largest = float(np.abs(with_.reference).max(initial=0.0))
     return Energies(
         speed, pressure, (response[0], response[1]), (effort[0], effort[1]), largest,
-        with_.touched, envelope_damping(p[round(LEAD / SAMPLE) :][:SETTLED]),
+        with_.touched, envelope_damping(p[_after(0)]),
     )  # fmt: skip
 
 
+def impact_answers(
+    plant: Plant, law: Law | None, speed: float, pressure: float, peak: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Disc (500, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended."""
+    with_, without, _ = _twins(plant, law, speed, pressure, peak)
+    if with_.ended or without.ended:
+        return (np.full((SETTLED, 2), np.nan),) * 2
+    p = with_.disc - without.disc
+    return p[_after(0)], p[_after(1)]
+
+
+def _twins(plant: Plant, law: Law | None, speed: float, pressure: float, peak: float) -> tuple[Run, Run, np.ndarray]:
+    """A run with a hit along x and one along y, its twin without, and the rows of the first."""
+    quiet = steady_rows(speed, pressure, LEAD + 2 * SPACING)
+    hit = quiet.copy()
+    for axis in range(2):
+        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=LEAD + axis * SPACING, spacing=SPACING)
+        own = hammer.rows(0, min(hammer.samples, len(hit)))
+        hit[: len(own), 4:6] += own[:, 4:6]
+    return run_rows(plant, law, hit), run_rows(plant, law, quiet), hit
+
+
+def _after(axis: int) -> slice:
+    """Samples of the answer to the hit along an axis."""
+    first = round((LEAD + axis * SPACING) / SAMPLE)
+    return slice(first, first + SETTLED)
+
+
 def envelope_damping(p: np.ndarray) -> float:
-    """Damping ratio from the energies of two stretches of equal length L in turn: ln(E1/E2) = 2 zeta omega L.
+    """Damping ratio of a decay (n, 2); 1 where it does not swing."""
+    return ring_down(p)[1]
+
+
+def ring_down(p: np.ndarray) -> tuple[float, float]:
+    """Natural frequency [rad/s] and damping ratio of a decay (n, 2): ln(E1/E2) = 2 zeta omega L.
+
+    E1 and E2 are the energies of two stretches of equal length L in turn.
 
     L is half the record, or the time in which four fifths of the energy come; the frequency is that of the sign changes
-    of the larger axis within both.
+    of the larger axis within both. Frequency NaN and damping 1 where the decay does not swing; both NaN for NaN.
     """
     energy = (p**2).sum(axis=1)
     total = energy.sum()
+    if np.isnan(total):
+        return float("nan"), float("nan")
     if not total > 0:
-        return 1.0
+        return float("nan"), 1.0
     n = max(min(len(p) // 2, int(np.argmax(np.cumsum(energy) >= 0.8 * total))), 2)
     rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * SAMPLE)
     axis = int((p**2).sum(axis=0).argmax())
     changes = np.flatnonzero(np.diff(np.sign(p[: 2 * n, axis])) != 0)
     if len(changes) < 2:
-        return 1.0
+        return float("nan"), 1.0
     half = np.diff(changes).mean() * SAMPLE
-    omega = np.pi / half
-    return float(rate / (2 * np.hypot(omega, rate / 2)))
+    wn = float(np.hypot(np.pi / half, rate / 2))
+    return wn, float(rate / (2 * wn))

@@ -1,4 +1,4 @@
-"""Runs of a plant with or without a law, for rows of inputs; what a run leaves behind as arrays."""
+"""Simulation of a plant with or without a law, for rows of inputs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorsim.control.law import Law, check_sampling
 from rotorsim.errors import ConvergenceError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.experiments.experiment import reference_range
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.simulation import Simulation
@@ -92,7 +92,7 @@ def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | 
     frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / SAMPLE), fault.channel)
     done = loop_module(a).run_loop(
         simulation.w, a.ix, a.P, used, out, a.steps_per_sample, row, line, law.memory, law.table, law.axes,
-        law.layout, law.settings, np.zeros(2), REFERENCE_LIMIT, frozen, channel, np.zeros(2),
+        law.layout, law.settings, np.zeros(2), reference_range(a.machine), frozen, channel, np.zeros(2),
     )  # fmt: skip
     used[:, 1] -= a.machine.gas.ambient_pressure
     ended = "" if done == len(rows) else f"no solution of the step at t = {done * SAMPLE:.4f} s"

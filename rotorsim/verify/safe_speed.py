@@ -1,4 +1,4 @@
-r"""How far a machine can be run up before its disc leaves the safety circle (thesis Paper F, eq. F.1).
+r"""Safe speed: run-up until the disc leaves the safety circle (thesis Paper F, eq. F.1).
 
 .. math:: (p_x - c_x)^2 + (p_y - c_y)^2 < r^2
 

@@ -1,4 +1,4 @@
-"""Runs through which the operating point, the sensors or the actuators' range leave the law's comfort."""
+"""Transient tests of a law: speed and pressure ramps, overload impact, frozen sensor, noise."""
 
 from __future__ import annotations
 
@@ -67,14 +67,19 @@ def runup(plant: Plant, law: Law | None, rate: float, pressure: float, stop: flo
 
 
 def amplitude(run: Run, first: int, last: int, name: str = "disc") -> float:
-    """Amplitude [m] at the shaft's frequency of the larger axis, over samples first to last.
+    """Amplitude [m] at the shaft's frequency of the larger axis, over samples first to last."""
+    return float(amplitudes(run, first, last, name).max())
+
+
+def amplitudes(run: Run, first: int, last: int, name: str = "disc") -> np.ndarray:
+    """Amplitudes (2,) [m] at the shaft's frequency along x and y, over samples first to last.
 
     A law with a notch removes what its sensors show: `disc_measured`, of which runout is a part, and not `disc`.
     """
     angle = run.column("angle")[first:last]
     basis = np.column_stack([np.cos(angle), np.sin(angle), np.ones(last - first)])
     found = np.linalg.lstsq(basis, run.pair(name)[first:last], rcond=None)[0]
-    return float(np.hypot(found[0], found[1]).max())
+    return np.asarray(np.hypot(found[0], found[1]))
 
 
 def excursion(run: Run) -> float:

@@ -1,12 +1,14 @@
-"""Every design on the rig's identified model: stable sampled loops, the promised damping, refusals."""
+"""Controller designs on the rig's identified model: stable sampled loops, specified damping, refusals."""
 
 import numpy as np
 import pytest
 
-from rotorsim.control import DesignError, h2_scheduled, hinf, lead, lqr, p, placement, youla
-from rotorsim.control.designs import DESIGNS, make_spec, module_of
-from rotorsim.control.interpolation import held_out
-from rotorsim.control.loops import (
+from rotorsim.control import DesignError
+from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
+from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, p, placement, youla
+from rotorsim.control.designs.interpolation import held_out
+from rotorsim.control.designs.plants import KRPM, sampled_plant
+from rotorsim.control.loop.sampled_loop import (  # fmt: skip
     bode_integral,
     closed_poles,
     law_system,
@@ -16,10 +18,11 @@ from rotorsim.control.loops import (
     smallest_damping,
     stable_gains,
     sweep,
-)  # fmt: skip
-from rotorsim.control.plants import KRPM, sampled_plant
+)
 from rotorsim.control.variants import biased, without_dc
 from rotorsim.sampling import SAMPLE
+
+pytestmark = pytest.mark.numerical
 
 POINT = (0.0, 0.5e6)
 SPEEDS, PRESSURES = np.linspace(0, 6 * KRPM, 40), np.linspace(0.3e6, 0.7e6, 15)

@@ -1,4 +1,4 @@
-"""The run-time law against its equation in plain numpy, its file, its limits."""
+"""Run-time law against its equation in plain numpy; JSON file, limits, refusals."""
 
 import numpy as np
 import pytest
@@ -98,5 +98,5 @@ def test_a_law_for_other_channels_is_refused():
 def test_a_file_that_is_no_law_is_refused_in_one_sentence(text, tmp_path):
     path = tmp_path / "law.json"
     path.write_text(text)
-    with pytest.raises(LawError, match="is no law"):
+    with pytest.raises(LawError, match=r"not a law"):
         load_law(path)

@@ -1,34 +1,27 @@
-"""The LPV synthesis: relations between gammas that hold whatever the model, on a small Model 1 rig (10 states)."""
+"""LPV synthesis: relations between gammas that hold for any model, on a small Model 1 rig (10 states)."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from identification.lpv import LpvModel
-from rotorsim.control import DesignError, lpv
-from rotorsim.control.lmi import Problem
-from rotorsim.control.lpv_controller import controller_at
-from rotorsim.control.lpv_problem import EXPONENTS, Grid, synthesise
-from rotorsim.control.mixed import closed, mixed_sensitivity
-from rotorsim.control.plants import design_plant
-from rotorsim.control.riccati import solve
-from rotorsim.control.systems import peak_gain
+from rotorsim.control import DesignError
+from rotorsim.control.designs import lpv
+from rotorsim.control.designs.lpv_controller import controller_at
+from rotorsim.control.designs.lpv_problem import EXPONENTS, Grid, synthesise
+from rotorsim.control.designs.mixed import closed, mixed_sensitivity
+from rotorsim.control.designs.plants import design_plant
+from rotorsim.control.numerics.gamma import solve
+from rotorsim.control.numerics.lmi import Problem
+from rotorsim.control.numerics.systems import peak_gain
 
+pytestmark = pytest.mark.numerical
 SPEC = lpv.Spec(grid=(3, 3), table=(3, 3), validation=(3, 3), margin=0.02)
 
 
-def small(model, share=0.3):
-    """Model 1 whose parameters move `share` as much as the rig's about the middle of the range."""
-    coefficients = model.coefficients[:12].copy()
-    coefficients[:, 1:] *= share
-    return LpvModel("1", model.parameters[:12], coefficients, model.basis, model.order, model.points,
-                    model.rms_identification[:12], model.rms_hold_out[:12])  # fmt: skip
-
-
 @pytest.fixture(scope="module")
-def rig(model):
-    return small(model)
+def rig(small):
+    return small()
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +64,8 @@ def test_a_constant_x_needs_at_least_as_much(rig, made):
     assert constant.gamma >= made.optimal * (1 - 1e-4)
 
 
-def test_a_constant_plant_has_a_constant_gamma(model):
-    still = small(model, 0.0)
+def test_a_constant_plant_has_a_constant_gamma(small):
+    still = small(0.0)
     P, found = one_point(still)
     points = np.array([(-1.0, -1.0), (1.0, 0.5)])
     assert synthesise(Grid(points, (P, P)), EXPONENTS[:2]).gamma == pytest.approx(found.gamma, rel=2e-3)

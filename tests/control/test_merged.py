@@ -1,16 +1,19 @@
-"""Model 2 in six states for designs, and hits predicted on the model alone."""
+"""Model 2 reduced to six states, and impact responses predicted on the identified model."""
 
 import numpy as np
 import pytest
 
 from rotorsim.bench.control import rig_model
-from rotorsim.control import DesignError, lqr, p
-from rotorsim.control.choosing import MARGIN, candidates, chosen
-from rotorsim.control.hits import hit_ratios, hit_responses
-from rotorsim.control.merged import is_model_2, merged
-from rotorsim.control.mixed import RIG, Weights
-from rotorsim.control.plants import KRPM, design_plant, sampled_plant, scaled_model
-from rotorsim.control.systems import System, response
+from rotorsim.control import DesignError
+from rotorsim.control.designs import lqr, p
+from rotorsim.control.designs.merged import is_model_2, merged
+from rotorsim.control.designs.mixed import RIG, Weights
+from rotorsim.control.designs.plants import KRPM, design_plant, sampled_plant, scaled_model
+from rotorsim.control.designs.weight_search import MARGIN, candidates, chosen
+from rotorsim.control.loop.impacts import hit_ratios, hit_responses
+from rotorsim.control.numerics.systems import System, response
+
+pytestmark = pytest.mark.numerical
 
 POINTS = ((0.0, 0.3e6), (3 * KRPM, 0.5e6), (6 * KRPM, 0.7e6))
 
@@ -46,7 +49,7 @@ def test_model_3_is_not_taken_for_model_2(model):
 def test_a_hit_on_an_oscillator_has_the_energy_of_its_closed_form():
     """Sum of y^2 Ts = v^2 / (4 zeta omega^3) for a light oscillator that starts with velocity v."""
     omega, zeta, Ts = 0.75, 0.05, 0.2  # rad/ms, 1, ms
-    from rotorsim.control.systems import held
+    from rotorsim.control.numerics.systems import held
 
     A = np.zeros((4, 4))
     A[:2, 2:] = np.eye(2)

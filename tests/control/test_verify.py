@@ -1,17 +1,19 @@
-"""A law on the plant: the compiled loop is the experiment's bit for bit; impacts, faults, the safety circle."""
+"""Verification of a law on the plant: compiled loop bit-identical, impacts, sensor faults, safety circle."""
 
 import numpy as np
 import pytest
 
-from rotorsim.control import LawError, lqr, p
+from rotorsim.control import LawError
+from rotorsim.control.designs import lqr, p
 from rotorsim.experiments import Impact, controlled
+from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.verify import closed_loop, safe_speed
-from rotorsim.verify.closed_loop import other_machines
-from rotorsim.verify.impacts import envelope_damping, impact_energies
+from rotorsim.verify.closed_loop import other_machines, worst_ratio
+from rotorsim.verify.criteria import at_most
+from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
 from rotorsim.verify.running import Frozen, run_rows, steady_rows
 
-pytestmark = pytest.mark.slow
 POINT = (314.0, 0.5e6)
 
 
@@ -73,3 +75,30 @@ def test_robustness_is_asked_on_the_other_calibrations_and_clearances(plant):
     assert list(others) == ["dtu_gas_bearing_b", "dtu_gas_bearing_c", "clearance -10 %", "clearance +10 %"]
     clearances = [other.machine.bearings[1].clearance for other in list(others.values())[2:]]
     np.testing.assert_allclose(clearances, (22.5e-6, 27.5e-6))
+
+
+def test_other_machines_are_computed_as_finely_and_named_as_shipped_where_this_one_is_changed():
+    """A coarse grid holds for every row; a change of the machine does not reach the shipped files."""
+    coarse = Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
+    others = dict(other_machines(coarse))
+    assert next(iter(others)) == "dtu_gas_bearing_b"
+    for other in others.values():
+        assert (other.machine.grid, other.machine.solver) == (coarse.machine.grid, coarse.machine.solver)
+        assert Machine.from_text(other.machine.text) == other.machine
+    warmer = Plant(coarse.machine.replace("gas.temperature", "320 K"))
+    names = {name: other.machine.gas.temperature for name, other in other_machines(warmer)}
+    assert names == {"dtu_gas_bearing_b as shipped": 293.15, "dtu_gas_bearing_c as shipped": 293.15,
+                     "clearance -10 %": 320.0, "clearance +10 %": 320.0}  # fmt: skip
+
+
+def test_a_machine_on_which_nothing_was_measured_passes_no_robustness():
+    """The worst of no points, or of points without a number, is no number and fails every bound."""
+
+    def energies(value):
+        return Energies(0.0, 3e5, (value, value), (0.0, 0.0), 0.0, False, 0.1)
+
+    assert np.isnan(worst_ratio([]))
+    ended = (energies(np.inf), energies(np.inf))
+    assert np.isnan(worst_ratio([(energies(2.0), energies(1.0)), ended]))
+    assert at_most("", worst_ratio([ended]), 1.0).passed is False
+    assert worst_ratio([(energies(2.0), energies(1.0)), (energies(1.0), energies(3.0))]) == 3.0

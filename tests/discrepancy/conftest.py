@@ -1,14 +1,14 @@
-"""A plain rotor with a few candidates and hidden records of it: small, so that a whole diagnosis takes seconds."""
+"""Plain rotor with few candidate effects and its records with hidden effects, for fast whole diagnoses."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.design import campaign
-from rotorsim.discrepancy.hidden import Truth, draw, record_of
-from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.workflow import GRID, Workshop
+from rotorsim.discrepancy.blind_test.design import campaign
+from rotorsim.discrepancy.blind_test.hide import Truth, draw, record_of
+from rotorsim.discrepancy.diagnosis import GRID, Workshop
+from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import load_machine
 
 NOISE, FINE = 1e-7, 5e-5

@@ -1,12 +1,13 @@
-"""What is found goes into a machine file that loads, with its evidence, whatever is in the file already."""
+"""Machine file with the identified effects: loads, holds the evidence, keeps existing content."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.discrepancy.adding import difference
-from rotorsim.discrepancy.result import Diagnosis, Found
-from rotorsim.machine import load_machine
+from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.discrepancy.outcome.result import Diagnosis, Found
+from rotorsim.machine import Machine, load_machine, machine_text
+from rotorsim.machine.edit import remarked
 
 
 def found(machine, effects, calibration=None):
@@ -61,6 +62,45 @@ def test_the_calibration_is_written_as_what_the_fit_turned():
 
 
 def test_the_bearings_of_a_plain_rotor_take_their_new_stiffness():
-    after = found("plain_rotor", (), {"bearing.1.ky": (0.2, 0.1), "bearing.1.kx": (-0.1, 0.1)}).apply()
-    assert (after.bearings[1].kxx, after.bearings[1].kyy) == pytest.approx((9e6, 12e6))
+    """The fit turns the compliance: a fifth less of it is a quarter more stiffness."""
+    after = found("plain_rotor", (), {"bearing.1.ky": (0.2, 0.1), "bearing.1.kx": (-0.25, 0.1)}).apply()
+    assert (after.bearings[1].kxx, after.bearings[1].kyy) == pytest.approx((8e6, 12.5e6))
     assert after.bearings[0].kyy is None
+
+
+def test_a_number_that_was_fitted_again_does_not_keep_the_comment_of_the_old_one():
+    """'example' and 'calibrated' stand behind the old numbers; what is fitted has its source and scatter instead."""
+    calibration = {"shaft_damping": (0.5, 0.1), "bearing.0.kx": (0.2, 0.08), "bearing.0.cx": (0.5, 0.2)}
+    lines = [" ".join(line.split()) for line in found("plain_rotor", (), calibration).apply()._source.splitlines()]
+    assert "damping_ratio = 0.003 # re-calibrated by rotorsim diagnose, +- 0.0002" in lines
+    assert 'kxx = "12.5 MN/m" # re-calibrated by rotorsim diagnose, +- 1.2 MN/m' in lines
+    assert 'cxx = "468.75 N*s/m" # re-calibrated by rotorsim diagnose, +- 110 N*s/m' in lines
+    assert lines[0].startswith("# Re-calibrated by rotorsim diagnose with data d1: the values marked so; ")
+    before = machine_text("plain_rotor").splitlines()
+    assert sum("example" in line for line in lines) == sum("example" in line for line in before) - 3
+
+    one = Found("hysteresis", "hysteresis.weight", {"weight": 4e-7}, {"weight": 1e-8}, ())
+    after = found("dtu_gas_bearing", (one,), {"curtain_discharge": (0.1, 0.01)}).apply()._source
+    rig = [" ".join(line.split()) for line in after.splitlines()]
+    assert 'weight = "0.4 um/V" # found by rotorsim diagnose' in rig
+    assert "curtain_discharge = 0.99 # re-calibrated by rotorsim diagnose, +- 0.009" in rig
+
+
+INLINE = """
+name = "inline"
+shaft = {damping_ratio = 0.01, material = {density = "7850 kg/m^3", youngs_modulus = "210 GPa", poisson_ratio = 0.3}, sections = [{length = "600 mm", outer_diameter = "20 mm"}]}
+discs = [{position = "300 mm", mass = "4 kg", polar_inertia = "0.01 kg*m^2", diametral_inertia = "0.006 kg*m^2"}]
+bearings = [{kind = "linear", position = "0 mm", kxx = "10 MN/m"}, {kind = "linear", position = "600 mm", kxx = "10 MN/m"}]
+effects = {gravity = {acceleration = "9.81 m/s^2"}, unbalance = {me = "25 g*mm"}}
+"""  # noqa: E501
+
+
+def test_a_file_of_inline_tables_takes_calibration_and_effects(tmp_path):
+    """There is no room for a comment in braces: one there made a file that no reader takes."""
+    (tmp_path / "inline.toml").write_text(INLINE)
+    calibration = {"shaft_damping": (0.5, 0.1), "bearing.0.kx": (0.2, 0.08), "unbalance.1.me~phase.c": (1e-6, 1e-8)}
+    one = Found("runout", "runout.second", {"second": 3e-7}, {"second": 1e-8}, ())
+    after = found(tmp_path / "inline.toml", (one,), calibration).apply()
+    assert after.shaft.damping_ratio == pytest.approx(0.015) and after.bearings[0].kxx == pytest.approx(12.5e6)
+    assert after.effects["runout"][0].second == pytest.approx(3e-7) and len(after.effects["unbalance"]) == 2
+    assert Machine.from_text(remarked(INLINE, ["shaft.damping_ratio", "bearings.1.kxx"], "calibrated")).mass > 4

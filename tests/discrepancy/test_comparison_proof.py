@@ -1,11 +1,11 @@
-"""The solver's error is proven where the plant has a solution."""
+"""Discretisation error of the solver, taken where the plant has a solution."""
 
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.candidates import NO_SOLUTION
-from rotorsim.discrepancy.comparison import Comparison, Point
-from rotorsim.discrepancy.knobs import Knob
+from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.search.candidates import NO_SOLUTION
 
 LINES = 3
 AWAY = Point({Knob("shaft_damping", 0.1): 2.0})

@@ -1,21 +1,24 @@
-"""Damped least squares, projection, classes: the numerics of naming without a plant."""
+"""Damped least squares, projection and classes of indistinguishable effects, without a plant."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.candidates import Form, own_recipes
-from rotorsim.discrepancy.classes import class_of
-from rotorsim.discrepancy.comparison import Point
-from rotorsim.discrepancy.fit import Fit, fit, singular_directions
-from rotorsim.discrepancy.knobs import REFERENCE_SPEED, Knob, contributions, setting
-from rotorsim.discrepancy.projection import screen
-from rotorsim.discrepancy.result import EXIT_CODES
-from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.uncertainty import covariance, sd_of_polar
+from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
+from rotorsim.discrepancy.fit.parameters import REFERENCE_SPEED, Knob, contributions, setting
+from rotorsim.discrepancy.fit.uncertainty import covariance, sd_of_polar
+from rotorsim.discrepancy.outcome.result import EXIT_CODES
+from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.indistinguishable import class_of
+from rotorsim.discrepancy.search.projection import screen
+from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
+from rotorsim.effects.base import forms_of_parameters
 from rotorsim.machine import load_machine
+
+pytestmark = pytest.mark.numerical
 
 A, B = Knob("a", 0.1), Knob("b", 0.1)
 
@@ -94,7 +97,7 @@ def test_a_bow_is_never_told_from_a_runout_nor_a_blocked_pin_from_a_low_pressure
              "unequal_pressure.deviation of injector 2", third, "creep.gain"}  # fmt: skip
     assert class_of("shaft_bow.bow", known) == ("runout.first", "shaft_bow.bow")
     assert class_of("unequal_pressure.deviation of injector 2", known) == (
-        "weak_injector.blocked of injector 2", "unequal_pressure.deviation of injector 2",
+        "unequal_pressure.deviation of injector 2", "weak_injector.blocked of injector 2",
     )  # fmt: skip
     assert class_of("creep.gain", known) == ("creep.gain",)
 
@@ -123,8 +126,8 @@ def test_an_amplitude_and_its_phase_get_standard_deviations():
 
 
 def test_every_effect_of_the_catalogue_gets_recipes_from_its_own_parameters():
-    assert [r.parameter for r in own_recipes(REGISTRY["creep"])] == ["gain"]
-    own = own_recipes(REGISTRY["unbalance"])
+    assert [r.parameter for r in forms_of_parameters(REGISTRY["creep"])] == ["gain"]
+    own = forms_of_parameters(REGISTRY["unbalance"])
     assert [(r.parameter, r.phase) for r in own] == [("me", "phase")]
 
 

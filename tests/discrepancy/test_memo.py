@@ -1,14 +1,14 @@
-"""An interrupted diagnosis reads what it had computed, bit for bit, and forgets it when it is done."""
+"""Response cache of an interrupted diagnosis: read bit for bit, damaged files computed again."""
 
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.comparison import Comparison, Point
-from rotorsim.discrepancy.design import campaign
-from rotorsim.discrepancy.hidden import record_of
-from rotorsim.discrepancy.knobs import Knob
-from rotorsim.discrepancy.memo import Memo
-from rotorsim.discrepancy.trial import make_trial
+from rotorsim.discrepancy.blind_test.design import campaign
+from rotorsim.discrepancy.blind_test.hide import record_of
+from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.twin.response_cache import Memo
 
 
 def test_a_response_is_computed_once_for_every_place(machine, workshop, tmp_path):

@@ -1,15 +1,15 @@
-"""Records with a mistake in them are refused before anything is fitted, with what it may be, never assumed."""
+"""Records with wrong units, exchanged channels or shifted clocks: refused before the fit with the likely cause."""
 
 import numpy as np
 import pytest
 
 from identification import from_arrays
-from rotorsim.discrepancy.comparison import Comparison, Point
-from rotorsim.discrepancy.design import campaign
-from rotorsim.discrepancy.hidden import record_of
-from rotorsim.discrepancy.mistakes import check_before
-from rotorsim.discrepancy.sanity import check_after
-from rotorsim.discrepancy.trial import make_trial
+from rotorsim.discrepancy.blind_test.design import campaign
+from rotorsim.discrepancy.blind_test.hide import record_of
+from rotorsim.discrepancy.data.plausibility import check_after
+from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.unit_checks import check_before
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.errors import DataError
 
 WANTED = ("fit_2", "fit_3", "fit_5")

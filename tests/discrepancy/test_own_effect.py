@@ -1,4 +1,4 @@
-"""An effect of the user's own is a candidate without an edit of the workflow: by import, or by an installed package."""
+"""User-defined effects as candidates of a diagnosis, by import or from an installed package."""
 
 import os
 import subprocess
@@ -25,9 +25,9 @@ class Belt(Effect):
     pull: float = param("N", bounds=(0.0, 100.0), doc="Force towards x.")
 '''
 ASK = """
-from rotorsim.discrepancy.candidates import own_recipes
+from rotorsim.effects.base import forms_of_parameters
 from rotorsim.effects import REGISTRY
-print([(r.parameter, r.signed) for r in own_recipes(REGISTRY["belt"])] if "belt" in REGISTRY else "not there")
+print([(r.parameter, r.signed) for r in forms_of_parameters(REGISTRY["belt"])] if "belt" in REGISTRY else "not there")
 """
 
 

@@ -1,14 +1,14 @@
-"""Records as trials: periods, lines, groups, and what is refused."""
+"""Preparation of measured records: periods, spectral lines, line groups, refusals."""
 
 import numpy as np
 import pytest
 
 from identification import from_arrays
-from rotorsim.discrepancy.floor import repeat_scatter, repeats
-from rotorsim.discrepancy.groups import make_layout
-from rotorsim.discrepancy.intake import limits
-from rotorsim.discrepancy.trial import block_lines, find_period, make_trial
-from rotorsim.discrepancy.unsteady import tone, unsteady
+from rotorsim.discrepancy.data.groups import make_layout
+from rotorsim.discrepancy.data.intake import limits
+from rotorsim.discrepancy.data.spectra import block_lines, find_period, make_trial
+from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
+from rotorsim.discrepancy.residuals.unsteady import tone, unsteady
 from rotorsim.errors import DataError
 from rotorsim.experiments import Multisine
 

@@ -1,12 +1,12 @@
-"""Run-up vectors of a plain rotor: tracking, and a hidden effect found in nothing but a table."""
+"""Diagnosis of a plain rotor from run-up vectors: order tracking, and a hidden effect found."""
 
 import numpy as np
 import pytest
 
 from identification import make_vectors
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.hidden import draw
-from rotorsim.discrepancy.vectors import RATE, make_sweeps, ramp, simulated, track
+from rotorsim.discrepancy.blind_test.hide import draw
+from rotorsim.discrepancy.runup_diagnosis import RATE, make_sweeps, ramp, simulated, track
 from rotorsim.errors import DataError
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)

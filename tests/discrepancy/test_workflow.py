@@ -1,4 +1,4 @@
-"""Whole diagnoses of a plain rotor: silence, a name, a tie, an honest unknown; files and orders."""
+"""Whole diagnoses of a plain rotor: no effect, named effect, tie, unknown force; files and order of records."""
 
 import json
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy import diagnose, hide
-from rotorsim.discrepancy.adding import difference
-from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 

@@ -1,4 +1,4 @@
-"""Rotors that several tests share: a test rig with a gas bearing, and a small rotor with everything in it."""
+"""Rotors shared by the shaft tests: the rig with a gas bearing, and a small rotor with every kind of part."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

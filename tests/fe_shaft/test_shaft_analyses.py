@@ -1,4 +1,4 @@
-"""Campbell, critical speeds, undamped map, stability, time and frequency response, tables, pedestals, ROSS."""
+"""Shaft analyses: Campbell, critical speeds, stability, time and frequency response, tables, pedestals, ROSS."""
 
 from types import SimpleNamespace
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fe_shaft import BearingElement, DiskElement, Material, PointMass, Rotor, ShaftElement, Unbalance, steel
+
+pytestmark = pytest.mark.numerical
 
 RPM = np.pi / 30
 

@@ -1,4 +1,4 @@
-"""Cones, internal coordinates, tension, torque and damping in the turning frame, against closed forms."""
+"""Cones, internal coordinates, tension, torque and rotating damping against closed forms."""
 
 from itertools import pairwise
 
@@ -8,6 +8,8 @@ from scipy.optimize import brentq
 from scipy.special import jv
 
 from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, analytic, elements, steel
+
+pytestmark = pytest.mark.numerical
 
 EULER = {"shear_effects": False, "rotary_inertia": False, "gyroscopic": False}
 TIMOSHENKO = (1267.286466, 4901.534153, 10489.581735)

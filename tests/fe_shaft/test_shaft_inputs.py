@@ -1,4 +1,4 @@
-"""Inputs: what is derived from what, and sentences for what cannot be."""
+"""Shaft inputs: derived values, and one sentence for each invalid input."""
 
 import numpy as np
 import pytest

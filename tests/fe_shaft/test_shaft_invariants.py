@@ -1,11 +1,12 @@
-"""What must hold for every rotor: symmetries of the matrices, rotation of the rig, energy, rigid bodies."""
+"""Invariants of rotor matrices: symmetries, rotation by 90 degrees, energy, rigid-body motions."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, elements
+
+pytestmark = pytest.mark.numerical
 
 sizes = st.floats(0.01, 0.5)
 ratios = st.floats(0.0, 0.95)

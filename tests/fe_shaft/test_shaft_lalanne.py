@@ -10,6 +10,8 @@ import pytest
 
 from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement
 
+pytestmark = pytest.mark.numerical
+
 PUBLISHED = (55.408, 67.209, 157.90, 193.71, 249.90, 407.62, 446.62)  # Hz
 
 

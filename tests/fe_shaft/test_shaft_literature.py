@@ -10,6 +10,8 @@ from scipy.linalg import eig
 
 from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, steel
 
+pytestmark = pytest.mark.numerical
+
 RPM_4000 = 4000 * np.pi / 30
 HZ = 2 * np.pi
 

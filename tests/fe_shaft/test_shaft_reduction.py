@@ -1,9 +1,11 @@
-"""The reduction to modes: exact with all modes, close with six a plane, true to signs and couplings."""
+"""Modal reduction: exact with all modes, accurate with six per plane, correct signs and couplings."""
 
 import numpy as np
 import pytest
 
 from fe_shaft import BearingElement, Rotor, modal, modal_reduction
+
+pytestmark = pytest.mark.numerical
 
 SPRING = 4e6  # N/m, nominal gas bearing
 

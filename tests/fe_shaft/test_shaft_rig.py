@@ -1,7 +1,9 @@
-"""The rig with a gas bearing: weight, static load and the frequencies that a rigid gas bearing would give."""
+"""The rig's shaft: weight, static load, and natural frequencies on a rigid gas bearing."""
 
 import numpy as np
 import pytest
+
+pytestmark = pytest.mark.numerical
 
 # Distance from ball bearing to disc [m]: first frequency [Hz] with the gas bearing rigid.
 RIGID = {0.34: 183.0, 0.38: 155.0, 0.40: 143.0, 0.42: 132.0}

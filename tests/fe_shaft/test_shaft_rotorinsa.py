@@ -1,4 +1,4 @@
-"""Rotors of ROTORINSA's qualification manual, as published with all inputs by Code_Aster (V2.02.125 and V2.02.129).
+"""Rotors of ROTORINSA's qualification manual, with inputs from Code_Aster (V2.02.125 and V2.02.129).
 
 The first has bearings whose stiffness is not symmetric and a mode that they drive; the second has bearings given over
 speed up to 14000 rpm, held beyond. E = 200 GPa, rho = 7800, nu = .3 throughout.
@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement
+
+pytestmark = pytest.mark.numerical
 
 STEEL = Material("steel", rho=7800.0, E=2e11, Poisson=0.3)
 RPM = np.pi / 30

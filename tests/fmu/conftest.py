@@ -1,4 +1,4 @@
-"""A small rig exported once for all tests of units; what needs FMPy or a compiler is skipped where there is none."""
+"""A small rig exported once for all FMU tests; skipped without FMPy or a compiler."""
 
 import importlib.util
 import shutil

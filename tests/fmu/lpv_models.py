@@ -1,10 +1,10 @@
-"""Small LPV models of every structure, made by hand."""
+"""Small LPV models of every structure with chosen parameters."""
 
 import numpy as np
 
-from identification.greybox import STRUCTURES
-from identification.lpv import LpvModel
-from identification.surfaces import fit_surfaces, make_basis
+from identification.local.greybox import STRUCTURES
+from identification.lpv.model import LpvModel
+from identification.lpv.surfaces import fit_surfaces, make_basis
 
 POINTS = np.array([(w, p) for w in np.linspace(0, 600, 5) for p in np.linspace(3e5, 7e5, 4)])
 PIEZO = (4e6, 2000.0, 20.0, 4e6, 2100.0, 20.0)

@@ -1,4 +1,4 @@
-"""The way from a kernel to native code, tried on a function of one line."""
+"""Compilation of kernels to native objects: a one-line function, foreign symbols, failing effects."""
 
 import ctypes
 import math

@@ -1,30 +1,14 @@
-"""Control laws as units, and plant and law as a system: the bits of the loop in Python."""
+"""Control laws as units and plant with law as a system: bit-identical to the Python loop."""
 
 import json
 
 import numpy as np
 import pytest
+from law_models import scheduled_law
 
-from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
-from rotorsim.control import Law, LawError
+from fmu.law_unit import ALARM, INPUTS, OUTPUTS, LawUnit, answered
+from rotorsim.control import LawError
 from rotorsim.errors import DataError
-
-
-def scheduled_law(**settings):
-    """A law of three states over 3 x 2 operating points that winds up, saturates, seeks its centre and fades in."""
-    rng = np.random.default_rng(4)
-    shapes = {"A": (3, 3), "B": (3, 2), "C": (2, 3), "D": (2, 2), "W": (3, 2)}
-    matrices = {name: rng.normal(size=(3, 2, *shape)) for name, shape in shapes.items()}
-    matrices["A"] *= 0.3
-    matrices["B"] *= 1e4
-    matrices["D"] *= 2e5
-    axes = {"speeds": [0.0, 300.0, 600.0], "pressures": [3e5, 7e5]}
-    return Law(
-        "trial",
-        **matrices,
-        **axes,
-        **{"refresh": 7, "average": 0.004, "fade": 0.006, "start": 0.002, "limit": 0.6} | settings,
-    )
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +40,39 @@ def test_a_law_unit_has_the_bits_of_the_law(exported, version):
 
 
 @pytest.mark.parametrize("version", [2, 3])
+def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(exported, version):
+    """NaN and infinite samples of each input, short and long, also while the law seeks its centre and fades in."""
+    from fmu.importer import ImportedUnit
+
+    unit, files = exported
+    inputs = {name: unit.stimuli(1200, unit.sample)[name].copy() for name in INPUTS}
+    lost = (
+        ("meas.disc_x", 15, 3, np.nan),
+        ("meas.disc_y", 40, 2, -np.inf),
+        ("meas.speed", 100, 1, np.nan),
+        ("meas.pressure", 200, 30, np.inf),
+        ("meas.disc_x", 400, 300, np.nan),
+        ("meas.disc_y", 703, 1, np.nan),
+        ("meas.disc_y", 760, 1, 9e99),
+    )
+    for name, first, count, bad in lost:
+        inputs[name][first : first + count] = bad
+    law = unit.law.with_()
+    codes = [0]
+    for x, y, speed, pressure in zip(*inputs.values(), strict=True):
+        law.step((x, y), speed, pressure)
+        codes.append(law.alarm_code)
+    with ImportedUnit(files[version]) as loaded:
+        instance = loaded.instance()
+        instance.initialise()
+        rows = instance.run(inputs, unit.sample, [*OUTPUTS, ALARM])
+        instance.close()
+    np.testing.assert_array_equal(rows[:, :2], answered(unit.law, inputs))
+    np.testing.assert_array_equal(rows[:, 2], codes)
+    assert np.isfinite(rows).all() and set(codes) == {0, 1, 2} and not rows[600:700, :2].any()
+
+
+@pytest.mark.parametrize("version", [2, 3])
 def test_every_check_of_the_command_passes_for_a_law(exported, version):
     from fmu.check import check
 
@@ -68,7 +85,7 @@ def test_a_file_that_is_no_law_is_refused(tmp_path):
     from fmu.kinds import law_unit
 
     (tmp_path / "no.json").write_text(json.dumps({"kind": "linear"}))
-    with pytest.raises(LawError, match="is no law"):
+    with pytest.raises(LawError, match="not a law"):
         law_unit(tmp_path / "no.json")
 
 
@@ -106,18 +123,46 @@ def test_a_system_runs_the_loop_of_python_bit_for_bit(system, model):
     assert np.abs(record.reference.values).max() > 0.1
 
 
-def test_another_importer_runs_the_system(system):
+def test_fmpy_runs_the_system_from_its_start_values(system):
     """FMPy's own master begins with zeros on every wire, so this is no comparison of trajectories."""
     simulation = pytest.importorskip("fmpy.ssp.simulation")
     path = system[1]
-    signals = {"shaft.speed_ref": lambda t: 0.0, "injection.pressure": lambda t: 0.3e6, "disc.force_x": lambda t: 0.0,
-               "disc.force_y": lambda t: 0.0}  # fmt: skip
-    found = simulation.simulate_ssp(str(path), stop_time=0.02, step_size=2e-4, input=signals)
+    found = simulation.simulate_ssp(str(path), stop_time=0.02, step_size=2e-4)
     assert len(found) >= 100
     for axis in "xy":
-        assert np.all(np.isfinite(found[f"plant.disc.{axis}"]))
+        assert 0 < np.abs(found[f"plant.disc.{axis}"]).max() < 30e-6  # 48 um without supply
         assert 0 < np.abs(found[f"plant.piezo.ref_{axis}"]).max() <= system[0].law.limit
     np.testing.assert_array_equal(found["plant.piezo.ref_x"][1:], found["law.piezo.ref_x"][1:])
+    assert found["plant.meas.pressure"][-1] == pytest.approx(0.3e6, rel=0.02)
+
+
+def test_every_input_of_a_system_is_wired_or_has_a_start_value(system, model):
+    from fmpy.ssp.ssd import read_ssd
+
+    read = read_ssd(str(system[1])).system
+    assert not read.connectors  # libcosim and ecos refuse connections to a system's own
+    plant = next(part for part in read.elements if part.name == "plant")
+    given = {p.name: float(p.value) for p in plant.parameterBindings[0].parameterValues[0].parameters}
+    wired = {c.endConnector for c in read.connections if c.endElement == "plant"}
+    inputs = {v.name: v.start for v in model.variables if v.store == "input" and v.kind == "real"}
+    assert set(inputs) == set(given) | wired and not set(given) & wired
+    assert given["injection.pressure"] == 0.3e6 and all(given[name] == inputs[name] for name in given)
+
+
+def test_a_system_names_its_step_where_the_open_simulation_platform_looks_for_it(system):
+    import zipfile
+    from xml.etree import ElementTree
+
+    with zipfile.ZipFile(system[1]) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    spaces = {
+        "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+        "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+        "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
+    }
+    path = "ssd:DefaultExperiment/ssd:Annotations/ssc:Annotation[@type='com.opensimulationplatform']"
+    step = root.find(f"{path}/osp:Algorithm/osp:FixedStepAlgorithm", spaces)
+    assert step is not None and float(step.get("baseStepSize")) == 2e-4
 
 
 def test_periods_that_differ_are_refused():

@@ -1,4 +1,4 @@
-"""Units of identified LPV models: the model's trajectories, and exact derivatives for model exchange."""
+"""Units of identified LPV models: trajectories of the model, and exact derivatives for model exchange."""
 
 import numpy as np
 import pytest
@@ -134,6 +134,21 @@ def test_model_exchange_with_a_solver_gives_what_co_simulation_gives(both):
     instance.close()
     for k, name in enumerate(("disc.x", "disc.y")):
         np.testing.assert_allclose(solved[name], rows[:, k], rtol=0, atol=1e-4 * np.abs(rows).max())
+
+
+def test_model_exchange_may_try_beyond_the_stop_time_but_not_go_there(both):
+    from fmpy.fmi1 import FMICallException
+
+    _, unit = both
+    instance = model_exchange(unit, stop=1.0)
+    instance.setTime(1.05)
+    (instance.getFloat64 if unit.is_3 else instance.getReal)([unit.variables["der(x[1])"].valueReference])
+    with pytest.raises(FMICallException, match=r"ompletedIntegratorStep failed with status 3"):
+        instance.completedIntegratorStep()
+    instance.setTime(1.0)
+    instance.completedIntegratorStep()
+    instance.terminate()
+    instance.freeInstance()
 
 
 def test_a_point_outside_the_range_is_said_once(both):

@@ -1,4 +1,4 @@
-"""The example of docs/fmu.md: plant unit and proportional law in FMPy's loop against the closed loop in Python."""
+"""Example of docs/fmu.md: plant unit with proportional law in FMPy against the closed loop in Python."""
 
 import re
 from pathlib import Path
@@ -18,15 +18,51 @@ class Proportional:
         return 2e4 * measured
 
 
-def example(path):
-    """Return the page's FMPy example for a file."""
+def example(path, word):
+    """Return the page's FMPy example with a word in it, for a file."""
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    return next(b for b in blocks if "FMU3Slave" in b).replace('"rig.fmu"', repr(str(path)))
+    return next(b for b in blocks if word in b).replace('"rig.fmu"', repr(str(path)))
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_rows_of_simulate_fmu_are_those_of_the_record_as_the_docs_show(files, model, tmp_path, version):
+    model.plant.machine.save(tmp_path / "my_rig.toml")
+    text = example(files[version], "simulate_fmu").replace('"my_rig.toml"', repr(str(tmp_path / "my_rig.toml")))
+    found = {}
+    exec(compile(text, str(PAGE), "exec"), found)
+    assert found["same"] == [True, True] and np.ptp(found["rows"]["disc.x"]) > 1e-9
+
+
+def test_what_is_read_after_step_k_is_row_k_plus_1_of_the_record(units, model):
+    force = np.zeros((50, 2))
+    force[3, 0] = 20.0
+    record = Plant(model.plant.machine).simulate(0.01, 300.0, 0.3e6, disc_force=force)
+    instance = units[3].instance()
+    instance.initialise({"shaft.speed_ref": 300.0})
+    after = np.zeros(50)
+    for k in range(50):
+        instance.set({"disc.force_x": force[k, 0]})
+        instance.step(k * 2e-4, 2e-4)
+        after[k] = instance.get(["disc.x"])[0]
+    instance.close()
+    assert after[:-1].tobytes() == record.disc.values[1:, 0].tobytes()
+
+
+def test_description_and_documentation_say_which_row_a_unit_shows(files):
+    import zipfile
+
+    for path in files.values():
+        with zipfile.ZipFile(path) as archive:
+            for name in ("modelDescription.xml", "documentation/index.html"):
+                assert (
+                    "What is read after communication step k (counted from 0) is row k + 1"
+                    in archive.read(name).decode()
+                )
 
 
 def test_the_loop_of_the_docs_has_the_bits_of_the_closed_loop_in_python(files, model):
     found = {}
-    exec(compile(example(files[3]), str(PAGE), "exec"), found)
+    exec(compile(example(files[3], "FMU3Slave"), str(PAGE), "exec"), found)
     force = np.zeros((500, 2))
     force[0, 0] = 20.0
     plant = Plant(model.plant.machine)

@@ -1,4 +1,4 @@
-"""The unit is the plant: the same bits through FMPy, in FMI 2.0 and 3.0, whatever the communication step."""
+"""Plant unit bit-identical to the Python plant through FMPy, in FMI 2.0 and 3.0, for any communication step."""
 
 import numpy as np
 import pytest

@@ -1,13 +1,13 @@
-"""The files of a unit: valid, small, self-contained, the same bytes each time; refused where impossible."""
+"""Files of a unit: valid, small, self-contained, reproducible; invalid exports refused."""
 
 import os
 import shutil
 import subprocess
 import zipfile
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from lpv_models import make_lpv
 
 from fmu.check import check
 from fmu.info import info
@@ -131,7 +131,7 @@ def test_an_unknown_target_is_named(capsys):
         ("--model", "law.json", "--model: law.json: is not there"),
         ("--cpu", "fast", "--cpu: 'fast' is not known; choose portable or native"),
         ("--speed", "fast", "--speed: "),
-        ("--out", "/nowhere/at/all/rotor.fmu", "/nowhere/at/all/rotor.fmu: the folder is not there"),
+        ("--out", "/nowhere/at/all/rotor.fmu", "/nowhere/at/all/rotor.fmu: cannot be written: its folder is not there"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(capsys, option, value, words):
@@ -141,17 +141,7 @@ def test_options_that_make_no_sense_are_refused(capsys, option, value, words):
 @pytest.mark.skipif(hasattr(os, "getuid") and os.getuid() == 0, reason="root may write everywhere")
 def test_a_folder_that_cannot_be_written_is_refused_before_compiling(capsys, tmp_path):
     tmp_path.chmod(0o500)
-    assert "the folder is not writable" in refused(capsys, "export", "--out", tmp_path / "rotor.fmu")
-
-
-def test_a_write_that_fails_is_refused_before_compiling(capsys, tmp_path, monkeypatch):
-    import fmu.export
-
-    def deny(**options):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(fmu.export, "tempfile", SimpleNamespace(TemporaryFile=deny))
-    assert "the folder is not writable; choose another --out" in refused(capsys, "export", "--out", tmp_path / "r.fmu")
+    assert "no permission to write there" in refused(capsys, "export", "--out", tmp_path / "rotor.fmu")
 
 
 def test_without_a_compiler_the_user_is_told_which_to_install(model, tmp_path, monkeypatch):
@@ -163,8 +153,19 @@ def test_without_a_compiler_the_user_is_told_which_to_install(model, tmp_path, m
     monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match=r"no compiler for .* is here; install gcc, or pip install 'rotorsim\[fmu\]'"):
         binaries.build(model, choose("host"), "portable", tmp_path)
-    with pytest.raises(DataError, match=r"no compiler for x86_64-windows is here; install it with pip install"):
+    with pytest.raises(DataError, match=r"--targets: .* need zig, which is not here; install it with pip install"):
         binaries.build(model, choose("x86_64-windows"), "portable", tmp_path)
+
+
+def test_who_has_gcc_but_no_zig_is_not_asked_to_install_gcc_for_another_platform(gcc, model, tmp_path, monkeypatch):
+    from fmu import binaries
+    from fmu.targets import choose
+
+    found = binaries.importlib.util.find_spec
+    monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None if name == "ziglang" else found(name))
+    with pytest.raises(DataError) as refused:
+        binaries.build(model, choose("host,x86_64-windows"), "portable", tmp_path)
+    assert "zig" in str(refused.value) and "gcc" not in str(refused.value)
 
 
 @pytest.mark.parametrize("command", ["info", "check"])
@@ -172,7 +173,7 @@ def test_a_file_that_is_no_unit_is_refused(capsys, tmp_path, command):
     file = tmp_path / "not.fmu"
     assert "is not there; give a .fmu file" in refused(capsys, command, file)
     file.write_bytes(b"nonsense")
-    assert "is no FMU of rotorsim" in refused(capsys, command, file)
+    assert "is not an FMU of rotorsim" in refused(capsys, command, file)
 
 
 def test_the_workspace_survives_its_encoding(model):
@@ -180,3 +181,74 @@ def test_the_workspace_survives_its_encoding(model):
 
     w = model.assembly.w
     assert np.concatenate([np.full(n, x) for n, x in runs(w)]).tobytes() == w.tobytes()
+
+
+DAMAGE = {
+    "no facts": {"resources/model.json": b"{}"},
+    "facts of another kind": {"resources/model.json": b"[]"},
+    "no variables": {"modelDescription.xml": b"<fmiModelDescription/>"},
+    "no machine": {"resources/machine.toml": None},
+    "no library": {"binaries/x86_64-linux/RotorGasBearing.so": None},
+    "a library that is none": {"binaries/x86_64-linux/RotorGasBearing.so": b"nonsense"},
+    "a reference that is none": {"extra/org.fmi-standard.fmi-ls-ref/in.csv": b"time\nx\n"},
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_unit_is_refused_by_name(files, capsys, tmp_path, damage):
+    broken = tmp_path / "broken.fmu"
+    with zipfile.ZipFile(files[3]) as given, zipfile.ZipFile(broken, "w") as copy:
+        for name in given.namelist():
+            content = DAMAGE[damage].get(name, given.read(name))
+            if content is not None:
+                copy.writestr(name, content)
+    assert refused(capsys, "check", broken, "--duration", "20 ms").startswith(f"{broken}: ")
+
+
+@pytest.mark.parametrize("cc", ["not-a-compiler", "false"])
+def test_a_compiler_that_cannot_be_run_is_named(gcc, capsys, tmp_path, monkeypatch, cc):
+    monkeypatch.setenv("CC", cc)
+    make_lpv("3").save(tmp_path / "lpv.json")
+    said = refused(capsys, "export", "--model", tmp_path / "lpv.json", "--out", tmp_path / "u.fmu")
+    assert said.startswith("fmu export: ") and "compiler" in said
+
+
+def test_a_compiler_may_have_options(gcc, tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", "gcc -O1")
+    make_lpv("3").save(tmp_path / "lpv.json")
+    main_ends_well("export", "--model", tmp_path / "lpv.json", "--out", tmp_path / "u.fmu")
+
+
+def main_ends_well(*arguments):
+    """Run a command that ends with 0."""
+    with pytest.raises(SystemExit) as ended:
+        main(["fmu", *map(str, arguments)])
+    assert not ended.value.code
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["export", "--law", "a.json", "--model", "b.json"], "--law and --model: a unit holds one of them"),
+        (["export", "--model", "b.json", "--grid", "16x8"], "--grid, --time-step and --set: change the plant"),
+        (["export", "--law", "a.json", "--set", "x=1"], "--grid, --time-step and --set: change the plant"),
+        (["system", "a.json", "--fmi", "2,3"], "--fmi: '2,3': a system has units of one version"),
+    ],
+)
+def test_an_option_that_would_be_ignored_is_refused(capsys, words, sentence):
+    assert refused(capsys, *words).startswith(sentence)
+
+
+@pytest.mark.parametrize("duration", ["0 s", "-1 s"])
+def test_a_check_over_no_time_is_refused(files, capsys, duration):
+    assert refused(capsys, "check", files[3], "--duration", duration).startswith("--duration: ")
+
+
+def test_a_model_that_starts_outside_its_range_is_exported_with_a_warning(gcc, capsys, tmp_path):
+    make_lpv("3").save(tmp_path / "lpv.json")
+    words = ("export", "--force", "--model", tmp_path / "lpv.json", "--out", tmp_path / "u.fmu")
+    main_ends_well(*words, "--speed", "20000 rpm")
+    assert "starts outside the speeds and pressures it was identified at" in capsys.readouterr().err
+    main_ends_well(*words)
+    assert capsys.readouterr().err == ""
+    assert "below vacuum" in refused(capsys, *words, "--pressure", "-1 MPa")

@@ -1,4 +1,4 @@
-"""What a unit refuses: with a sentence, without harm to the process or to its own state."""
+"""Refusals of a unit: one message, process and unit state unharmed."""
 
 import numpy as np
 import pytest
@@ -63,6 +63,7 @@ def test_fixed_parameters_cannot_be_set_while_stepping_and_tunable_ones_can(unit
     ("length", "words"),
     [
         (0.0, "not a step"),
+        (1e-4, "not a multiple of 0.0002 s; give e.g. 0.0002 s"),
         (-1e-3, "not a step"),
         (np.nan, "not a step"),
         (3e-4, "not a multiple"),
@@ -74,6 +75,67 @@ def test_communication_steps_that_are_none_are_refused_and_leave_the_state(unit,
     assert words in refused(running, lambda: running.step(0.0, length))
     assert before.tobytes() == running.get(["disc.x", "shaft.speed", "shaft.angle"]).tobytes()
     running.step(0.0, SAMPLE)
+
+
+def test_a_step_that_is_no_multiple_is_an_error_which_no_master_retries(unit, running):
+    from fmpy.fmi1 import FMICallException
+
+    with pytest.raises(FMICallException) as failed:
+        running.step(0.0, 1e-4)
+    assert failed.value.status == 3  # error; 2 would be discard
+    assert len(running.messages) == 1
+
+
+def test_a_run_of_fmpy_with_half_the_step_ends(unit):
+    from fmpy import simulate_fmu
+
+    log = []
+    with pytest.raises(Exception, match="DoStep failed with status 3"):
+        simulate_fmu(unit.folder, stop_time=0.01, output_interval=1e-4, logger=lambda *words: log.append(words))
+    assert sum(b"not a multiple" in words[-1] for words in log) == 1
+
+
+def test_a_step_beyond_the_stop_time_is_an_error_that_leaves_the_state(unit, fresh):
+    fresh.initialise(start=1.0, stop=1.001)
+    fresh.step(1.0, 4 * SAMPLE)
+    before = fresh.get(["disc.x", "shaft.angle", "meas.disc_x"])
+    sentence = refused(fresh, lambda: fresh.step(1.0008, 2 * SAMPLE))
+    assert sentence.startswith("time = 1.0012 s: beyond the stop time 1.001 s of this run")
+    assert before.tobytes() == fresh.get(["disc.x", "shaft.angle", "meas.disc_x"]).tobytes()
+    fresh.step(1.0008, SAMPLE)
+
+
+def test_a_run_without_stop_time_is_open(unit, fresh):
+    fresh.initialise()
+    fresh.step(0.0, 2.0)
+
+
+def test_a_reset_unit_has_no_stop_time(unit, fresh):
+    fresh.initialise(stop=SAMPLE)
+    fresh.slave.reset()
+    fresh.initialise()
+    fresh.step(0.0, 2 * SAMPLE)
+
+
+@pytest.mark.parametrize("stop", [0.5, float("nan")])
+def test_a_stop_time_that_is_not_after_the_start_is_refused(unit, fresh, stop):
+    assert "not after the start at 1 s" in refused(fresh, lambda: fresh.initialise(start=1.0, stop=stop))
+
+
+def test_outputs_are_refused_before_initialisation(unit, fresh):
+    assert "disc.x: is not known before initialisation" in refused(fresh, lambda: fresh.get(["disc.x"]))
+
+
+def test_debug_logging_follows_the_categories_that_are_named(units):
+    instance = units[3].instance()
+    instance.initialise()
+    instance.slave.setDebugLogging(False, ["logEvents"])
+    instance.set({"disc.force_x": 600.0})
+    instance.step(0.0, 0.02)
+    assert instance.get(["film.touchdown"])[0] == 1.0 and instance.messages == []
+    sentence = refused(instance, lambda: instance.slave.setDebugLogging(True, ["logAll"]))
+    assert sentence == "log category 'logAll': is not known; give logEvents or logStatusError"
+    instance.close()
 
 
 def test_a_communication_step_of_a_second_is_5000_samples(unit, running):

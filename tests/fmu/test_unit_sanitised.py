@@ -1,4 +1,4 @@
-"""The wrapper under the address and undefined-behaviour sanitisers, driven by a C program."""
+"""C wrapper under the address and undefined-behaviour sanitisers: every call in every state."""
 
 import ctypes
 import subprocess
@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from law_models import scheduled_law
 from lpv_models import make_lpv
 
 FLAGS = ["-std=c11", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
@@ -29,16 +30,22 @@ def has_sanitisers(gcc, folder):
     return built.returncode == 0 and run(folder / "t").returncode == 0
 
 
-@pytest.fixture(params=["plant", "linear"])
+@pytest.fixture(params=["plant", "linear", "sampled", "law"])
 def unit_model(request, model):
-    """Return a plant and an identified model."""
+    """Return a plant, identified models of continuous and of sampled time, and a law."""
+    from fmu.law_unit import LawUnit
     from fmu.linear_model import LinearUnit
 
-    return model if request.param == "plant" else LinearUnit(make_lpv("2"), "bearing", 300.0, 5e5)
+    if request.param == "plant":
+        return model
+    if request.param == "law":
+        return LawUnit(scheduled_law())
+    return LinearUnit(make_lpv("2" if request.param == "linear" else "blackbox"), "bearing", 300.0, 5e5)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the driver is built for Linux")
-def test_the_sanitisers_find_nothing(gcc, unit_model, tmp_path):
+@pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
+@pytest.mark.parametrize("driver", ["driver", "state_machine"])
+def test_a_driver_finishes_and_the_sanitisers_find_nothing(gcc, unit_model, tmp_path, driver):
     from fmu.binaries import fmi_headers
     from fmu.kernel_object import ObjectTarget
     from fmu.kinds import write_sources
@@ -48,13 +55,14 @@ def test_the_sanitisers_find_nothing(gcc, unit_model, tmp_path):
         pytest.skip("gcc has no sanitisers here")
     target = ObjectTarget(host().triple, "x86-64" if host().name.startswith("x86") else "generic")
     sources = write_sources(unit_model, {"kernels": target}, tmp_path)
-    (tmp_path / "driver.c").write_bytes(Path(__file__).with_name("driver.c").read_bytes())
+    program = f"{driver}.c"
+    (tmp_path / program).write_bytes(Path(__file__).with_name(program).read_bytes())
     subprocess.run(
-        [gcc, *FLAGS, "-I.", f"-I{fmi_headers()}", *sources, "driver.c", *(o.name for o in tmp_path.glob("*.o")),
-         "-o", "driver", "-lm"],
+        [gcc, *FLAGS, "-I.", f"-I{fmi_headers()}", *sources, program, *(o.name for o in tmp_path.glob("*.o")),
+         "-o", driver, "-lm"],
         cwd=tmp_path,
         check=True,
     )  # fmt: skip
-    done = run(tmp_path / "driver")
+    done = run(tmp_path / driver)
     assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-3000:]
     assert done.stdout.splitlines()[-1] == "clean" and not done.stderr

@@ -1,4 +1,4 @@
-"""The table of variables: units, limits that the effects themselves draw, what is fixed and what can be tuned."""
+"""Variable table of a unit: units, limits set by the effects, fixed and tunable parameters."""
 
 import pytest
 

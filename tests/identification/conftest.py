@@ -1,4 +1,4 @@
-"""A small record and run-up vectors that tests write, damage and read."""
+"""Fixtures of the data tests: a small record and run-up vectors."""
 
 import sys
 from pathlib import Path

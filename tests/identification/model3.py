@@ -1,10 +1,10 @@
-"""Data from a model inside the class: Model 3 near the rig's values, PRBS on both axes, white noise."""
+"""Simulated identification data: Model 3 near the rig's values, PRBS on both axes, white noise."""
 
 import numpy as np
 
 import identification as idn
-from identification.greybox import STRUCTURES
-from identification.models import LinearModel
+from identification.local.greybox import STRUCTURES
+from identification.local.models import LinearModel
 
 TRUTH = np.array(
     [-5.0e5, -1.8e4, 2.4e4, -5.5e5, -110.0, -7.0, 7.0, -75.0, 1.6, -0.3, 0.26, 1.7, 900.0, 800.0]

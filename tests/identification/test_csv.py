@@ -1,4 +1,4 @@
-"""Text tables: the layouts that are read, and what each bad one is told."""
+"""CSV and text tables: supported layouts, and one sentence for each bad file."""
 
 import numpy as np
 import pytest

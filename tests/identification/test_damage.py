@@ -1,4 +1,4 @@
-"""Files damaged at random: read, or refused with one sentence; never another exception, and no value is invented."""
+"""Randomly damaged data files: read correctly or refused with one sentence."""
 
 import numpy as np
 import pytest

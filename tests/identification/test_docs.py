@@ -1,12 +1,12 @@
-"""The page on measured data says what is true."""
+"""Examples in docs/data.md: mappings, column names and functions exist."""
 
 import re
 import tomllib
 from pathlib import Path
 
 import identification as idn
-from identification.mapping import load_mapping
-from identification.recognise import meaning
+from identification.records.column_names import meaning
+from identification.records.mapping import load_mapping
 
 PAGE = (Path(__file__).parents[2] / "docs" / "data.md").read_text()
 

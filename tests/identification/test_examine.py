@@ -1,4 +1,4 @@
-"""What the examination of a record says: faults, suspicions, uses."""
+"""Examination of records: faults, suspicious values, possible uses."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Grey-box and black-box fits on data from models inside their class: closed forms, Jacobians, Monte Carlo."""
+"""Grey-box and black-box fits on data from known models: Jacobians, parameter errors, Monte Carlo."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,12 @@ from model3 import TRUTH, TS, model, prbs, record
 from scipy.linalg import expm
 
 import identification as idn
-from identification.blackbox import FullStateSpace
-from identification.discretise import exponential, sampled
-from identification.fit import GreyBox, Predictor, Problem
-from identification.greybox import STRUCTURES, actuator_poles, modes
+from identification.local.blackbox import FullStateSpace
+from identification.local.discretise import exponential, sampled
+from identification.local.fit import GreyBox, Predictor, Problem
+from identification.local.greybox import STRUCTURES, actuator_poles, modes
+
+pytestmark = pytest.mark.numerical
 
 ACTUATOR = np.array([1.5e7, 1.0e4, 2.0e7, 1.2e7, 8.0e3, 1.0e7])
 THETAS = {
@@ -19,7 +21,6 @@ THETAS = {
     "3": TRUTH,
     "actuator": ACTUATOR,
 }
-RAW = idn.Prefilter(median=1)
 
 
 def worst_slope(problem, theta, x0):
@@ -128,7 +129,7 @@ def errors_of(found):
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_model_3_finds_the_model_that_made_the_data(seed):
-    found = idn.identify(record(seed), settings=RAW)
+    found = idn.identify(record(seed))
     frequency, damping, z = errors_of(found)
     assert found.converged
     assert frequency < 1e-3
@@ -139,11 +140,11 @@ def test_model_3_finds_the_model_that_made_the_data(seed):
     assert found.residuals.independent
 
 
-@pytest.mark.slow
-def test_in_200_records_the_truth_lies_within_three_standard_deviations():
+@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
+def test_in_many_records_the_truth_lies_within_three_standard_deviations(count):
     frequencies, dampings, inside = [], [], []
-    for seed in range(200):
-        frequency, damping, z = errors_of(idn.identify(record(seed), settings=RAW))
+    for seed in range(count):
+        frequency, damping, z = errors_of(idn.identify(record(seed)))
         frequencies.append(frequency)
         dampings.append(damping)
         inside.append(np.abs(z) < 3)
@@ -168,7 +169,7 @@ def test_a_start_far_off_leads_to_the_same_model(frequency, damping, gain):
 
 def test_prediction_error_agrees_with_output_error_where_the_noise_is_white():
     data = record(3, seconds=5.0)
-    oe, pem = idn.identify(data, settings=RAW), idn.identify(data, method="pem", settings=RAW)
+    oe, pem = idn.identify(data), idn.identify(data, method="pem")
     np.testing.assert_allclose(pem.wn, oe.wn, rtol=1e-3)
     np.testing.assert_allclose(pem.zeta, oe.zeta, rtol=0.03)
 
@@ -185,7 +186,7 @@ def test_the_actuator_model_finds_poles_and_gains():
 
 
 def test_a_black_box_of_order_6_has_the_frequency_response_of_the_truth():
-    found = idn.identify(record(7), "blackbox", 6, settings=RAW)
+    found = idn.identify(record(7), "blackbox", 6)
     omega = np.linspace(100, 1500, 30)
     wanted = model().discrete(TS).transfer(omega)
     assert np.linalg.norm(found.model.transfer(omega) - wanted) < 0.01 * np.linalg.norm(wanted)
@@ -203,5 +204,5 @@ def test_the_frequency_response_estimate_comes_close_to_the_truth_where_it_is_co
 
 def test_what_a_model_misses_shows_in_the_correlation_of_its_residuals_with_the_inputs():
     data = record(9, seconds=4.0)
-    assert idn.identify(data, 3, settings=RAW).residuals.independent
-    assert not idn.identify(data, 1, settings=RAW).residuals.independent  # knows no lag
+    assert idn.identify(data, 3).residuals.independent
+    assert not idn.identify(data, 1).residuals.independent  # knows no lag

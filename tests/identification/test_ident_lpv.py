@@ -1,4 +1,4 @@
-"""Surfaces over speed and pressure: exactness, order, round trips, moving scheduling, extrapolation, refinement."""
+"""LPV surfaces: exactness, order selection, files, moving scheduling, extrapolation, refinement."""
 
 from dataclasses import replace
 from itertools import product
@@ -8,8 +8,10 @@ import pytest
 from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
-from identification.greybox import STRUCTURES
-from identification.models import LinearModel
+from identification.local.greybox import STRUCTURES
+from identification.local.models import LinearModel
+
+pytestmark = pytest.mark.numerical
 
 CROSS = [1, 2, 9, 10]
 SPEEDS, PRESSURES = np.linspace(0, 600, 5), np.linspace(3e5, 7e5, 4)
@@ -69,7 +71,7 @@ def test_a_model_survives_its_file(template, tmp_path):
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"kind": "lpv"}', '{"kind": "linear"}'])
 def test_a_file_that_is_no_model_ends_in_a_sentence(tmp_path, text):
     (tmp_path / "bad.json").write_text(text)
-    with pytest.raises(idn.ModelError, match="is no model"):
+    with pytest.raises(idn.ModelError, match="is not a model"):
         idn.load_model(tmp_path / "bad.json")
 
 

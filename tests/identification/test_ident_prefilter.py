@@ -1,12 +1,14 @@
-"""Bias, median, runout; records that fit the schema and not an identification."""
+"""Prefilter (bias, median, runout), and records unfit for identification."""
 
 import numpy as np
 import pytest
 from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
-from identification.greybox import modes
-from identification.prefilter import rest_length
+from identification.local.greybox import modes
+from identification.records.prefilter import rest_length
+
+pytestmark = pytest.mark.numerical
 
 RPM = np.pi / 30
 
@@ -51,7 +53,8 @@ def test_without_a_steady_run_the_fit_takes_the_harmonics_out():
 def test_median_bias_and_rest():
     data = record(2, seconds=2.0)
     data["disc_measured"][5000, 0] += 1e-3
-    signals = idn.filtered(data)
+    assert np.abs(idn.filtered(data).y).max() > 900e-6  # no median unless it is asked for
+    signals = idn.filtered(data, settings=idn.Prefilter(median=3))
     assert np.abs(signals.y).max() < 50e-6
     assert np.abs(signals.y[:2000].mean(axis=0)).max() < 1e-10
     assert rest_length(data.reference.values) == signals.rest

@@ -1,4 +1,4 @@
-"""Mappings: which column is which channel, in which unit; and what a mapping must not say."""
+"""Mappings of columns to channels and units, and invalid mappings."""
 
 import tomllib
 

@@ -1,4 +1,4 @@
-"""netCDF records, and HDF5 files that are none."""
+"""netCDF records, and refused foreign or damaged HDF5 files."""
 
 import h5py
 import numpy as np

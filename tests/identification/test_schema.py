@@ -1,4 +1,4 @@
-"""Records and vectors from arrays, and what validation refuses."""
+"""Record schema: records and vectors from arrays, and validation errors."""
 
 import numpy as np
 import pytest

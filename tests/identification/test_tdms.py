@@ -1,4 +1,4 @@
-"""TDMS files as LabVIEW writes them; nptdms is an extra."""
+"""TDMS files of LabVIEW: channels, clocks, refusals (needs the extra nptdms)."""
 
 import sys
 

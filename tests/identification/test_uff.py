@@ -1,4 +1,4 @@
-"""Universal files, dataset 58: text by the published format, binary, and hostile sizes."""
+"""Universal files, dataset 58: ASCII and binary, refusals, oversized counts."""
 
 import numpy as np
 import pytest

@@ -1,11 +1,11 @@
-"""Units of measured data: factors, sensitivities and what is refused."""
+"""Units of measured data: factors, sensitivities, refusals."""
 
 import math
 
 import pytest
 
 from identification import ReadError
-from identification.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
+from identification.records.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
 
 
 @pytest.mark.parametrize(

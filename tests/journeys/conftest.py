@@ -1,4 +1,4 @@
-"""A command in this process, as a user gives it."""
+"""Fixture that runs a command in this process as a user would."""
 
 import pytest
 

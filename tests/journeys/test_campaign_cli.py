@@ -1,4 +1,4 @@
-"""A campaign on the command line: run, stop, go on, ask, collect; bad input ends in a sentence."""
+"""`rotorsim campaign`: run, stop, resume, status, collect; bad input ends in one sentence."""
 
 import json
 import signal
@@ -35,11 +35,10 @@ def test_a_campaign_is_stopped_goes_on_and_is_collected(run, tmp_path):
     (tmp_path / "plan.toml").write_text(PLAN)
     command = [sys.executable, "-m", "rotorsim", "campaign", "plan.toml", "--out", "store", "--workers", "1"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    end = time.monotonic() + 300
-    while not list(tmp_path.glob("store/cases/*/*.nc")) and process.poll() is None and time.monotonic() < end:
+    while not list(tmp_path.glob("store/cases/*/*.nc")) and process.poll() is None:
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate()
     if process.returncode == 0:
         assert "8 done" in out  # it was quicker than the signal
     else:
@@ -51,7 +50,8 @@ def test_a_campaign_is_stopped_goes_on_and_is_collected(run, tmp_path):
     assert code == 0, err
     assert json.loads(out)["done"] == 8 and json.loads(out)["run"] == told["pending"]
     assert run("status", "store")[1].startswith("small: 8 done, 0 failed, 0 left")
-    assert run("retry", "store")[:2] == (0, "store: 8 done, 0 failed, 0 left; 0 run now in 0.0 s\n")
+    code, out, _ = run("retry", "store")
+    assert code == 0 and out.startswith("store: 8 done, 0 failed, 0 left; 0 run now in ")
     assert run("collect", "store", "--out", "t.csv")[1] == "t.csv: 8 cases\n"
     assert len((tmp_path / "t.csv").read_text().splitlines()) == 9
     code, out, err = run("collect", "store", "--out", "all.nc", "--variables", "disc")
@@ -72,7 +72,7 @@ def test_check_tells_what_a_plan_would_run(run):
 
 
 BAD = [
-    (["nothing", "--out", "s"], "'nothing' is no shipped plan"),
+    (["nothing", "--out", "s"], "'nothing' is neither a shipped plan"),
     (["thesis", "--out", "s", "--workers", "0"], "--workers: 0 is below 1; give the number of processes"),
     (["thesis", "--out", "s", "--workers", "1", "--scheduler", "tcp://a:1"], "--workers: a scheduler has its own"),
     (["thesis", "--out", "s", "--tls-ca", "a.pem"], "are for a scheduler; add --scheduler tls://host:port"),

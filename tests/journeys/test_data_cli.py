@@ -1,4 +1,4 @@
-"""`rotorsim data`: from a rig's file to a record of the schema, and what a user sees whose file is bad."""
+"""`rotorsim data`: from a rig's file to a record of the schema, and messages for bad files."""
 
 import json
 from functools import partial
@@ -142,7 +142,7 @@ def test_a_bad_mapping_and_a_missing_folder_are_named(run, rig, tmp_path):
     assert code == 2 and "channels.speed: unit 'furlong' is no speed known here" in err
     mapping.write_text(MAPPING)
     code, _, err = run("convert", file, tmp_path / "none" / "a.nc", "--mapping", mapping)
-    assert code == 2 and "no such file or directory; check that the folder exists and is writable" in err
+    assert code == 2 and "cannot be written: its folder is not there; make the folder" in err
     code, _, err = run("convert", file, tmp_path / "a.xls", "--mapping", mapping)
     assert code == 2 and "unknown suffix '.xls'; write .csv, .mat or .nc" in err
 

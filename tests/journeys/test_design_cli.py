@@ -1,4 +1,4 @@
-"""`rotorsim design` and `rotorsim verify` as a new user would use them."""
+"""`rotorsim design` and `rotorsim verify` from the command line, with bad input."""
 
 import json
 from dataclasses import replace
@@ -38,8 +38,8 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         (("p", MODEL, "--bias", "much"), "is no pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
         (("lqr", MODEL, "--preset", "mild"), "it has none, use --spec"),
-        (("hinf", MODEL, "--spec", "speed=4000"), "is no number with a unit; write e.g. 4000 rpm"),
-        (("hinf", BROKEN), "is no model, it has no 'A'"),
+        (("hinf", MODEL, "--spec", "speed=4000"), "is not a number with a unit; write e.g. 4000 rpm"),
+        (("hinf", BROKEN), "is not a model (it has no 'A')"),
         (("lqr", MODEL, "--spec", "Ts=0"), "is no sampling time"),
         (("hinf", MODEL, "--spec", "weights.zeta_1=-3"), "makes no stable weight"),
         (("hinf", MODEL, "--spec", "weights.over_M_b=0"), "some reference costs nothing at high frequency"),
@@ -89,13 +89,12 @@ def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
     assert "the plant samples every 0.2 ms" in err
 
 
-@pytest.mark.slow
 def test_a_law_is_verified_on_the_machine(run, tmp_path):
     run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
     code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--out", tmp_path / "v")
     told = json.loads(text)
     rows = {row["check"]: row for row in told["rows"]}
-    assert err == ""
+    assert [line for line in err.splitlines() if not line.startswith("compiling the kernels")] == []
     assert code == (0 if told["passed"] else 1)
     assert rows["impact energy, worst point"]["measured"] < 0.9
     assert rows["no contact in the hits"]["passed"]

@@ -1,4 +1,4 @@
-"""`rotorsim hide` and `rotorsim diagnose` as a user meets them, on a plain rotor with few candidates."""
+"""`rotorsim hide` and `rotorsim diagnose` on a plain rotor with few candidates, with bad input."""
 
 import json
 import os
@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from rotorsim.commands.diagnose import _kept
-from rotorsim.discrepancy.candidates import candidates
-from rotorsim.discrepancy.design import campaign
-from rotorsim.discrepancy.hidden import draw, record_of, write
-from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.workflow import GRID
+from rotorsim.discrepancy.blind_test.design import campaign
+from rotorsim.discrepancy.blind_test.hide import draw, record_of, write
+from rotorsim.discrepancy.diagnosis import GRID
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
@@ -62,7 +62,7 @@ phase = { column = "py", unit = "deg" }
 def test_records_that_are_there_already_are_not_replaced(run, tmp_path):
     (tmp_path / "records").mkdir()
     code, _, err = run("hide", "plain_rotor", "--out", tmp_path)
-    assert code == 2 and "has hidden records already" in err
+    assert code == 2 and "records: is there already; choose another --out" in err
 
 
 def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path):
@@ -102,8 +102,8 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
     ("command", "work"),
     [
         (("diagnose", "plain_rotor", "x.nc"), "rotorsim.discrepancy.diagnose"),
-        (("study", "whole"), "rotorsim.study.whole.whole_study"),
-        (("study", "identification-vs-physics"), "rotorsim.study.plans.run"),
+        (("study", "whole"), "rotorsim.reproduction.whole.whole_study"),
+        (("study", "identification-vs-physics"), "rotorsim.reproduction.plans.run"),
     ],
 )
 def test_ctrl_c_says_that_the_same_command_goes_on(run, tmp_path, monkeypatch, command, work):

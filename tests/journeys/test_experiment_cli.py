@@ -1,4 +1,4 @@
-"""Experiments on the command line: record, table, numbers for scripts; bad input ends in a sentence."""
+"""`rotorsim experiment`: record, table, JSON numbers; bad input ends in one sentence."""
 
 import json
 import signal
@@ -112,7 +112,7 @@ def test_every_help_page_has_an_example(run, name):
         (["slow_roll", "--speed", "0 rpm"], "must be above 0"),
         (["coastdown", "--stop", "7000 rpm"], "is not below the start"),
         (["controlled", "--controller", "mine:law"], "controller = 'mine:law': is not known; choose one of p"),
-        (["steady", "--out", "file/below"], "output: cannot write"),
+        (["steady", "--out", "file/below"], "file/below: cannot be written: part of the path is a file"),
         (["steady", "--out", "there"], "there/steady.nc: is there already; choose another --out or add --force"),
     ],
 )
@@ -137,17 +137,16 @@ def test_force_replaces_a_record_and_without_a_folder_each_run_gets_its_own(run,
 @pytest.mark.parametrize("name", ["prbs", "controlled"])
 def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
     """The run would take hours of computing; it is interrupted once the growing file is there."""
-    command = [sys.executable, "-m", "rotorsim", "experiment", name, *RIG, "--duration", "100000 s"]
+    command = [sys.executable, "-m", "rotorsim", "experiment", name, *RIG, "--duration", "100000 s", "--yes"]
     run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    end = time.monotonic() + 240
-    while time.monotonic() < end and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
+    while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
         time.sleep(0.2)
     run.send_signal(signal.SIGINT)
-    printed, said = run.communicate(timeout=120)
+    printed, said = run.communicate()
     assert run.returncode == 130 and "Duration" in printed
     assert "interrupted:" in said and "Traceback" not in said
     with xr.open_dataset(tmp_path / name / f"{name}.nc", engine="h5netcdf") as record:
-        assert record.sizes["time"] % 5000 == 0 and record.sizes["time"] > 0
+        assert record.sizes["time"] % 250 == 0 and record.sizes["time"] > 0
         assert record.attrs["ended"] == "interrupted"
     assert not list(tmp_path.rglob("*.part"))
 

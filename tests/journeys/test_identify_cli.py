@@ -1,4 +1,4 @@
-"""`rotorsim identify`: from files to a model, and what a user sees whose data is bad."""
+"""`rotorsim identify`: from files to a model, and messages for bad data."""
 
 import importlib.util
 import json
@@ -72,6 +72,7 @@ def test_a_folder_of_records_becomes_a_parameter_varying_model(run, tmp_path):
         (["{folder}/short.csv", "--surfaces", "many"], "choose one of 1, 2, 3, hold-out"),
         (["{folder}/short.csv", "--refine", "much"], "choose one of none, frequency, global"),
         (["{folder}/short.csv", "--runout", "both"], "choose one of harmonic, table, none"),
+        (["{folder}/short.csv", "--median", "4"], "--median: 4 samples; give an odd number"),
     ],
 )
 def test_bad_input_ends_as_one_sentence_and_exit_code_2(run, tmp_path, arguments, words):
@@ -82,3 +83,11 @@ def test_bad_input_ends_as_one_sentence_and_exit_code_2(run, tmp_path, arguments
     assert words in err
     assert err.count("\n") == 1
     assert "Traceback" not in err
+
+
+def test_the_warnings_of_a_record_are_printed_once_and_name_no_variable(run, tmp_path):
+    record = model3.record(0, seconds=2.0).assign_attrs({"controller": "Law", "law": "lqr"})
+    idn.save(record, tmp_path / "loop.nc")
+    code, text, err = run(tmp_path / "loop.nc", "--method", "pem", "--out", tmp_path / "m.json")
+    assert (code, err) == (0, "")
+    assert text.count("made in closed loop (lqr)") == 1 and "record: made" not in text

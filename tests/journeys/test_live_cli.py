@@ -1,8 +1,11 @@
-"""What `rotorsim live` refuses before it opens a page."""
+"""`rotorsim live`: inputs refused before a page opens."""
 
+import webbrowser
 from pathlib import Path
 
 import pytest
+
+from rotorsim.machine import machine_text
 
 OTHER = Path(__file__).parent / "no_model.json"
 
@@ -15,7 +18,7 @@ OTHER = Path(__file__).parent / "no_model.json"
         (("--out", __file__), "is a file; give a folder for scenes and records"),
         (("plain_rotor", "--law", "p.json"), "plain_rotor has no injectors that a controller could move"),
         (("--law", "nothing.json"), "is not there; give a file that 'rotorsim design' wrote"),
-        (("--law", OTHER), "is no law (its kind is 'scene')"),
+        (("--law", OTHER), "is not a law (its kind is 'scene')"),
         (("nothing.toml",), "nothing.toml"),
         ((OTHER,), "no_model.json"),
     ],
@@ -25,3 +28,11 @@ def test_bad_input_is_refused_with_a_sentence_and_exit_code_2(run, arguments, se
     assert (code, out) == (2, "")
     assert sentence in " ".join(err.split())
     assert "Traceback" not in err
+
+
+def test_a_machine_file_with_an_error_is_refused_at_once_where_no_browser_can_show_it(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(webbrowser, "_tryorder", [])
+    (tmp_path / "wrong.toml").write_text(machine_text("plain_rotor").replace("[shaft]", "[shaf]", 1))
+    code, out, err = run("live", tmp_path / "wrong.toml")
+    assert (code, out) == (2, "")
+    assert "shaf: unknown field; did you mean 'shaft'?" in err

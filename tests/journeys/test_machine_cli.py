@@ -1,4 +1,4 @@
-"""`rotorsim machine`: from a new file to a checked one, and what a user sees who got it wrong."""
+"""`rotorsim machine`: from a new file to a checked one, and messages for faulty files."""
 
 import json
 import subprocess
@@ -98,7 +98,9 @@ def test_a_huge_file_is_refused_unread(run, tmp_path):
 
 def test_a_missing_file_or_a_folder_ends_with_a_sentence(run, tmp_path):
     code, _, err = run("machine", "check", tmp_path / "none.toml")
-    assert code == 2 and "is no shipped machine (dtu_gas_bearing," in err and "give one of these or a path" in err
+    assert (
+        code == 2 and "is neither a shipped machine (dtu_gas_bearing," in err and "give one of these or a path" in err
+    )
     code, _, err = run("machine", "check", tmp_path)
     assert (code, err) == (2, f"{tmp_path}: is not a file; give the path of a machine file\n")
 
@@ -107,11 +109,11 @@ def test_a_folder_that_cannot_be_written_is_named(run, tmp_path):
     path = tmp_path / "none" / "rig.toml"
     code, _, err = run("machine", "new", path)
     assert code == 2
-    assert err.startswith(f"{path}: no such file or directory; check that the folder exists and is writable")
+    assert err == f"{path}: cannot be written: its folder is not there; make the folder or choose another place\n"
 
 
 def test_debug_shows_the_traceback(tmp_path):
-    with pytest.raises(Exception, match="no shipped machine"):
+    with pytest.raises(Exception, match="neither a shipped machine"):
         main(["machine", "check", str(tmp_path / "none.toml"), "--debug"])
 
 
@@ -127,4 +129,4 @@ def test_a_new_process_prints_the_sentence_and_no_traceback(tmp_path):
         [sys.executable, "-c", code, "machine", "show", "no_such_rig"], capture_output=True, text=True
     )
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("'no_such_rig' is no shipped machine") and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("'no_such_rig' is neither a shipped machine") and done.stderr.count("\n") == 1

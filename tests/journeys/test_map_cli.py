@@ -1,7 +1,9 @@
-"""Maps, modes and calibration on the command line: files, numbers for scripts, sentences."""
+"""`rotorsim map`, `modes` and `machine calibrate`: files, JSON numbers, messages."""
 
 import json
+import sys
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -20,7 +22,46 @@ def test_a_map_ends_in_a_file_a_report_and_numbers(run, tmp_path):
     page = (tmp_path / "m" / "report.html").read_text()
     assert "Campbell diagram" in page and "Operating map" in page
     code, _, said = run("map", *RIG, *options, "--out", "m")
-    assert code == 2 and "is there already" in said
+    assert code == 2 and "m: map.nc and report.html are there already" in said
+
+
+def test_a_varied_machine_has_its_own_onset_lift_off_and_crossings(run, tmp_path):
+    """Without the axis all of them would be those of the file: one lift-off pressure for both clearances."""
+    over = ["--over", "bearings.1.clearance=25 um, 40 um", "--lift-off", "--whirl-onset", "--campbell"]
+    code, out, _ = run("map", *RIG, "--speed", "0 rpm, 18000 rpm", "--pressure", "0.5 MPa", *over, "--json",
+                       "--out", "m")  # fmt: skip
+    told = json.loads(out)
+    assert code == 0
+    with xr.open_dataset(tmp_path / "m" / "map.nc", engine="h5netcdf") as found:
+        for name in ("lift_off_pressure", "onset_speed", "crossing_speed"):
+            assert found[name].dims[0] == "bearings_1_clearance" and found[name].attrs["units"]
+        onset, damping = found["onset_speed"].values[:, 0], found["zeta_least"].values[:, 0, 1]
+        assert [(o < 18000 * np.pi / 30) == (d < 0) for o, d in zip(onset, damping, strict=True)] == [True, True]
+    assert told["lift_off_mpa"][0][0] != told["lift_off_mpa"][1][0] and len(told["whirl_onset_rpm"]) == 2
+    assert "Whirl onset and lift-off" in (tmp_path / "m" / "report.html").read_text()
+
+
+def test_values_by_pressure_have_a_column_each_with_its_pressure(run):
+    code, out, _ = run(
+        "map", *RIG, "--speed", "0 rpm", "--pressure", "0.5 MPa, 0.7 MPa", "--whirl-onset", "--no-report"
+    )
+    lines = out.splitlines()
+    assert code == 0 and next(k for k in lines if "Whirl onset [rpm]" in k)
+    assert any("pressure 0.5 MPa" in k and "pressure 0.7 MPa" in k for k in lines)
+
+
+def test_rows_and_columns_of_a_varied_machine_are_named_with_their_units(run):
+    over = ["--over", "bearings.1.clearance=25 um, 40 um", "--over", "effects.unbalance.me=5 g*mm, 10 g*mm"]
+    code, out, _ = run("map", *RIG, "--speed", "0 rpm", "--pressure", "0.5 MPa, 0.7 MPa", *over, "--whirl-onset",
+                       "--no-report")  # fmt: skip
+    assert code == 0
+    rows = [[cell.strip() for cell in line.strip("│┃").replace("┃", "│").split("│")] for line in out.splitlines()]
+    heads = ["bearings.1.clearance", "effects.unbalance.me", "pressure 0.5 MPa", "pressure 0.7 MPa"]
+    assert rows.count(heads) == 2
+    first = rows[rows.index(heads) :]
+    assert [row[:2] for row in first if row[0] in ("25 um", "40 um")][:4] == [
+        ["25 um", "5 g*mm"], ["25 um", "10 g*mm"], ["40 um", "5 g*mm"], ["40 um", "10 g*mm"],
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -64,6 +105,26 @@ def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
     assert code == 0 and (tmp_path / "modes" / "mode_1.png").stat().st_size > 5000
 
 
+def test_without_pyvista_the_numbers_are_shown_and_what_is_missing(run, monkeypatch, tmp_path):
+    """The base install: nothing asked for is refused, pictures asked for are refused before anything is computed."""
+    monkeypatch.setitem(sys.modules, "pyvista", None)  # its import raises ImportError
+    code, out, said = run("modes", "plain_rotor", "--count", "2", "--json", "--out", "modes")
+    assert code == 0 and len(json.loads(out)["modes"]) == 2
+    assert "pictures need pyvista; 'pip install rotorsim[modes]'" in said and len(said.strip().splitlines()) == 1
+    assert (tmp_path / "modes" / "modes.nc").exists()
+    code, out, said = run("modes", "plain_rotor", "--count", "1", "--out", "again")
+    assert code == 0 and "Hz, damping" in out
+    for asked in ("--pictures", "--show"):
+        code, out, said = run("modes", "plain_rotor", asked, "--out", "none")
+        assert code == 2 and out == "" and "pictures need pyvista" in said and not (tmp_path / "none").exists()
+
+
+def test_a_benchmark_without_its_package_is_refused_before_it_measures(run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fmpy", None)
+    code, out, said = run("bench", "fmu")
+    assert code == 2 and out == "" and said == "bench fmu: needs fmpy; 'pip install rotorsim[fmu]'\n"
+
+
 def test_a_window_needs_a_display_and_says_so(run, tmp_path, monkeypatch):
     pytest.importorskip("pyvista")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -100,6 +161,7 @@ def test_a_calibration_writes_a_machine_file_that_meets_its_targets(run, tmp_pat
     text = (tmp_path / "new.toml").read_text()
     assert text.startswith("# Calibrated, not predicted") and "# DTU thesis, App. H" in text
     assert 'name = "new"' in text and "# calibrated to 't'" in text
+    assert "1 after, of 1, on a film grid of 16 x 4." in text and "n_theta = 32" in text
     assert run("machine", "check", "new.toml")[0] == 0
     code, _, said = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--out", "new.toml")
     assert code == 2 and "is there already" in said

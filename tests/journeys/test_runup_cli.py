@@ -1,4 +1,4 @@
-"""From a machine file to record and report on the command line; bad input ends in a sentence, never in a traceback."""
+"""`rotorsim runup`: from a machine file to record and report; bad input ends in one sentence."""
 
 import json
 import re
@@ -6,12 +6,16 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 import xarray as xr
 
 from identification import validate
+from rotorsim.commands.options import leave_if_empty
+from rotorsim.experiments import Outcome
 
 SHORT = ["--stop", "600 rpm", "--rate", "1000 rpm/s"]
 
@@ -63,8 +67,8 @@ def test_a_second_run_does_not_touch_the_first(tmp_path):
         (["--set", "effects.unbalance.me=20 g"], "effects.unbalance.me: '20 g' is not a mass*length"),
         (["--set", "effects.unbalance"], "--set: 'effects.unbalance' is not PATH=VALUE"),
         (["--set", "effects.gremlin.size=1 m"], "effects.gremlin: unknown effect"),
-        (["no_such_machine"], "'no_such_machine' is no shipped machine"),
-        (["--out", "file/below"], "output: cannot write"),
+        (["no_such_machine"], "'no_such_machine' is neither a shipped machine"),
+        (["--out", "file/below"], "file/below: cannot be written: part of the path is a file"),
     ],
 )
 def test_bad_input_ends_in_one_sentence_and_leaves_nothing_behind(tmp_path, arguments, sentence):
@@ -78,14 +82,13 @@ def test_bad_input_ends_in_one_sentence_and_leaves_nothing_behind(tmp_path, argu
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a console interrupt cannot be sent to one process there")
 def test_an_interrupt_keeps_what_was_simulated(tmp_path):
-    """The run would take minutes of computing; it is interrupted once the growing file is there."""
-    command = [sys.executable, "-m", "rotorsim", "runup", "--grid", "32x8", "--rate", "1 rpm/s", "--no-report"]
+    """The run would take hours of computing; it is interrupted once the growing file is there."""
+    command = [sys.executable, "-m", "rotorsim", "runup", "--grid", "32x8", "--rate", "0.01 rpm/s", "--no-report"]
     run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    end = time.monotonic() + 240
-    while time.monotonic() < end and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
+    while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
         time.sleep(0.2)
     run.send_signal(signal.SIGINT)
-    _, said = run.communicate(timeout=120)
+    _, said = run.communicate()
     assert run.returncode == 130
     assert "interrupted:" in said and "Traceback" not in said
     with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
@@ -102,3 +105,11 @@ def test_past_the_whirl_threshold_the_run_reports_growth_and_does_not_fail(tmp_p
     summary = json.loads(done.stdout)
     assert 0.4 < summary["sub_synchronous"]["ratio"] < 0.55
     assert summary["smallest_film"]["um"] < 5
+
+
+@pytest.mark.parametrize(("samples", "which"), [(0, "first"), (1, "second")])
+def test_a_run_that_is_interrupted_before_it_has_samples_says_so(capsys, samples, which):
+    with pytest.raises(typer.Exit) as ended:
+        leave_if_empty(Outcome(samples, 100, "interrupted", {}), Path("runup.nc"))
+    assert ended.value.exit_code == 130
+    assert capsys.readouterr().err == f"interrupted before the {which} sample; the same command starts again\n"

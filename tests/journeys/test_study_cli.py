@@ -5,8 +5,8 @@ import json
 import pytest
 
 import identification as idn
-from rotorsim.study import plans
-from rotorsim.study.plans import RPM, Layout
+from rotorsim.reproduction import plans
+from rotorsim.reproduction.plans import RPM, Layout
 
 SMALL = Layout((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small
 

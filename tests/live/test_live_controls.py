@@ -1,12 +1,11 @@
-"""Controls of the live rig: limits, slider places, the hammer, the files' names."""
+"""Controls of the live rig: limits, slider positions, hammer, file names."""
 
 import json
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rotorsim.errors import DataError
 from rotorsim.live.control import Control

@@ -1,4 +1,4 @@
-"""Films that several tests share, and how an order of convergence is read from errors."""
+"""Bearings shared by the film tests, and the fit of an order of convergence."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,4 +1,4 @@
-"""The calibrated injected bearing at one state: reference numbers, grid convergence, mass, slopes."""
+"""Calibrated injected bearing at one state: reference values, grid convergence, mass balance, stiffness."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,6 @@ def test_force_and_coefficients_agree_with_an_independent_programme(injected):
     check(injected(64, 16), 0.01, 0.01, (0.01, 0.02))
 
 
-@pytest.mark.slow
 def test_force_and_coefficients_agree_with_an_independent_programme_on_its_own_grid(injected):
     """256 x 64: .1 %. Force and K(0), which do not depend on how the local pressure is read, agree to five
     digits.

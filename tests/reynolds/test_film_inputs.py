@@ -1,4 +1,4 @@
-"""Sentences for films that cannot be computed: the thing, the value, the limit."""
+"""Invalid film inputs: one sentence with thing, value and limit."""
 
 import numpy as np
 import pytest

@@ -1,11 +1,11 @@
-"""Film about the centre against its exact linear solution, with the order of convergence that theory
-promises.
-"""
+"""Film about the centre against its exact linear solution, with observed order of convergence."""
 
 import numpy as np
 import pytest
 
 from reynolds.analytic import small_eccentricity_stiffness
+
+pytestmark = pytest.mark.numerical
 
 # (speed [rad/s], whirl ratio): Z [N/m] to five digits, and its relative error at 128 x 32
 REFERENCE = {

@@ -1,4 +1,4 @@
-"""The film marched in time: order, mass, and agreement with the linear and the steady film."""
+"""Time march of the film: order of convergence, mass balance, agreement with linear and steady film."""
 
 import numpy as np
 import pytest

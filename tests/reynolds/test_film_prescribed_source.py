@@ -1,4 +1,4 @@
-"""One implicit stage with a prescribed right-hand side: the slot and a manufactured solution."""
+"""One implicit stage with prescribed right-hand side: slot flow and a manufactured solution."""
 
 import numpy as np
 import pytest

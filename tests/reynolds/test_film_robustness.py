@@ -1,9 +1,8 @@
-"""A steady film is found wherever the journal is."""
+"""Convergence of the steady film for every journal position."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 twenty = settings(max_examples=20, deadline=None, derandomize=True)
 angles = st.floats(0.0, 2 * np.pi)

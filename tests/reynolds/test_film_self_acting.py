@@ -1,6 +1,4 @@
-"""Steady self-acting films: an independent spectral solution, the short and the long bearing, Petroff's
-friction.
-"""
+"""Steady self-acting films against a spectral solution, short and long bearing theory, Petroff friction."""
 
 import numpy as np
 import pytest

@@ -1,9 +1,8 @@
-"""What must hold for every film: half and full bearing, rotation, mirror, and both together."""
+"""Symmetries of the film: half and full bearing, rotation, mirror."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from reynolds import GasBearing, Injector
 

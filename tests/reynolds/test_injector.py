@@ -1,4 +1,4 @@
-"""Injectors: both pin laws, the unthrottled flow for scale, and the pressure read below the grid."""
+"""Injectors: both pin laws, order of magnitude of the unthrottled flow, sub-grid pressure correction."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Kernels: no allocation gets through the compiler, and Python runs them to the same numbers."""
+"""Kernels: allocation refused at compile time, compiled and plain Python results equal."""
 
 import json
 import os
@@ -30,6 +30,7 @@ def run(**environment):
     return np.concatenate(json.loads(done.stdout))
 
 
+@pytest.mark.slow
 def test_kernels_in_plain_python_give_the_compiled_numbers():
     """The same operations, rounded in another order: 1e-9 is the tolerance of the march."""
     assert run(NUMBA_DISABLE_JIT="1") == pytest.approx(run(), rel=1e-9)

@@ -1,4 +1,4 @@
-"""The compiled nozzle function: isentropic, choked, odd, linear near equilibrium, with true derivatives."""
+"""Compiled nozzle function: isentropic, choked, odd, linear near equilibrium, exact derivatives."""
 
 import numpy as np
 import pytest

@@ -1,1 +1,1 @@
-"""What a law does in a sample: one allocation-free kernel on one flat memory."""
+"""Run-time kernel of a law: one sample of the controller, allocation-free, on one flat memory."""

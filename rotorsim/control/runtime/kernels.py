@@ -1,14 +1,16 @@
-r"""One sample of a scheduled discrete law.
+r"""One sample of a scheduled discrete law: interpolation, saturation, anti-windup.
 
 .. math:: v = C x + D (y - y_c), \quad u = sat(f (v + b)), \quad x^+ = A x + B (y - y_c) + W (sat(v + b) - v - b)
 
 The matrices are interpolated bilinearly in the table at every refresh; outside the table its edge holds. f rises from 0
-to 1 while the law fades in. W is the anti-windup gain.
+to 1 while the law fades in. W is the anti-windup gain. A sample that is not a number does not reach the equation, see
+`rotorsim.control.runtime.guard`.
 """
 
 from __future__ import annotations
 
 from reynolds.jit import inlined, kernel
+from rotorsim.control.runtime.guard import fault_in, hold, overflow, resume
 
 
 @inlined
@@ -55,12 +57,9 @@ def clip(value, limit):
     return min(max(value, -limit), limit)
 
 
-@kernel
-def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
-    """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
-
-    S: settings, see `rotorsim.control.law.Settings`.
-    """
+@inlined
+def answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
+    """The law's equation for one sample of finite numbers."""
     count = w[L.done]
     w[L.done] = count + 1.0
     if count % S.refresh == 0.0:
@@ -97,6 +96,22 @@ def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
         fade = (since - S.average) / S.fade
     out[0] = clip(fade * v0, S.limit)
     out[1] = clip(fade * v1, S.limit)
+
+
+@kernel
+def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
+    """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
+
+    S: settings, see `rotorsim.control.law.Settings`. NaN and infinite samples are held out of the law's states.
+    """
+    fault = fault_in(L, measured_x, measured_y, speed, pressure)
+    if fault == 0.0:
+        answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out)
+        fault = overflow(w, L)
+    if fault == 0.0:
+        resume(w, L.guard, out)
+    else:
+        hold(w, L.guard, fault, out)
 
 
 @kernel

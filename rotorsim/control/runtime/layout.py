@@ -1,8 +1,10 @@
-"""Where everything lies in the flat arrays of a running law."""
+"""Memory layout of a running law."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
+
+from rotorsim.control.runtime.guard import SIZE
 
 
 class Layout(NamedTuple):
@@ -10,7 +12,7 @@ class Layout(NamedTuple):
 
     A block of the table holds A (n, n), B (n, 2), C (2, n), D (2, 2) and the anti-windup gain W (n, 2), row by row.
     The memory holds the block in use, the state x (n), its next value, the centre (2) [m], sums (2) of what was
-    measured while it is sought, and the number of samples `done`.
+    measured while it is sought, the number of samples `done`, and what `guard` keeps.
     """
 
     n: int
@@ -26,6 +28,7 @@ class Layout(NamedTuple):
     centre: int
     sums: int
     done: int
+    guard: int
     size: int
 
 
@@ -39,4 +42,5 @@ def make_layout(n: int, speeds: int, pressures: int) -> Layout:
     x = block
     new = x + n
     centre = new + n
-    return Layout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, centre + 5)
+    guard = centre + 5
+    return Layout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, guard, guard + SIZE)

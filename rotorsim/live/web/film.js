@@ -11,7 +11,9 @@ export function span(film) {
 }
 
 export function drawFilm(canvas, film, rig) {
-  const view = begin(canvas), { g, w, h } = view, box = { x: 52, y: 6, w: w - 118, h: h - 44 };
+  const view = begin(canvas);
+  if (!view) return;
+  const { g, w, h } = view, box = { x: 52, y: 6, w: w - 118, h: h - 44 };
   const n = rig.theta.length, m = rig.z.length, [low, high] = span(film);
   image.width = n;
   image.height = m;

@@ -2,6 +2,8 @@
 export { drawFilm } from "./film.js";
 export { Film3d } from "./film3d.js";
 export { drawOrbit } from "./orbit.js";
+export { begin } from "./plot.js";
 export { readings } from "./readings.js";
+export { shortcuts } from "./shortcuts.js";
 export { drawSpectrum, Waterfall } from "./spectrum.js";
 export { drawTraces } from "./traces.js";

@@ -2,7 +2,9 @@
 import { axes, begin, line } from "./plot.js";
 
 export function drawOrbit(canvas, orbit, circles, [cx, cy]) {
-  const view = begin(canvas), { g, w, h, colours } = view;
+  const view = begin(canvas);
+  if (!view) return;
+  const { g, w, h, colours } = view;
   const side = Math.min(w - 66, h - 44), box = { x: 50 + (w - 66 - side) / 2, y: 6, w: side, h: side };
   const reach = 1.12 * Math.max(...circles.map((c) => c.radius), 5, ...(orbit ? away(orbit, cx, cy) : []));
   const map = axes(view, box, [cx - reach, cx + reach], [cy - reach, cy + reach], "x [um]", "y [um]");

@@ -1,6 +1,9 @@
 // Axes, lines and colour bars on a canvas; lengths in CSS pixels.
 import { css, cividis, theme } from "./colours.js";
 
+const LEAST = { w: 140, h: 80 }; // CSS pixels that axes and labels take
+
+// What a view draws with, or null on a canvas that is too small to draw on.
 export function begin(canvas) {
   const scale = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
   if (canvas.width !== Math.round(w * scale) || canvas.height !== Math.round(h * scale)) {
@@ -11,7 +14,7 @@ export function begin(canvas) {
   g.setTransform(scale, 0, 0, scale, 0, 0);
   g.clearRect(0, 0, w, h);
   g.font = "11px system-ui, sans-serif";
-  return { g, w, h, colours: theme() };
+  return w < LEAST.w || h < LEAST.h ? null : { g, w, h, colours: theme() };
 }
 
 export function ticks(low, high, most) {

@@ -6,7 +6,7 @@ export function readings(frame, rig) {
   add("real-time factor", status.factor.toFixed(2));
   if (!now) return found;
   add("speed", `${now.speed.toFixed(0)} rpm`);
-  add("swing x, y", `${now.swing[0].toFixed(1)}, ${now.swing[1].toFixed(1)} um 0-pk`);
+  add("swing x, y", now.no_swing || `${now.swing[0].toFixed(1)}, ${now.swing[1].toFixed(1)} um 0-pk`);
   if (rig.clearance) {
     add("pressure", `${now.pressure.toFixed(3)} MPa`);
     add("least film", `${now.h_min.toFixed(1)} um`, now.h_min < 2);
@@ -14,17 +14,20 @@ export function readings(frame, rig) {
     add("air", `${now.mass_flow.toFixed(3)} g/s`);
   }
   add("last hit", ringdown(status.reading));
-  add("eigenvalue", modes(status.modes), status.modes[1].some((z) => z < 0));
+  const { modes } = status;
+  add(modes.open ? "eigenvalue without controller" : "eigenvalue", eigenvalue(modes), !modes.why && modes.zeta.some((z) => z < 0));
+  if (status.checking) add("controller", `${status.checking} is being checked`);
   if (status.stopped) add("stopped", status.stopped, true);
   return found;
 }
 
-function ringdown([axis, frequency, zeta, why]) {
-  if (!axis) return "not yet";
-  return why ? `${axis}: ${why}` : `${axis}: ${frequency.toFixed(1)} Hz, zeta ${zeta.toFixed(3)}`;
+function ringdown({ axis, frequency, frequency_scatter, zeta, zeta_scatter, why }) {
+  if (why) return why;
+  return `${axis}: ${frequency.toFixed(1)} ± ${frequency_scatter.toFixed(1)} Hz, zeta ${zeta.toFixed(4)} ± ${zeta_scatter.toFixed(4)}`;
 }
 
-function modes([frequency, zeta, why]) {
+function eigenvalue({ frequency, zeta, speed, pressure, why }) {
   if (why) return why;
-  return frequency.map((f, i) => `${"xy"[i]}: ${f.toFixed(1)} Hz, zeta ${zeta[i].toFixed(3)}`).join("; ") || "...";
+  const point = pressure === undefined ? `${speed} rpm` : `${speed} rpm, ${pressure.toFixed(2)} MPa`;
+  return `${frequency.map((f, i) => `${"xy"[i]}: ${f.toFixed(1)} Hz, zeta ${zeta[i].toFixed(3)}`).join("; ")} at ${point}`;
 }

@@ -5,7 +5,9 @@ const SECONDS = 0.5;
 const ranges = { disc: new Range(4), reference: new Range(0.5), pin: new Range(2) };
 
 export function drawTraces(canvas, trace) {
-  const view = begin(canvas), { g, w, h, colours } = view;
+  const view = begin(canvas);
+  if (!view) return;
+  const { g, w, h, colours } = view;
   const shown = Math.max(SECONDS, trace.seconds);
   const pins = Object.keys(trace).filter((name) => name.startsWith("pin_"));
   const rows = [["disc", ["x", "y"], "disc [um]"]];

@@ -1,1 +1,1 @@
-"""What figures show, computed: pure functions of records and arrays that know no plot library."""
+"""Computations behind the figures: pure functions of records and arrays, without a plotting library."""

@@ -1,4 +1,4 @@
-r"""Free vibration: logarithmic decrement and damped frequency from the extremes of a ring-down.
+r"""Logarithmic decrement and damped frequency of a ring-down, from its extrema.
 
 .. math:: d(t) = a e^{-\sigma t} \cos(\omega_d t + \varphi), \qquad \delta = 2 \pi \sigma / \omega_d,
           \qquad \zeta = \delta / \sqrt{4 \pi^2 + \delta^2}

@@ -1,4 +1,4 @@
-"""Speed of a coast-down and its slope."""
+"""Speed and deceleration of a coast-down."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.report.compute.missing import need
-from rotorsim.report.envelope import envelopes
+from rotorsim.report.figures.envelope import envelopes
 
 BINS = 200
 

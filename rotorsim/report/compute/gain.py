@@ -1,4 +1,4 @@
-r"""Static gain from the rests of a staircase: a straight line per input, and what departs from it.
+r"""Static gain from the rest positions of a staircase: linear fit per input and deviations.
 
 .. math:: d_i = d_{i0} + G_{ij} r_j
 

@@ -1,4 +1,4 @@
-"""Stretches of constant reference: where they are and where the disc and the pins come to rest in them."""
+"""Stretches of constant reference in a record, and the rest positions of disc and pins in them."""
 
 from __future__ import annotations
 

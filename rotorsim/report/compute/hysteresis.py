@@ -1,4 +1,4 @@
-"""Hysteresis loops of the actuators: pin positions over the reference that drives them."""
+"""Hysteresis loops of the actuators: pin position over reference."""
 
 from __future__ import annotations
 

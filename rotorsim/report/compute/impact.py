@@ -1,4 +1,4 @@
-"""Impacts: frequency response of the disc to the force, and the ring-down after the strongest pulse along each axis."""
+"""Impact tests: frequency response of the disc to the force, and ring-down of each axis."""
 
 from __future__ import annotations
 

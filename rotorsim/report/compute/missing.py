@@ -1,4 +1,4 @@
-"""Why a figure cannot be made of a record."""
+"""Exception with the reason why a record does not allow a figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of any origin under the names that the analyses use: `angle`, `speed`, `pressure`.
+"""Preparation of records: `angle`, `speed` and `pressure` under common names.
 
 A measured record may have them under `..._measured` only, or not at all. What is not there is put in as zero, which
 costs no memory, and named in the attribute `assumed`; a speed that follows from the angle is differentiated where it

@@ -1,4 +1,4 @@
-"""Impacts: pulses of the force on the disc, and the motion after each without what the turning shaft does anyway."""
+"""Detection of impacts, and the response to each without the steady motion."""
 
 from __future__ import annotations
 

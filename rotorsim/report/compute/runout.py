@@ -1,4 +1,4 @@
-r"""Runout: what displacement sensors show of a shaft that turns too slowly to vibrate.
+r"""Runout over the shaft angle from displacement sensors at slow roll.
 
 .. math:: d(\alpha) = d_0 + \sum_n \Re\{R_n e^{i n \alpha}\}
 

@@ -1,4 +1,4 @@
-"""Overlapping segments of a record of any length, read in blocks, and power spectra summed over them."""
+"""Overlapping segments of a record, read in blocks, and their windowed Fourier transforms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the displacement sensors add to the truth: offset, noise and spectrum of measured less true displacement."""
+"""Sensor errors: offset, noise and spectrum of measured minus true displacement."""
 
 from __future__ import annotations
 

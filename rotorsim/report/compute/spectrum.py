@@ -1,4 +1,4 @@
-"""Averaged spectra of a steady motion: of x and y, and of x + i y, which tells forward from backward whirl."""
+"""Averaged spectra of a steady motion: x and y, and full spectrum of x + i y (forward and backward whirl)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which short stretch of a long record is worth a look at every sample."""
+"""Selection of a short stretch of a long record to plot with every sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Frequency response of the disc to what drives it: the H1 estimate from averaged spectra.
+r"""Frequency response of the disc to its inputs: H1 estimate and coherence from averaged spectra.
 
 .. math:: H_1 = S_{yu} S_{uu}^{-1}, \qquad
           \gamma_i^2 = \frac{(S_{yu} S_{uu}^{-1} S_{uy})_{ii}}{S_{y_i y_i}}

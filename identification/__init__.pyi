@@ -1,0 +1,40 @@
+from .errors import (
+    ModelError as ModelError,
+    ReadError as ReadError,
+    SchemaError as SchemaError,
+    UnfitError as UnfitError,
+)
+from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
+from .local.identify import identify as identify
+from .local.models import LinearModel as LinearModel, load_model as load_model
+from .local.result import Identification as Identification
+from .lpv.coherent import coherent_basis as coherent_basis
+from .lpv.fit import fit_lpv as fit_lpv
+from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
+from .lpv.refine_frequency import distance as distance
+from .readers import columns as columns, load as load, read as read
+from .records.arrays import from_arrays as from_arrays
+from .records.examination import Channel as Channel, Examination as Examination, examine as examine
+from .records.folder import (
+    Source as Source,
+    files_of as files_of,
+    open_pair as open_pair,
+    pair as pair,
+    survey as survey,
+)
+from .records.frf import FrequencyResponse as FrequencyResponse, frequency_response as frequency_response
+from .records.mapping import Mapping as Mapping, load_mapping as load_mapping
+from .records.prefilter import Prefilter as Prefilter, Signals as Signals, filtered as filtered, runout_of as runout_of
+from .records.runout import Runout as Runout, estimate_runout as estimate_runout, on_angle as on_angle
+from .records.sampling import sampling_time as sampling_time
+from .records.schema import (
+    AXES as AXES,
+    VARIABLES as VARIABLES,
+    Variable as Variable,
+    make_record as make_record,
+    require as require,
+    validate as validate,
+)
+from .records.template import mapping_template as mapping_template
+from .records.vectors import VECTORS as VECTORS, make_vectors as make_vectors
+from .writers import save as save

@@ -1,0 +1,1 @@
+"""Local models at one operating point: structures, fit, residual tests, confidence."""

@@ -1,0 +1,256 @@
+r"""Output-error and prediction-error fits by Levenberg and Marquardt with exact sensitivities.
+
+.. math:: \min_{\theta, x_0, c} \sum_k \| y_k - \hat y_k(\theta, x_0) - c\,\phi_k \|^2
+
+The output-error model simulates; the prediction-error model (thesis, eqs. C.6 and C.14) corrects its state by
+K (y - y^) at every sample. Regressors phi that are linear (offsets, harmonics of the shaft angle) are projected out, so
+their coefficients c never enter the iteration. Source: Ljung, System Identification (1999), sections 7.2, 10.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from identification.local.discretise import sampled, sampled_with_derivatives
+from identification.local.greybox import Structure
+from identification.local.simulation import normal_matrices, respond_with_sensitivities
+
+ITERATIONS, TOLERANCE = 60, 1e-9
+"""Most steps; end of the iteration."""
+MOST_DAMPING = 1e8
+REACH = 0.5
+"""Largest relative change of a positive parameter in one step."""
+Sampled = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+class Parametrised(Protocol):
+    """A sampled model F, G, H, E of parameters theta, with its derivatives."""
+
+    def sampled(self, theta: np.ndarray) -> Sampled:
+        """F (n, n), G (n, m), H (p, n), E (p, m)."""
+
+    def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of [F G], (n, n + m, q), and of [H E], (p, n + m, q)."""
+
+    def admissible(self, theta: np.ndarray) -> bool:
+        """Whether the parameters make sense."""
+
+    def directions(self, theta: np.ndarray) -> np.ndarray | None:
+        """Orthonormal directions (q, d) that change the model, of redundant parameters; None if all of them do."""
+
+    def share(self, theta: np.ndarray, step: np.ndarray) -> float:
+        """Share of a step that may be taken at once, 1 if all of it."""
+
+
+@dataclass(frozen=True)
+class GreyBox:
+    """A continuous structure, sampled with period Ts [s] behind a hold of order zero or first."""
+
+    structure: Structure
+    Ts: float
+    hold: str = "zero"
+
+    def sampled(self, theta: np.ndarray) -> Sampled:
+        """F, G, H, E; raises no error."""
+        A, B, C, D = self.structure.matrices(theta)
+        FG = sampled(A, B, self.Ts, self.hold)
+        n = len(A)
+        E = np.zeros((len(C), FG.shape[1] - n))
+        E[:, : D.shape[1]] = D
+        return np.ascontiguousarray(FG[:, :n]), np.ascontiguousarray(FG[:, n:]), C, E
+
+    def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of [F G] and [H E]; outputs do not depend on the parameters."""
+        A, B, C, _ = self.structure.matrices(theta)
+        _, dF = sampled_with_derivatives(A, B, *self.structure.derivatives(theta), self.Ts, self.hold)
+        return dF, np.zeros((len(C), *dF.shape[1:]))
+
+    def admissible(self, theta: np.ndarray) -> bool:
+        """Whether positive parameters are positive."""
+        return self.structure.admissible(theta)
+
+    def directions(self, theta: np.ndarray) -> None:
+        """None: no parameter is redundant."""
+
+    def share(self, theta: np.ndarray, step: np.ndarray) -> float:
+        """So much that no positive parameter changes by more than REACH: their effect fades as they grow."""
+        at = self.structure.positive_places
+        return float(min(1.0, REACH / max(np.abs(step[at] / theta[at]).max(initial=0.0), 1e-300)))
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """One-step predictor of a model: F - K H with inputs (u, y); theta is the model's and then K (n, p) by rows."""
+
+    inner: Parametrised
+    n: int
+    p: int
+
+    def _split(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        cut = len(theta) - self.n * self.p
+        return theta[:cut], theta[cut:].reshape(self.n, self.p)
+
+    def sampled(self, theta: np.ndarray) -> Sampled:
+        """F - K H, [G - K E, K], H, [E, 0]."""
+        own, K = self._split(theta)
+        F, G, H, E = self.inner.sampled(own)
+        return (
+            np.ascontiguousarray(F - K @ H), np.hstack([G - K @ E, K]), H, np.hstack([E, np.zeros((self.p, self.p))])
+        )  # fmt: skip
+
+    def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By the model's own derivatives and by the elements of K."""
+        own, K = self._split(theta)
+        dF, dH = self.inner.derivatives(own)
+        _, _, H, E = self.inner.sampled(own)
+        q, width = dF.shape[2], dF.shape[1]
+        out = np.zeros((self.n, width + self.p, q + K.size))
+        out[:, :width, :q] = dF - np.einsum("np,pwq->nwq", K, dH)
+        seen = np.hstack([H, E])
+        for r in range(self.n):
+            for c in range(self.p):
+                out[r, :width, q + r * self.p + c] = -seen[c]
+                out[r, width + c, q + r * self.p + c] = 1.0
+        outputs = np.zeros((self.p, width + self.p, q + K.size))
+        outputs[:, :width, :q] = dH
+        return out, outputs
+
+    def admissible(self, theta: np.ndarray) -> bool:
+        """As the model's own parameters."""
+        return self.inner.admissible(self._split(theta)[0])
+
+    def directions(self, theta: np.ndarray) -> np.ndarray | None:
+        """The model's own, and every element of K."""
+        own, K = self._split(theta)
+        V = self.inner.directions(own)
+        return None if V is None else np.asarray(block_diag(V, np.eye(K.size)))
+
+    def share(self, theta: np.ndarray, step: np.ndarray) -> float:
+        """As the model's own parameters."""
+        return self.inner.share(self._split(theta)[0], self._split(step)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out."""
+
+    model: Parametrised
+    w: np.ndarray
+    y: np.ndarray
+    Q: np.ndarray
+
+    def project(self, values: np.ndarray) -> np.ndarray:
+        """What is orthogonal to the regressors, of values (n, ...)."""
+        flat = values.reshape(len(values), -1)
+        return np.asarray((flat - self.Q @ (self.Q.T @ flat)).reshape(values.shape))
+
+    def states(self, theta: np.ndarray) -> int:
+        """Number of states."""
+        return len(self.model.sampled(theta)[0])
+
+    def _sensitive(self, theta: np.ndarray, V: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+        """Matrices and derivatives by theta, or along the directions V, and by x0, as the kernels take them."""
+        F, G, H, E = self.model.sampled(theta)
+        dF, dH = self.model.derivatives(theta) if V is None else (d @ V for d in self.model.derivatives(theta))
+        q, n = dF.shape[2], len(F)
+        more = ((0, 0), (0, 0), (0, n))
+        return F, G, H, E, np.pad(dF, more), np.pad(dH, more), np.hstack([np.zeros((n, q)), np.eye(n)])
+
+    def residual(self, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual (n, p) = y - y^ and its negative derivative (n, p, q + n_x) by theta and x0."""
+        F, G, H, E, dF, dH, dx0 = self._sensitive(theta)
+        y, J = respond_with_sensitivities(F, G, H, E, dF, dH, x0, dx0, self.w)
+        return self.project(self.y - y), self.project(J)
+
+    def normal_equations(
+        self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """J'J, J'r and r'r of `residual`, without its arrays; infinite cost where the simulation overflows.
+
+        J is by the parameters or along directions V (q, d) of them.
+        """
+        F, G, H, E, dF, dH, dx0 = self._sensitive(theta, V)
+        N, g, QJ, Qr, cost = normal_matrices(F, G, H, E, dF, dH, x0, dx0, self.w, self.y, self.Q)
+        for axis in range(self.y.shape[1]):
+            N -= QJ[axis].T @ QJ[axis]
+            g -= QJ[axis].T @ Qr[axis]
+            cost -= float(Qr[axis] @ Qr[axis])
+        return N, g, cost if np.isfinite(cost) else np.inf
+
+    def usable(self, theta: np.ndarray) -> bool:
+        """Whether the parameters make sense and the simulation does not grow beyond bounds."""
+        if not self.model.admissible(theta):
+            return False
+        F = self.model.sampled(theta)[0]
+        return bool(np.all(np.isfinite(F)) and np.abs(np.linalg.eigvals(F)).max() < 1 + 1 / len(self.w))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where the iteration ended: parameters (q,), state (n,), normal matrix (d + n, d + n), cost, history.
+
+    d is q but for redundant parameters: then it is the number of directions that change the model.
+    """
+
+    theta: np.ndarray
+    x0: np.ndarray
+    N: np.ndarray
+    cost: float
+    iterations: int
+    converged: bool
+
+
+def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Fit:
+    """Fit from the start `theta`; the state starts at zero.
+
+    Parameters
+    ----------
+    problem : Problem
+        Model and data.
+    theta : ndarray, shape (q,)
+        Start, usable: stable and admissible.
+    iterations : int
+        Most steps.
+    tolerance : float
+        Stops when a step promises less than this share of the cost.
+
+    Returns
+    -------
+    Fit
+        The best point reached; `converged` says whether the last step was negligible.
+    """
+    x0, damping, converged, number = np.zeros(problem.states(theta)), 1e-3, False, 0
+    V = problem.model.directions(theta)
+    N, g, cost = problem.normal_equations(theta, x0, V)
+    while number < iterations and not converged:
+        number += 1
+        while damping < MOST_DAMPING:
+            step, promised = _step(N, g, damping)
+            converged = promised < tolerance * cost
+            move, start = step[: -len(x0)], step[-len(x0) :]
+            move = move if V is None else V @ move
+            share = problem.model.share(theta, move)
+            trial, state = theta + share * move, x0 + share * start
+            wanted = not converged and problem.usable(trial)
+            ahead = problem.model.directions(trial) if wanted else None
+            found = problem.normal_equations(trial, state, ahead) if wanted else None
+            if converged or (found is not None and found[2] < cost):
+                break
+            damping = max(damping, 1e-9) * 8
+        if converged or found is None or not found[2] < cost:
+            break
+        damping = max(damping / 10, 1e-12) if cost - found[2] > 0.25 * promised else damping
+        theta, x0, V, (N, g, cost) = trial, state, ahead, found
+    return Fit(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
+
+
+def _step(N: np.ndarray, g: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+    """Damped step and the fall of the cost that it promises."""
+    scale = np.sqrt(np.maximum(np.diag(N), 1e-300))
+    M, s = N / np.outer(scale, scale), g / scale
+    step = np.linalg.solve(M + damping * np.eye(len(M)), s)
+    return step / scale, float(2 * step @ s - step @ M @ step)

@@ -1,0 +1,179 @@
+r"""Linear state-space models: modes, frequency response, discretisation, JSON files.
+
+.. math:: \dot x = A x + B u,\; y = C x + D u \quad (T_s = 0), \qquad x_{k+1} = A x_k + B u_k \quad (T_s > 0)
+
+Inputs are references [V], outputs displacements [m] from the operating point, time in s. A continuous model meets
+sampled references through a zero-order hold, which is what a digital controller applies.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.linalg import expm
+
+from identification.errors import ModelError
+from identification.local.simulation import respond
+from rotorsim.base.files import write_json
+from rotorsim.base.own_files import instead
+from rotorsim.base.rounding import decays, unstable_poles
+
+if TYPE_CHECKING:
+    from identification.lpv.model import LpvModel
+
+OSCILLATING = 0.9
+"""A pole pair counts as a mode below this damping ratio."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """State-space model about an operating point.
+
+    A (n, n), B (n, m), C (p, n), D (p, m) in SI units; Ts [s], 0 for continuous time; `speed` [rad/s] and `pressure`
+    [Pa, gauge] of the operating point, NaN where unknown; `extrapolated` marks a model of an `LpvModel` outside the
+    operating points it was made from.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    Ts: float = 0.0
+    inputs: tuple[str, ...] = ("reference_x", "reference_y")
+    outputs: tuple[str, ...] = ("disc_x", "disc_y")
+    speed: float = float("nan")
+    pressure: float = float("nan")
+    extrapolated: bool = False
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.A)
+
+    @property
+    def poles(self) -> np.ndarray:
+        """Poles (n,) [rad/s], of continuous time; those of a sampled model by the logarithm."""
+        values = np.linalg.eigvals(self.A)
+        return np.log(values.astype(complex)) / self.Ts if self.Ts else values
+
+    @property
+    def _modes(self) -> np.ndarray:
+        poles = self.poles
+        chosen = poles[(poles.imag > 0) & (-poles.real < OSCILLATING * np.abs(poles))]
+        if self.Ts:
+            chosen = chosen[chosen.imag < 0.999 * np.pi / self.Ts]
+        return chosen[np.argsort(np.abs(chosen))]
+
+    @property
+    def wn(self) -> np.ndarray:
+        """Natural frequencies of the oscillating modes [rad/s], ascending."""
+        return np.abs(self._modes)
+
+    @property
+    def zeta(self) -> np.ndarray:
+        """Damping ratios of the same modes."""
+        return -self._modes.real / np.abs(self._modes)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole decays, by more than rounding."""
+        return decays(np.linalg.eigvals(self.A)) if self.Ts else unstable_poles(self.A) == 0
+
+    @property
+    def static_gain(self) -> np.ndarray:
+        """Outputs per constant input (p, m)."""
+        left = np.eye(self.order) - self.A if self.Ts else -self.A
+        return np.asarray(self.C @ np.linalg.solve(left, self.B) + self.D)
+
+    def transfer(self, omega: Any) -> np.ndarray:
+        """Frequency response (f, p, m) at frequencies omega (f,) [rad/s]."""
+        omega = np.atleast_1d(np.asarray(omega, float))
+        s = np.exp(1j * omega * self.Ts) if self.Ts else 1j * omega
+        resolvent = np.linalg.solve(
+            s[:, None, None] * np.eye(self.order) - self.A, np.broadcast_to(self.B, (len(s), *self.B.shape))
+        )
+        return np.asarray(self.C @ resolvent + self.D)
+
+    def discrete(self, Ts: float) -> LinearModel:
+        """The same model behind a zero-order hold of period Ts [s]; raises ModelError if it has another period."""
+        if self.Ts:
+            if abs(self.Ts / Ts - 1) > 1e-6:
+                raise ModelError(f"model: is sampled at {self.Ts:g} s and not at {Ts:g} s; identify it from such data")
+            return self
+        n, m = self.B.shape
+        block = np.zeros((n + m, n + m))
+        block[:n] = np.hstack([self.A, self.B]) * Ts
+        held = expm(block)
+        return replace(self, A=held[:n, :n], B=held[:n, n:], Ts=Ts)
+
+    def simulate(self, u: Any, Ts: float, x0: Any = None) -> np.ndarray:
+        """Outputs (n, p) of inputs u (n, m) that are held for Ts [s], from the state x0."""
+        model = self.discrete(Ts)
+        start = np.zeros(self.order) if x0 is None else np.asarray(x0, float)
+        return respond(model.A, model.B, model.C, model.D, start, np.ascontiguousarray(u, float))
+
+    def to_control(self) -> Any:
+        """The model as control.StateSpace; raises ModelError where the package `control` is missing."""
+        control = control_package()
+        return control.ss(self.A, self.B, self.C, self.D, self.Ts, inputs=list(self.inputs), outputs=list(self.outputs))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists for JSON."""
+        return {"kind": "linear", **{key: plain(value) for key, value in asdict(self).items()}}
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as JSON."""
+        write_json(path, self.to_dict())
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> LinearModel:
+        """The model of `to_dict`."""
+        values = {field.name: data[field.name] for field in fields(cls) if field.name in data}
+        for name in "ABCD":
+            values[name] = np.atleast_2d(np.asarray(values[name], float))
+        for name in ("speed", "pressure"):
+            values[name] = float("nan") if values.get(name) is None else float(values[name])
+        return cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
+
+
+def control_package() -> Any:
+    """The package `control`; raises ModelError with the way out where it is missing."""
+    try:
+        import control
+    except ImportError as error:
+        raise ModelError("model: no package 'control' to convert to; pip install control") from error
+    return control
+
+
+def plain(value: Any) -> Any:
+    """Arrays as lists, numbers as Python's, NaN as None."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def load_model(path: str | Path) -> LinearModel | LpvModel:
+    """Model of a JSON file that `save` or `rotorsim identify` wrote; raises ModelError for any other file."""
+    from identification.lpv.model import LpvModel
+
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        kind = data["kind"]
+        return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: is not there; give a file that 'rotorsim identify' wrote") from error
+    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError, KeyError, ValueError, TypeError) as error:
+        plain = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+        reason = instead(path, "a model", "a model of 'rotorsim identify'") or f"is not a model ({plain})"
+        raise ModelError(f"{path}: {reason}; give a JSON file that 'rotorsim identify' wrote") from error

@@ -1,0 +1,80 @@
+"""Identification result: model, parameters with standard deviations, fits, residual tests, remarks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from identification.local.models import LinearModel
+from identification.local.residuals import ResidualTests
+
+SIGNIFICANT = 2.0
+"""A parameter counts as significant from so many standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """Result of `identify`.
+
+    kind '1', '2', '3', 'actuator' or 'blackbox'; parameters by name as (value, sd) in SI; covariance (q, q) of `theta`;
+    fit, ceiling and noise_free_fit (2,) as shares of one; wn [rad/s], zeta (2,) and their standard deviations; gain
+    (2, 2) [m/V]; delay (2,) [s]; speed [rad/s], pressure [Pa]; seconds it took.
+    """
+
+    kind: str
+    method: str
+    model: LinearModel
+    parameters: dict[str, tuple[float, float]]
+    theta: np.ndarray
+    covariance: np.ndarray
+    fit: np.ndarray
+    ceiling: np.ndarray
+    noise_free_fit: np.ndarray | None
+    wn: np.ndarray
+    zeta: np.ndarray
+    wn_sd: np.ndarray
+    zeta_sd: np.ndarray
+    static_gain: np.ndarray
+    static_gain_sd: np.ndarray
+    delay: np.ndarray
+    delay_sd: np.ndarray
+    residuals: ResidualTests
+    rms_residual: np.ndarray
+    speed: float
+    pressure: float
+    iterations: int
+    converged: bool
+    seconds: float
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    information: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def insignificant(self) -> tuple[str, ...]:
+        """Parameters within two standard deviations of zero."""
+        return tuple(name for name, (value, sd) in self.parameters.items() if abs(value) < SIGNIFICANT * sd)
+
+    def report(self) -> str:
+        """The findings as a text that a person can read."""
+        lines = [f"{self.model_name}, {self.method}, {self.iterations} iterations, {self.seconds:.2f} s"]
+        lines.append(f"fit      {_percent(self.fit)}   noise ceiling {_percent(self.ceiling)}")
+        if self.noise_free_fit is not None:
+            lines.append(f"noise-free fit {_percent(self.noise_free_fit)}")
+        for k, (w, z) in enumerate(zip(self.wn, self.zeta, strict=True)):
+            lines.append(f"mode {k + 1}   {w / 2 / np.pi:.3f} +- {self.wn_sd[k] / 2 / np.pi:.3f} Hz, "
+                         f"zeta {z:.5f} +- {self.zeta_sd[k]:.5f}")  # fmt: skip
+        lines += [f"{name:8s} {value: .6g} +- {sd:.2g}" for name, (value, sd) in self.parameters.items()]
+        white = "white" if self.residuals.white else f"not white ({_percent(self.residuals.outside)} outside the band)"
+        free = "independent of" if self.residuals.independent else "correlated with"
+        lines.append(f"residuals {white}, {free} the inputs")
+        return "\n".join([*lines, *(f"note: {text}" for text in self.notes), *(f"warning: {t}" for t in self.warnings)])
+
+    @property
+    def model_name(self) -> str:
+        """Name for people."""
+        return f"Model {self.kind}" if self.kind.isdigit() else f"{self.kind}, order {self.model.order}"
+
+
+def _percent(values: np.ndarray) -> str:
+    return ", ".join(f"{100 * value:.2f}" for value in values) + " %"

@@ -1,0 +1,174 @@
+r"""Simulation of sampled linear models with exact parameter sensitivities, in one pass over the record.
+
+.. math:: x_{k+1} = F x_k + G w_k,\; y_k = H x_k + E w_k, \qquad
+          s^i_{k+1} = F s^i_k + F_i x_k + G_i w_k,\; \partial y_k/\partial\theta_i = H s^i_k + H_i x_k + E_i w_k
+
+The derivatives F_i, G_i are those of the sampled matrices, so the sensitivities are exact for the sampled model. All
+parameters of a state are neighbours in memory, which lets the loops over them vectorise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+FAST = {"contract", "reassoc"}
+"""Reordering of sums; NaN and infinity keep their meaning."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond(F: np.ndarray, G: np.ndarray, H: np.ndarray, E: np.ndarray, x0: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Outputs (n, p) of inputs w (n, m) from the state x0."""
+    n, m, p = F.shape[0], w.shape[1], H.shape[0]
+    x, following, y = x0.copy(), np.empty(n), np.empty((w.shape[0], p))
+    for k in range(w.shape[0]):
+        for r in range(p):
+            value = 0.0
+            for c in range(n):
+                value += H[r, c] * x[c]
+            for c in range(m):
+                value += E[r, c] * w[k, c]
+            y[k, r] = value
+        for r in range(n):
+            value = 0.0
+            for c in range(n):
+                value += F[r, c] * x[c]
+            for c in range(m):
+                value += G[r, c] * w[k, c]
+            following[r] = value
+        x, following = following, x
+    return y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _begin(x0: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """State and inputs in a row, (n + m,)."""
+    z = np.empty(len(x0) + w.shape[1])
+    z[: len(x0)] = x0
+    return z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _used(d: np.ndarray) -> np.ndarray:
+    """Which elements (rows, columns) have a derivative by any parameter: the others cost nothing."""
+    used = np.zeros(d.shape[:2], np.bool_)
+    for r in range(d.shape[0]):
+        for c in range(d.shape[1]):
+            used[r, c] = np.any(d[r, c] != 0)
+    return used
+
+
+@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _value(row: np.ndarray, through: np.ndarray, z: np.ndarray) -> float:
+    """[row through] z."""
+    value, n = 0.0, len(row)
+    for c in range(n):
+        value += row[c] * z[c]
+    for c in range(len(through)):
+        value += through[c] * z[n + c]
+    return value
+
+
+@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _slope(row: np.ndarray, d: np.ndarray, used: np.ndarray, S: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
+    """Write the derivatives (q,) of `_value` into `out`; S (n, q) are those of the state."""
+    q = out.shape[0]
+    out[:] = 0.0
+    for c in range(len(row)):
+        if row[c] != 0:
+            for i in range(q):
+                out[i] += row[c] * S[c, i]
+    for c in range(len(z)):
+        if used[c]:
+            for i in range(q):
+                out[i] += d[c, i] * z[c]
+
+
+@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _advance(
+    F: np.ndarray,
+    G: np.ndarray,
+    dF: np.ndarray,
+    used: np.ndarray,
+    S: np.ndarray,
+    T: np.ndarray,
+    z: np.ndarray,
+    x: np.ndarray,
+) -> None:
+    """Take the state in z one sample on; its derivatives follow in T, x (n,) is room."""
+    n = F.shape[0]
+    for r in range(n):
+        x[r] = _value(F[r], G[r], z)
+        _slope(F[r], dF[r], used[r], S, z, T[r])
+    z[:n] = x
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def respond_with_sensitivities(
+    F: np.ndarray,
+    G: np.ndarray,
+    H: np.ndarray,
+    E: np.ndarray,
+    dF: np.ndarray,
+    dH: np.ndarray,
+    x0: np.ndarray,
+    dx0: np.ndarray,
+    w: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Outputs (n, p) and their derivatives (n, p, q).
+
+    dF (n, n + m, q) and dH (p, n + m, q) hold the derivatives of [F G] and [H E]; dx0 (n, q) that of the state x0.
+    """
+    n, p, q, samples = F.shape[0], H.shape[0], dx0.shape[1], w.shape[0]
+    z, x, S, T = _begin(x0, w), np.empty(n), dx0.copy(), np.empty((n, q))
+    y, J = np.empty((samples, p)), np.empty((samples, p, q))
+    used_F, used_H = _used(dF), _used(dH)
+    for k in range(samples):
+        z[n:] = w[k]
+        for r in range(p):
+            y[k, r] = _value(H[r], E[r], z)
+            _slope(H[r], dH[r], used_H[r], S, z, J[k, r])
+        _advance(F, G, dF, used_F, S, T, z, x)
+        S, T = T, S
+    return y, J
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def normal_matrices(
+    F: np.ndarray,
+    G: np.ndarray,
+    H: np.ndarray,
+    E: np.ndarray,
+    dF: np.ndarray,
+    dH: np.ndarray,
+    x0: np.ndarray,
+    dx0: np.ndarray,
+    w: np.ndarray,
+    y: np.ndarray,
+    Q: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    """J'J (q, q), J'r (q,), Q'J (p, h, q), Q'r (p, h), r'r of r = y - y^ and J as in `respond_with_sensitivities`.
+
+    Q (n, h) are regressors. Nothing of the record's length is stored.
+    """
+    n, p, q, samples, h = F.shape[0], H.shape[0], dx0.shape[1], w.shape[0], Q.shape[1]
+    z, x, S, T, j = _begin(x0, w), np.empty(n), dx0.copy(), np.empty((n, q)), np.empty(q)
+    N, g, QJ, Qr, cost = np.zeros((q, q)), np.zeros(q), np.zeros((p, h, q)), np.zeros((p, h)), 0.0
+    used_F, used_H = _used(dF), _used(dH)
+    for k in range(samples):
+        z[n:] = w[k]
+        for r in range(p):
+            value = y[k, r] - _value(H[r], E[r], z)
+            _slope(H[r], dH[r], used_H[r], S, z, j)
+            cost += value * value
+            for a in range(q):
+                g[a] += j[a] * value
+                for i in range(q):
+                    N[a, i] += j[a] * j[i]
+            for a in range(h):
+                Qr[r, a] += Q[k, a] * value
+                for i in range(q):
+                    QJ[r, a, i] += Q[k, a] * j[i]
+        _advance(F, G, dF, used_F, S, T, z, x)
+        S, T = T, S
+    return N, g, QJ, Qr, cost

@@ -1,0 +1,1 @@
+"""Linear parameter-varying models: surfaces over speed and pressure, their fit and refinement."""

@@ -1,0 +1,176 @@
+r"""LPV model: the parameters of a structure as surfaces over speed and pressure.
+
+.. math:: \dot x = A(q(t)) x + B(q(t)) u, \quad y = C x
+
+The rate of change of q is neglected, as in the thesis (section 2.4): valid for slow scheduling.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.errors import ModelError
+from identification.local.blackbox import FullStateSpace
+from identification.local.greybox import STRUCTURES, delays, modes, static_gain
+from identification.local.models import LinearModel, plain
+from identification.local.simulation import respond
+from identification.lpv.surfaces import Basis
+from rotorsim.base.files import write_json
+
+
+class ExtrapolationWarning(UserWarning):
+    """A model was asked for outside the operating points it was identified at."""
+
+
+@dataclass(frozen=True, eq=False)
+class LpvModel:
+    """Surfaces of parameters.
+
+    kind '1', '2', '3' or 'blackbox'; parameters: q names; coefficients (q, t) over `basis`; order of the polynomials;
+    points (k, 2) [rad/s, Pa] it was made from; low, high (2,): their range; rms_identification, rms_hold_out (q,):
+    distance of surfaces and local values, the latter at points that were left out; Ts [s] of black-box models, else 0.
+    """
+
+    kind: str
+    parameters: tuple[str, ...]
+    coefficients: np.ndarray
+    basis: Basis
+    order: int
+    points: np.ndarray
+    rms_identification: np.ndarray
+    rms_hold_out: np.ndarray
+    refined: str = "none"
+    Ts: float = 0.0
+    states: int = 0
+
+    @property
+    def low(self) -> np.ndarray:
+        """Smallest speed [rad/s] and pressure [Pa]."""
+        return np.asarray(self.points.min(axis=0))
+
+    @property
+    def high(self) -> np.ndarray:
+        """Largest speed [rad/s] and pressure [Pa]."""
+        return np.asarray(self.points.max(axis=0))
+
+    def theta(self, speed: float, pressure: float) -> np.ndarray:
+        """Parameters (q,) at an operating point."""
+        return np.asarray(self.coefficients @ self.basis.at(np.array([[speed, pressure]]))[0])
+
+    def outside(self, speed: float, pressure: float) -> bool:
+        """Whether an operating point lies beyond the range of those identified, by more than 1 % of the range."""
+        q, slack = np.array([speed, pressure]), 0.01 * (self.high - self.low) + (0.5, 500.0)
+        return bool(np.any(q < self.low - slack) or np.any(q > self.high + slack))
+
+    def at(self, speed: float, pressure: float) -> LinearModel:
+        """Frozen model at `speed` [rad/s] and gauge `pressure` [Pa]; warns and marks it where it is extrapolated."""
+        beyond = self.outside(speed, pressure)
+        if beyond:
+            (w0, p0), (w1, p1) = self.low, self.high
+            warnings.warn(
+                f"lpv: {speed:.4g} rad/s, {pressure:.4g} Pa lies outside {w0:.4g}-{w1:.4g} rad/s, {p0:.4g}-{p1:.4g} Pa;"
+                " the model is extrapolated, identify records there",
+                ExtrapolationWarning,
+                stacklevel=2,
+            )
+        A, B, C, D = self._matrices(self.theta(speed, pressure))
+        return LinearModel(A, B, C, D, self.Ts, speed=speed, pressure=pressure, extrapolated=beyond)
+
+    def _matrices(self, theta: np.ndarray) -> tuple[np.ndarray, ...]:
+        if self.kind == "blackbox":
+            return FullStateSpace(self.states, 2, 2).sampled(theta)
+        return STRUCTURES[self.kind].matrices(theta)
+
+    def derived(self, speed: float, pressure: float) -> dict[str, np.ndarray]:
+        """wn [rad/s], zeta, delay [s] (2,) and static_gain (2, 2) [m/V] at an operating point."""
+        theta = self.theta(speed, pressure)
+        if self.kind == "blackbox":
+            A, B, C, D = self._matrices(theta)
+            model = LinearModel(A, B, C, D, self.Ts)
+            return {"wn": model.wn, "zeta": model.zeta, "static_gain": model.static_gain, "delay": np.full(2, np.nan)}
+        wn, zeta = modes(theta)
+        gain, delay = static_gain(self.kind, theta), delays(self.kind, theta)
+        return {"wn": wn, "zeta": zeta, "static_gain": gain, "delay": delay}
+
+    def simulate(
+        self, reference: Any, speed: Any, pressure: Any, Ts: float, x0: Any = None, tolerance: float = 1e-3
+    ) -> np.ndarray:
+        """Outputs (n, 2) [m] of held references (n, 2) [V] while speed and pressure move.
+
+        Parameters
+        ----------
+        reference : (n, 2) [V]
+        speed, pressure : number or (n,) [rad/s], [Pa, gauge]
+        Ts : sampling time [s]
+        x0 : state at the first sample, zero by default
+        tolerance : the matrices are renewed when q has moved by this share of its range
+
+        Raises
+        ------
+        ModelError
+            If shapes do not fit or a sampled model has another period.
+        """
+        u = np.ascontiguousarray(reference, float)
+        if u.ndim != 2 or u.shape[1] != 2:
+            raise ModelError(f"lpv.simulate.reference: shape {u.shape}, expected (n, 2); give both axes")
+        try:
+            q = np.column_stack([np.broadcast_to(np.asarray(v, float), len(u)) for v in (speed, pressure)])
+        except ValueError as error:
+            raise ModelError(f"lpv.simulate: speed or pressure is no number and has not {len(u)} samples") from error
+        y = np.empty((len(u), 2))
+        x = None if x0 is None else np.asarray(x0, float)
+        for first, last in stretches((q - self.basis.middle) / self.basis.half, tolerance):
+            model = self.at(*q[(first + last) // 2]).discrete(Ts)
+            x = np.zeros(model.order) if x is None else x
+            states = respond(model.A, model.B, np.eye(model.order), np.zeros(model.B.shape), x, u[first:last])
+            y[first:last] = states @ model.C.T
+            x = model.A @ states[-1] + model.B @ u[last - 1]
+        return y
+
+    def to_control(self, speed: float, pressure: float) -> Any:
+        """Frozen model as control.StateSpace."""
+        return self.at(speed, pressure).to_control()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists for JSON."""
+        names = ("kind", "parameters", "order", "refined", "Ts", "states")
+        arrays = ("coefficients", "points", "rms_identification", "rms_hold_out")
+        data = {"kind": "lpv", "structure": self.kind, **{name: getattr(self, name) for name in names[1:]}}
+        data |= {name: getattr(self, name) for name in arrays}
+        data |= {f"basis_{name}": getattr(self.basis, name) for name in ("exponents", "middle", "half")}
+        data["scheduling"] = ["speed [rad/s]", "gauge pressure [Pa]"]
+        return {key: plain(value) for key, value in data.items()}
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as JSON."""
+        write_json(path, self.to_dict())
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> LpvModel:
+        """The model of `to_dict`."""
+        basis = Basis(*(np.array(data[f"basis_{name}"]) for name in ("exponents", "middle", "half")))
+
+        def array(name: str) -> np.ndarray:
+            return np.array(data[name], float)
+
+        return cls(
+            data["structure"], tuple(data["parameters"]), array("coefficients"), basis, int(data["order"]),
+            array("points"), array("rms_identification"), array("rms_hold_out"), data["refined"], float(data["Ts"]),
+            int(data["states"]),
+        )  # fmt: skip
+
+
+def stretches(scaled: np.ndarray, tolerance: float) -> list[tuple[int, int]]:
+    """Stretches (first, last) through which q (n, 2), scaled to [-1, 1], stays within the tolerance of its start."""
+    n, first, found = len(scaled), 0, []
+    steps = np.flatnonzero(np.any(np.diff(scaled, axis=0) != 0, axis=1)) + 1
+    for k in steps:
+        if np.abs(scaled[k] - scaled[first]).max() > 2 * tolerance:
+            found.append((first, int(k)))
+            first = int(k)
+    return [*found, (first, n)]

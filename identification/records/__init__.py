@@ -1,0 +1,1 @@
+"""Records and run-up vectors: schema, mapping, units, checks, prefilter."""

@@ -1,0 +1,147 @@
+"""Record in SI units from the columns of a file and a mapping; `validate` checks it against the schema."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identification.errors import ReadError, quote
+from identification.records.mapping import Entry, Mapping
+from identification.records.schema import AXES, VARIABLES, make_record
+from identification.records.table import Column, Header, Table
+from identification.records.units import agree, amplitude_factor, factor, quantity, sensitivity
+from identification.records.vectors import VECTORS, make_vectors
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RATE = 1e-3
+"""Largest relative difference between a stated sample rate and the file's own clock."""
+
+
+def assemble(table: Table, mapping: Mapping) -> xr.Dataset:
+    """Record, or run-up vectors, from the columns that a mapping names; raises ReadError with one sentence."""
+    record = _vectors(table, mapping) if mapping.vectors else _series(table, mapping)
+    for name, attrs in (table.header or Header()).variables.items():
+        if name in record:
+            record[name].attrs.update(attrs)
+    return record
+
+
+def used(mapping: Mapping) -> list[Entry]:
+    """All entries of a mapping."""
+    single = [entry for entry in (mapping.time, mapping.speed) if entry]
+    return [*single, *mapping.channels.values(), *mapping.vectors.values()]
+
+
+def _series(table: Table, mapping: Mapping) -> xr.Dataset:
+    groups: dict[str, dict[str, np.ndarray]] = {}
+    for (name, label), entry in mapping.channels.items():
+        groups.setdefault(name, {})[label] = values(table, entry, VARIABLES[name].units)
+    n = max(column.size for parts in groups.values() for column in parts.values())
+    time = _time(table, mapping, n)
+    arrays = {name: _joined(name, parts, time.size) for name, parts in groups.items()}
+    arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
+    record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays})
+    if "pin" in groups:
+        record = record.assign_coords(injector=sorted(map(int, groups["pin"])))
+    return record
+
+
+def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
+    """The columns of one variable side by side, (n,) or (n, dim); a single value of a plain one holds throughout."""
+    dims = VARIABLES[name].dims
+    if not dims and parts[""].size == 1:
+        return np.full(n, parts[""][0])
+    for label, column in parts.items():
+        if column.size != n:
+            place = f"{name}_{label}".strip("_")
+            raise ReadError(f"{place}: {column.size} samples but {n} times; take columns of one length")
+    if not dims:
+        return parts[""]
+    labels = list(AXES) if dims == ("axis",) else sorted(parts, key=_number)
+    missing = [label for label in labels if label not in parts]
+    if missing:
+        raise ReadError(f"{name}: only {', '.join(parts)} and no {missing[0]}; name or map the other column too")
+    unknown = [label for label in parts if label not in labels]
+    if unknown:
+        raise ReadError(f"{name}: unknown axis {quote(unknown[0])}; write x or y")
+    return np.column_stack([parts[label] for label in labels])
+
+
+def _number(label: str) -> int:
+    if not (label.isascii() and label.isdecimal() and 1 <= len(label) <= 4):
+        raise ReadError(f"pin: {quote(label)} is not the number of an injector; write e.g. [channels.pin.1]")
+    return int(label)
+
+
+def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
+    """Time of the samples [s] from a column, the file's clock or the sample rate."""
+    time = values(table, mapping.time, "s") if mapping.time else table.time
+    if time is None:
+        if mapping.sample_rate is None:
+            raise ReadError(
+                "no time; a mapping needs [time] with a column or a sample_rate, else a column must be named 'time'"
+            )
+        return np.arange(n) / mapping.sample_rate
+    if mapping.sample_rate is not None and time.size > 1:
+        found = 1 / np.median(np.diff(time))
+        if not abs(found / mapping.sample_rate - 1) < RATE:
+            raise ReadError(
+                f"time.sample_rate: {mapping.sample_rate:.6g} Hz, but the file's time says {found:.6g} Hz; drop one"
+            )
+    return time
+
+
+def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
+    assert mapping.speed is not None
+    speed = values(table, mapping.speed, "rad/s")
+    orders = sorted({order for _, order, _ in mapping.vectors})
+    arrays = {name: np.empty((speed.size, len(orders), len(AXES))) for name in VECTORS}
+    for name, known in VECTORS.items():
+        for i, order in enumerate(orders):
+            for j, axis in enumerate(AXES):
+                entry = mapping.vectors.get((name, order, axis))
+                if entry is None:
+                    raise ReadError(f"{name} of {order}X: no axis {axis}; name or map its column too")
+                column = values(table, entry, known.units)
+                if column.size != speed.size:
+                    raise ReadError(f"{entry.path}: {column.size} rows but {speed.size} speeds; take one table")
+                arrays[name][:, i, j] = column
+    return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders)
+
+
+def values(table: Table, entry: Entry, si: str) -> np.ndarray:
+    """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
+    try:
+        column = table.find(entry.column)
+        scale = entry.factor * _factor(column, entry, si)
+        result = column.values if scale == 1 else column.values * scale
+        return result + quantity(entry.offset, si) if entry.offset is not None else result
+    except ReadError as error:
+        raise ReadError(f"{entry.path}: {error}") from error
+
+
+def _factor(column: Column, entry: Entry, si: str) -> float:
+    unit = entry.unit if entry.unit is not None else column.unit
+    if unit is None:
+        raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
+    if entry.unit and column.unit and not agree(entry.unit, column.unit):
+        raise ReadError(f"unit {quote(entry.unit)}, but the file says {quote(column.unit)}; take that and a scale")
+    if entry.sensitivity is not None:
+        return sensitivity(entry.sensitivity, unit, si)
+    if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
+        return amplitude_factor(unit)
+    return factor(unit, si)
+
+
+def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
+    """Attributes of a record: those it was written with, or where foreign data came from."""
+    if table.header is not None:
+        return dict(table.header.attrs)
+    taken = {id(table.find(entry.column)) for entry in used(mapping)}
+    left = [column.name for column in table.columns if id(column) not in taken]
+    attrs = {"source": str(path), "source_format": table.format, "source_sha256": digest}
+    attrs |= {"mapping": mapping.text} if mapping.text else {}
+    return attrs | ({"unused_columns": left} if left else {})

@@ -1,0 +1,70 @@
+"""Automatic mapping of columns with schema names, such as `disc_measured_x [um]` or `amplitude_1X_y`.
+
+A name of the schema without a unit stands for the schema's own unit. Other columns are left alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+from identification.errors import ReadError, listing
+from identification.records.mapping import Entry, Mapping
+from identification.records.schema import AXES, VARIABLES
+from identification.records.table import Column, Table
+from identification.records.vectors import VECTORS
+
+_VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
+_PIN = re.compile(r"[1-9]\d{0,3}", re.ASCII)
+
+
+def recognise(table: Table) -> Mapping:
+    """Mapping of the columns that are named like the schema; raises ReadError if a name is there twice or none is."""
+    names = Counter(key for column in table.columns if (key := meaning(column.name)))
+    twice = [" ".join(filter(None, map(str, key))) for key, count in names.items() if count > 1]
+    if twice:
+        raise ReadError(f"columns {listing(twice)} are there more than once; rename them or say which in a mapping")
+    for name, reason in table.others.items():
+        if meaning(name) or name in VARIABLES:
+            raise ReadError(f"{name!r} {reason}")
+    entries = {key: _entry(column, table) for column in table.columns if (key := meaning(column.name))}
+    vectors = {(n, int(order), axis): entries[n, order, axis] for n, order, axis in entries if n in VECTORS}
+    if vectors:
+        speed = entries.get(("speed", "", ""))
+        if not speed:
+            raise ReadError("columns of run-up vectors, but none named 'speed'; rename it or give a mapping")
+        return Mapping(speed=speed, vectors=vectors)
+    channels = {(name, label): entries[name, label, axis] for name, label, axis in entries if name != "time"}
+    if not channels:
+        columns = listing(column.name for column in table.columns)
+        raise ReadError(
+            f"no column is named like a channel ({columns}); give a mapping, 'rotorsim data mapping' drafts it"
+        )
+    return Mapping(time=entries.get(("time", "", "")), channels=channels)
+
+
+def meaning(name: str) -> tuple[str, str, str] | None:
+    """(variable, label, '') or (quantity, order, axis) of a column's name; None if it means nothing."""
+    if match := _VECTOR.fullmatch(name):
+        return match[1], match[2], match[3]
+    if name == "time" or (name in VARIABLES and not VARIABLES[name].dims):
+        return name, "", ""
+    variable, _, label = name.rpartition("_")
+    dims = VARIABLES[variable].dims if variable in VARIABLES else ()
+    if (dims == ("axis",) and label in AXES) or (dims == ("injector",) and _PIN.fullmatch(label)):
+        return variable, label, ""
+    return None
+
+
+def schema_unit(key: tuple[str, str, str]) -> str:
+    """SI unit of what a column means."""
+    known = VECTORS.get(key[0]) or VARIABLES.get(key[0])
+    return known.units if known else "s"
+
+
+def _entry(column: Column, table: Table) -> Entry:
+    key = meaning(column.name)
+    assert key is not None
+    unit = column.unit if column.unit is not None else schema_unit(key)
+    # the number, so that a name which another column has as its alias stays clear
+    return Entry(column.name, table.columns.index(column) + 1, unit)

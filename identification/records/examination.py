@@ -1,0 +1,160 @@
+"""Examination of a record: channels, faults, suspicious values, possible uses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.errors import SchemaError
+from identification.records.sampling import problems
+from identification.records.schema import named_axes, validate
+from identification.records.unit_suspicions import suspicions
+from identification.records.vectors import VECTORS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+USES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "identification": (("reference",), ("disc_measured", "disc")),
+    "runout filter": (("disc_measured", "disc"), ("angle_measured", "angle")),
+    "run-up analysis": (("disc_measured", "disc"), ("angle_measured", "angle", "speed_measured", "speed")),
+    "scheduled models": (
+        *(("reference",), ("disc_measured", "disc")),
+        *(("speed_measured", "speed"), ("pressure_measured", "pressure")),
+    ),
+}
+"""What each use needs: of every group at least one. Time it needs anyway."""
+CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
+"""Channels of sensors; commands may well rest at their limits."""
+STUCK, SHARE = 5, 0.005
+"""A channel is saturated if runs of so many samples at its extreme make up this share of the record."""
+_STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "reference", "contact", "disc_force")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a variable: SI unit, range of the finite values, and what is odd about it."""
+
+    name: str
+    units: str
+    minimum: float
+    maximum: float
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Examination:
+    """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to what it lacks, '' if nothing.
+
+    `problems` make the record unfit for any use, `warnings` do not. Rate [Hz] and duration [s] are NaN without a time.
+    """
+
+    kind: str
+    samples: int
+    sample_rate: float
+    duration: float
+    channels: tuple[Channel, ...]
+    problems: tuple[str, ...]
+    warnings: tuple[str, ...]
+    uses: dict[str, str]
+
+    @property
+    def usable(self) -> bool:
+        """Whether the record is fit for at least one use."""
+        return not self.problems and any(not missing for missing in self.uses.values())
+
+
+def examine(record: xr.Dataset) -> Examination:
+    """Examination of a record or of run-up vectors, whether they fit the schema or not."""
+    record = named_axes(record)
+    with np.errstate(all="ignore"):  # a damaged file may hold any number
+        return _vectors(record) if "speed" in record.dims else _series(record)
+
+
+def _series(record: xr.Dataset) -> Examination:
+    timed = "time" in record.coords and record["time"].dims == ("time",) and record["time"].dtype.kind in "fiu"
+    time = np.asarray(record["time"].values, float) if timed else np.empty(0)
+    steps = np.diff(time)
+    step = float(np.median(steps)) if steps.size else np.nan
+    rate = 1 / step if step > 0 else np.nan
+    channels = _channels(record)
+    found = [f"time: {text}" for text in problems(time)] if timed else []
+    found += _bad_values(channels) or ([] if found else _misfit(record))
+    warnings = [f"{c.name}: {remark}" for c in channels for remark in c.remarks if "NaN" not in remark]
+    duration = float(time[-1] - time[0]) + step if time.size > 1 else np.nan
+    warnings += suspicions(record, rate) if timed else []
+    return Examination("time series", time.size, rate, duration, channels, tuple(found), tuple(warnings), _uses(record))
+
+
+def _vectors(vectors: xr.Dataset) -> Examination:
+    found = _misfit(vectors)
+    channels = []
+    for name in VECTORS if not found else ():
+        for order in vectors["order"].values:
+            values = np.asarray(vectors[name].sel(order=order).values, float)
+            channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False))
+    uses = {"run-up analysis": "", **{use: "a time series" for use in USES if use != "run-up analysis"}}
+    samples = vectors.sizes["speed"]
+    warnings = tuple(suspicions(vectors[["amplitude"]], np.nan)) if not found else ()
+    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), tuple(found), warnings, uses)
+
+
+def _channels(record: xr.Dataset) -> tuple[Channel, ...]:
+    channels = []
+    for name in map(str, record.data_vars):
+        variable = record[name]
+        if variable.dtype.kind not in "fiub" or variable.dims[:1] != ("time",) or variable.ndim > 2:
+            continue
+        units, values = variable.attrs.get("units", ""), np.asarray(variable.values, float)
+        if variable.ndim == 1:
+            channels.append(_channel(name, units, values, name in CLIPPED))
+            continue
+        labels = variable[variable.dims[1]].values if variable.dims[1] in variable.coords else range(values.shape[1])
+        for label, column in zip(labels, values.T, strict=True):
+            channels.append(_channel(f"{name} {label}", units, column, name in CLIPPED))
+    return tuple(channels)
+
+
+def _channel(name: str, units: str, values: np.ndarray, sensor: bool) -> Channel:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return Channel(name, units, np.nan, np.nan, ("all NaN or infinite",))
+    low, high = float(finite.min()), float(finite.max())
+    remarks = []
+    if finite.size < values.size:
+        first = int(np.flatnonzero(~np.isfinite(values))[0]) + 1
+        remarks.append(f"{values.size - finite.size} NaN or infinite, the first at sample {first}")
+    if low == high and values.size > 1 and name.split()[0] not in _STEADY:
+        remarks.append("flat; is the sensor connected?")
+    elif sensor:
+        remarks += [f"saturated at {at:.6g} {units}?" for at in (low, high) if _rests(values, at)]
+    return Channel(name, units, low, high, tuple(remarks))
+
+
+def _rests(values: np.ndarray, at: float) -> bool:
+    """Whether a channel rests at a value for long: in runs of STUCK samples that make up SHARE of the record."""
+    edges = np.diff(np.concatenate(([0], (values == at).astype(np.int8), [0])))
+    lengths = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
+    return bool(lengths[lengths >= STUCK].sum() >= max(STUCK, SHARE * values.size))
+
+
+def _bad_values(channels: tuple[Channel, ...]) -> list[str]:
+    return [f"{c.name}: {remark}; cut the record there" for c in channels for remark in c.remarks if "NaN" in remark]
+
+
+def _misfit(record: xr.Dataset) -> list[str]:
+    try:
+        validate(record)
+    except SchemaError as error:
+        return [str(error)]
+    return []
+
+
+def _uses(record: xr.Dataset) -> dict[str, str]:
+    """What each use lacks."""
+    return {
+        use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
+        for use, groups in USES.items()
+    }

@@ -1,0 +1,224 @@
+"""Mapping of file columns to channels with units: a small TOML file, checked entry by entry.
+
+::
+
+    [time]                          # or: sample_rate = "5 kHz"
+    column = "t"                    # name, or number from 1
+    unit = "ms"
+    [channels.disc_measured.x]
+    column = "X probe"
+    unit = "V"
+    sensitivity = "8 V/mm"          # also: scale = 2.0, sign = -1, offset = "0.1 mm"
+    [constants]
+    pressure = "0.3 MPa"
+
+and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
+sign * scale * (column in SI, through the sensitivity if there is one) + offset.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping as Tables
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from identification.errors import ReadError, did_you_mean, quote
+from identification.records.schema import AXES, VARIABLES
+from identification.records.units import quantity
+from identification.records.vectors import VECTORS
+from rotorsim.base.own_files import instead
+
+MAX_BYTES = 1_000_000
+_ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
+_SECTIONS = ("time", "channels", "constants", "speed", "vectors", "file")
+_FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
+_ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where the values of one channel come from; `path` is the entry's place in the mapping."""
+
+    path: str
+    column: str | int
+    unit: str | None = None
+    sensitivity: str | None = None
+    factor: float = 1.0
+    offset: str | None = None
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """Channels by (variable, label), vectors by (quantity, order, axis); the label is '' where a variable has none."""
+
+    time: Entry | None = None
+    sample_rate: float | None = None
+    channels: dict[tuple[str, str], Entry] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+    speed: Entry | None = None
+    vectors: dict[tuple[str, int, str], Entry] = field(default_factory=dict)
+    file: dict[str, str] = field(default_factory=dict)
+    text: str = ""
+
+
+def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
+    """Mapping from a TOML file or from its tables; raises ReadError with one sentence for the first problem."""
+    if isinstance(mapping, Mapping):
+        return mapping
+    if isinstance(mapping, Tables):
+        return parse(dict(mapping))
+    path = Path(mapping)
+    try:
+        text = _text(path)
+        return parse(tomllib.loads(text), text)
+    except tomllib.TOMLDecodeError as error:
+        reason = instead(path, "a mapping", "") or f"not a TOML file: {str(error)[:200]}; correct that line"
+        raise ReadError(f"{path}: {reason}") from error
+    except RecursionError as error:
+        raise ReadError(f"{path}: brackets are nested too deeply for a mapping; remove some") from error
+    except ReadError as error:
+        ours = instead(path, "a mapping", "a mapping of measured data")
+        reason = f"{ours}; 'rotorsim data mapping' drafts one" if ours else str(error)
+        raise ReadError(f"{path}: {reason}") from error
+
+
+def parse(tables: dict[str, Any], text: str = "") -> Mapping:
+    """Mapping from TOML tables."""
+    _only("mapping", tables, _SECTIONS)
+    for section, table in tables.items():
+        _table(section, table)
+    time = dict(tables.get("time", {}))
+    rate = time.pop("sample_rate", None)
+    mapping = Mapping(
+        time=_entry("time", time) if time else None,
+        sample_rate=None if rate is None else _rate(rate),
+        channels=_channels(tables.get("channels", {})),
+        constants={name: _constant(name, value) for name, value in tables.get("constants", {}).items()},
+        speed=_entry("speed", tables["speed"]) if "speed" in tables else None,
+        vectors=_vectors(tables.get("vectors", {})),
+        file=_file(tables.get("file", {})),
+        text=text,
+    )
+    return _consistent(mapping)
+
+
+def _consistent(mapping: Mapping) -> Mapping:
+    if mapping.vectors and (mapping.channels or mapping.time or mapping.constants or mapping.sample_rate):
+        raise ReadError("mapping: holds [vectors] and parts of a time series; a file is one or the other: remove one")
+    if mapping.vectors and not mapping.speed:
+        raise ReadError("mapping: [vectors] without [speed]; name the column of the speed and its unit")
+    if mapping.speed and not mapping.vectors:
+        raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
+    if not mapping.vectors and not mapping.channels:
+        raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
+    twice = set(mapping.constants) & {name for name, _ in mapping.channels}
+    if twice:
+        raise ReadError(f"mapping: {min(twice)} is a channel and a constant; remove one")
+    return mapping
+
+
+def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:
+    entries = {}
+    for name, value in table.items():
+        path = f"channels.{name}"
+        _table(path, value)
+        if name not in VARIABLES:
+            raise ReadError(f"{path}: no such channel; {did_you_mean(name, VARIABLES)}")
+        dims = VARIABLES[name].dims
+        if not dims:
+            entries[name, ""] = _entry(path, value)
+            continue
+        for label, part in value.items():
+            _table(f"{path}.{label}", part, f"write [{path}.{'1' if dims == ('injector',) else 'x'}]")
+            entries[name, label] = _entry(f"{path}.{label}", part)
+    return entries
+
+
+def _vectors(table: dict[str, Any]) -> dict[tuple[str, int, str], Entry]:
+    entries = {}
+    for order, axes in table.items():
+        match = _ORDER.fullmatch(order)
+        if not match:
+            raise ReadError(f"vectors.{order}: not an order; write e.g. [vectors.1X.x]")
+        _table(f"vectors.{order}", axes)
+        _only(f"vectors.{order}", axes, AXES)
+        for axis, parts in axes.items():
+            path = f"vectors.{order}.{axis}"
+            _table(path, parts)
+            _only(path, parts, tuple(VECTORS))
+            for name in VECTORS:
+                if name not in parts:
+                    raise ReadError(f"{path}: no {name}; write e.g. {name} = {{ column = 2, unit = 'deg' }}")
+                _table(f"{path}.{name}", parts[name])
+                entries[name, int(match[1]), axis] = _entry(f"{path}.{name}", parts[name])
+    return entries
+
+
+def _entry(path: str, table: dict[str, Any]) -> Entry:
+    _only(path, table, _ENTRY)
+    column = table.get("column")
+    if isinstance(column, bool) or not isinstance(column, (str, int)) or column == "":
+        raise ReadError(f"{path}.column: {quote(column)}; give the column's name, or its number from 1")
+    for key in ("unit", "sensitivity", "offset"):
+        if not isinstance(table.get(key, ""), str):
+            raise ReadError(f"{path}.{key}: {quote(table[key])} has no unit; write it as text, e.g. 'um'")
+    scale, sign = table.get("scale", 1.0), table.get("sign", 1)
+    if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not math.isfinite(scale) or scale == 0:
+        raise ReadError(f"{path}.scale: {quote(scale)}; give a number other than 0")
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise ReadError(f"{path}.sign: {quote(sign)}; write 1 or -1")
+    return Entry(path, column, table.get("unit"), table.get("sensitivity"), float(scale) * sign, table.get("offset"))
+
+
+def _constant(name: str, value: Any) -> float:
+    if name not in VARIABLES or VARIABLES[name].dims:
+        known = [n for n, variable in VARIABLES.items() if not variable.dims]
+        raise ReadError(f"constants.{name}: no quantity that a constant can give; {did_you_mean(name, known)}")
+    try:
+        return quantity(value, VARIABLES[name].units)
+    except ReadError as error:
+        raise ReadError(f"constants.{name}: {error}") from error
+
+
+def _rate(value: Any) -> float:
+    try:
+        rate = quantity(value, "Hz")
+    except ReadError as error:
+        raise ReadError(f"time.sample_rate: {error}") from error
+    if rate <= 0:
+        raise ReadError(f"time.sample_rate: {quote(value)} must be above 0")
+    return rate
+
+
+def _file(table: dict[str, Any]) -> dict[str, str]:
+    _only("file", table, tuple(_FILE))
+    for key, value in table.items():
+        if value not in _FILE[key]:
+            raise ReadError(f"file.{key}: {quote(value)}; write one of {', '.join(_FILE[key])}")
+    return table
+
+
+def _only(path: str, table: dict[str, Any], known: tuple[str, ...]) -> None:
+    for key in table:
+        if key not in known:
+            raise ReadError(f"{path}: unknown entry {quote(key)}; {did_you_mean(key, known)}")
+
+
+def _table(path: str, value: Any, hint: str = "") -> None:
+    if not isinstance(value, dict):
+        raise ReadError(f"{path}: {quote(value)} is not a table; {hint or f'write [{path}] and its entries below'}")
+
+
+def _text(path: Path) -> str:
+    if not path.is_file():
+        raise ReadError("is not a file; give the path of a mapping")
+    if path.stat().st_size > MAX_BYTES:
+        raise ReadError("is above the limit of 1 MB; is it a mapping?")
+    try:
+        return path.read_bytes().decode("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ReadError("cannot be read as text; a mapping is TOML in UTF-8") from error

@@ -1,0 +1,134 @@
+"""Schema of measured and virtual records: variable names, dimensions, units.
+
+A record is an `xarray.Dataset` over `time` with the variables below, those that were measured. A virtual record holds
+the truth and, apart from it, what the sensors saw: `disc` and `disc_measured`, `angle` and `angle_measured`; a record
+of a rig has the measured ones, or `angle`, `speed` and `pressure` where there is only one of each. Angles are in rad
+and run on without wrapping, pressures are gauge, displacements are measured from the bearing's centre. Attributes carry
+the machine's text, the seed, versions and a content hash where the record is virtual, and its source where it was read
+from a file. The other kind of data, run-up vectors, is in `identification.records.vectors`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identification.errors import SchemaError, did_you_mean
+from identification.records.sampling import sampling_time
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AXES = ("x", "y")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Dimensions after time, unit and long name of a variable of the schema."""
+
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+
+
+VARIABLES = {
+    "disc": Variable(("axis",), "m", "true displacement of the disc"),
+    "disc_measured": Variable(("axis",), "m", "measured displacement of the disc"),
+    "journal": Variable(("axis",), "m", "displacement of the journal in the gas bearing"),
+    "angle": Variable((), "rad", "shaft angle"),
+    "angle_measured": Variable((), "rad", "measured shaft angle"),
+    "speed": Variable((), "rad/s", "shaft speed"),
+    "speed_measured": Variable((), "rad/s", "measured shaft speed"),
+    "pressure": Variable((), "Pa", "injection pressure, gauge"),
+    "pressure_measured": Variable((), "Pa", "measured injection pressure, gauge"),
+    "reference": Variable(("axis",), "V", "reference voltage of the actuators"),
+    "reference_external": Variable(("axis",), "V", "reference voltage that was added to a controller's"),
+    "disc_force": Variable(("axis",), "N", "external force on the disc"),
+    "pin": Variable(("injector",), "m", "pin position"),
+    "film_force": Variable(("axis",), "N", "film force on the journal"),
+    "h_min": Variable((), "m", "smallest film thickness"),
+    "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
+    "contact": Variable((), "1", "journal touches the sleeve"),
+}
+
+
+def make_record(time: np.ndarray, values: dict[str, np.ndarray], attrs: dict[str, Any] | None = None) -> xr.Dataset:
+    """Dataset of the schema from arrays; `time` (n,) [s], values of shape (n,) or (n, dim)."""
+    import xarray as xr
+
+    variables = {}
+    for name, value in values.items():
+        known = VARIABLES[name]
+        variables[name] = (("time", *known.dims), value, {"units": known.units, "long_name": known.long_name})
+    coords: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"}), "axis": list(AXES)}
+    if "pin" in values:
+        coords["injector"] = np.arange(1, values["pin"].shape[1] + 1)
+    return xr.Dataset(variables, coords, attrs or {})
+
+
+def validate(record: xr.Dataset) -> xr.Dataset:
+    """Return the record, or the run-up vectors, if they fit their schema; else raise SchemaError with one sentence.
+
+    Variables that the schema does not know are left alone.
+    """
+    if "speed" in record.dims:
+        from identification.records.vectors import validate_vectors
+
+        return validate_vectors(record)
+    timed = "time" in record.coords and record["time"].dims == ("time",) and record["time"].dtype.kind in "fiu"
+    if not timed:
+        raise SchemaError("record: no coordinate 'time'; give the time of every sample in s")
+    sampling_time(record)
+    for name in record.data_vars:
+        if known := VARIABLES.get(str(name)):
+            validate_variable(record, str(name), ("time", *known.dims), known.units)
+    validate_axes(record)
+    return record
+
+
+def validate_axes(record: xr.Dataset) -> None:
+    """Raise SchemaError unless the axes are x and y, as text or as the bytes that a file may keep."""
+    axes = named_axes(record)["axis"].values.tolist() if "axis" in record.dims else list(AXES)
+    if axes != list(AXES):
+        raise SchemaError(f"record.axis: {axes}, expected {list(AXES)}; name the axes so")
+
+
+def named_axes(record: xr.Dataset) -> xr.Dataset:
+    """The record with its axes' names as text, where a file kept them as bytes."""
+    if "axis" not in record.coords or record["axis"].dtype.kind != "S":
+        return record
+    return record.assign_coords(axis=[name.decode("latin-1") for name in record["axis"].values])
+
+
+def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], units: str) -> None:
+    """Raise SchemaError unless a variable has these dimensions, this unit and finite numbers."""
+    variable = record[name]
+    if variable.dims != dims:
+        raise SchemaError(f"record.{name}: dimensions {variable.dims}, expected {dims}; transpose or rename them")
+    if variable.attrs.get("units") != units:
+        raise SchemaError(f"record.{name}: unit {variable.attrs.get('units')!r}, expected {units!r}; convert it")
+    if variable.dtype.kind not in "fiub":
+        raise SchemaError(f"record.{name}: holds {variable.dtype} and not numbers; convert it")
+    wrong = np.argwhere(~np.isfinite(variable.values))
+    if len(wrong):
+        place = ", ".join(f"{d} {variable[d].values[i]:.6g}" for d, i in zip(dims[:1], wrong[0], strict=False))
+        raise SchemaError(
+            f"record.{name}: {len(wrong)} NaN or infinite values, the first at {place}; cut the record there"
+        )
+
+
+def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:
+    """Return the record if it holds these variables; raises SchemaError that says what `use` lacks."""
+    missing = [name for name in names if name not in record]
+    if missing:
+        raise SchemaError(f"record: no {' and no '.join(missing)}; {use} needs {', '.join(names)}: measure or map them")
+    return record
+
+
+def known_variable(name: str) -> Variable:
+    """The entry of the schema; raises SchemaError for a name that is not in it."""
+    if name not in VARIABLES:
+        raise SchemaError(f"record.{name}: not a variable of the schema; {did_you_mean(name, VARIABLES)}")
+    return VARIABLES[name]

@@ -1,0 +1,89 @@
+"""Raw content of a data file: named columns of numbers, before a mapping."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from identification.errors import ReadError, listing, quote
+from identification.records.units import is_unit
+
+MARK = "rotorsim record"
+"""First words of the header of a file that rotorsim wrote."""
+MAX_VALUES = 2**29
+"""No column or matrix of more values is read: 4 GB."""
+MAX_NAME = 200
+"""Longest name of a column."""
+_NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
+
+
+@dataclass(frozen=True)
+class Column:
+    """Numbers (n,) as they stand in the file; `unit` is what the file says about them, None if nothing."""
+
+    name: str
+    values: np.ndarray
+    unit: str | None = None
+    aliases: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Header:
+    """What rotorsim wrote about a record beside its numbers."""
+
+    attrs: dict[str, Any] = field(default_factory=dict)
+    variables: dict[str, dict[str, Any]] = field(default_factory=dict)
+    samples: int = 0
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of a file, what else is in it (name and reason why it is no column) and the file's own clock [s]."""
+
+    format: str
+    columns: tuple[Column, ...]
+    others: dict[str, str] = field(default_factory=dict)
+    time: np.ndarray | None = None
+    header: Header | None = None
+
+    def find(self, wanted: str | int) -> Column:
+        """The column of a name or of a number from 1; raises ReadError if there is none or more than one."""
+        if isinstance(wanted, int):
+            if not 1 <= wanted <= len(self.columns):
+                raise ReadError(f"no column {wanted}; the file has columns 1 to {len(self.columns)}")
+            return self.columns[wanted - 1]
+        found = [c for c in self.columns if wanted in (c.name, f"{c.name} [{c.unit}]", f"{c.name} ({c.unit})")]
+        found = found or [c for c in self.columns if wanted in c.aliases]
+        if len(found) > 1:
+            raise ReadError(f"column {quote(wanted)} is there {len(found)} times; give the column's number instead")
+        if not found and wanted in self.others:
+            raise ReadError(f"{quote(wanted)} {self.others[wanted]}")
+        if not found:
+            raise ReadError(f"no column {quote(wanted)}; the file has {listing(c.name for c in self.columns)}")
+        return found[0]
+
+
+def split_name(text: str) -> tuple[str, str | None]:
+    """Name and unit of a heading such as 'X probe [um]'; what stands in round brackets counts if it is a known unit."""
+    text = text.strip()
+    match = _NAME.fullmatch(text) if len(text) <= MAX_NAME else None
+    if not match or not match[1].strip() or (match[3] is not None and not is_unit(match[3])):
+        return text, None
+    return match[1].strip(), (match[2] or match[3] or "").strip() or None
+
+
+def parse_header(text: str) -> Header:
+    """Header from its JSON text; raises ReadError if it is none."""
+    try:
+        found = json.loads(text)
+        header = Header(found["attrs"], found["variables"], found["samples"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise ReadError("the header of the record is damaged; take the original file") from error
+    good = isinstance(header.attrs, dict) and isinstance(header.variables, dict) and isinstance(header.samples, int)
+    if not good or not all(isinstance(attrs, dict) for attrs in header.variables.values()):
+        raise ReadError("the header of the record is damaged; take the original file")
+    return header

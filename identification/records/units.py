@@ -1,0 +1,114 @@
+"""Units of recorded data and their conversion factors to the units of the schema.
+
+Spelling counts, so that mPa and MPa stay apart. Pressures are gauge, here as everywhere; an absolute pressure is not a
+unit but another quantity. `Hz` of a shaft speed is revolutions per second.
+"""
+
+from __future__ import annotations
+
+import re
+from math import isfinite, pi, sqrt
+from typing import Any
+
+from identification.errors import ReadError, quote
+
+FACTORS: dict[str, dict[str, float]] = {
+    "m": {
+        **{"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "micron": 1e-6, "microns": 1e-6, "nm": 1e-9},
+        **{"mil": 25.4e-6, "mils": 25.4e-6, "in": 25.4e-3, "inch": 25.4e-3},
+    },
+    "V": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3},
+    "rad/s": {
+        **{"rad/s": 1.0, "rpm": pi / 30, "RPM": pi / 30, "r/min": pi / 30, "1/min": pi / 30, "krpm": 1000 * pi / 30},
+        **{"Hz": 2 * pi, "rev/s": 2 * pi, "deg/s": pi / 180},
+    },
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180, "°": pi / 180, "rev": 2 * pi, "turn": 2 * pi},
+    "Pa": {
+        **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
+        **{"barg": 1e5, "psig": 6894.757293168361},
+    },
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
+    "s": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
+    "kg/s": {"kg/s": 1.0, "g/s": 1e-3, "mg/s": 1e-6, "kg/min": 1 / 60, "g/min": 1e-3 / 60, "kg/h": 1 / 3600},
+    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
+    "1": {"1": 1.0, "-": 1.0, "": 1.0},
+}
+PEAK = {"pp": 0.5, "p-p": 0.5, "pk-pk": 0.5, "pkpk": 0.5, "pk": 1.0, "0-pk": 1.0, "0-p": 1.0, "rms": sqrt(2.0)}
+"""What may follow the unit of an amplitude, and its factor to 0-pk; rms is that of a sine."""
+_NAMES = {
+    **{"m": "length", "V": "voltage", "rad/s": "speed", "rad": "angle", "Pa": "gauge pressure", "N": "force"},
+    **{"s": "time", "kg/s": "mass flow", "Hz": "sample rate", "1": "plain number"},
+}
+_TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
+
+
+def factor(unit: str, si: str) -> float:
+    """Factor from `unit` to the SI unit of a variable; raises ReadError for an unknown or wrong unit."""
+    known = FACTORS[si]
+    plain = _plain(unit)
+    if plain not in known:
+        raise ReadError(
+            f"unit {quote(unit)} is no {_NAMES[si]} known here; write one of {', '.join(filter(None, known))}"
+        )
+    return known[plain]
+
+
+def amplitude_factor(unit: str) -> float:
+    """Factor from the unit of an amplitude, such as 'um' or 'mil pp', to m 0-pk."""
+    length, _, peak = _plain(unit).partition(" ")
+    if peak and peak.strip() not in PEAK:
+        raise ReadError(f"unit {quote(unit)}: {quote(peak)} is unknown; write pp, pk or rms after the length")
+    return factor(length, "m") * (PEAK[peak.strip()] if peak else 1.0)
+
+
+def quantity(value: Any, si: str) -> float:
+    """SI value of text such as '0.3 MPa'; raises ReadError for a number without unit or an unknown unit."""
+    match = _TEXT.fullmatch(value) if isinstance(value, str) else None
+    if not match or not match[2]:
+        example = f"1 {next(iter(FACTORS[si]))}"
+        raise ReadError(f"{quote(value)} is not a {_NAMES[si]} with its unit; write e.g. '{example}'")
+    number = float(match[1]) * factor(match[2], si)
+    if not isfinite(number):
+        raise ReadError(f"{quote(value)} is too large a number; write a smaller one")
+    return number
+
+
+def sensitivity(value: Any, raw: str, si: str) -> float:
+    """Factor from a column in unit `raw` to `si`, from text such as '8 V/mm' (column per quantity) or '125 um/V'."""
+    match = _TEXT.fullmatch(value) if isinstance(value, str) else None
+    over, slash, under = match[2].partition("/") if match and match[2] else ("", "", "")
+    number = float(match[1]) if match else 0.0
+    if not slash or not isfinite(number) or number == 0:
+        raise ReadError(f"{quote(value)} is not a sensitivity; write e.g. '8 V/mm' or '125 um/V'")
+    column, kind = _dimension(raw)
+    if column == si:
+        raise ReadError(f"{quote(value)}: the column is in {quote(raw)} already, a {_NAMES[si]}; write 'scale' instead")
+    if _plain(over) in kind:
+        return factor(raw, column) / (number * kind[_plain(over)]) * factor(under, si)
+    if _plain(under) in kind:
+        return factor(raw, column) * number / kind[_plain(under)] * factor(over, si)
+    raise ReadError(f"{quote(value)}: neither side is a unit of the column's {quote(raw)}; write e.g. '8 V/mm'")
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit known here, of whatever quantity."""
+    plain = _plain(text)
+    return any(plain in kind for kind in FACTORS.values()) or plain.partition(" ")[2].strip() in PEAK
+
+
+def agree(unit: str, said: str) -> bool:
+    """Whether a unit is what the file says, in other words or more exactly ('um pp' for 'um')."""
+    unit, said = _plain(unit), _plain(said)
+    same = any(unit in kind and said in kind and kind[unit] == kind[said] for kind in FACTORS.values())
+    return unit == said or same or unit.startswith(f"{said} ")
+
+
+def _plain(unit: str) -> str:
+    return " ".join(unit.replace("µ", "u").replace("μ", "u").split())
+
+
+def _dimension(unit: str) -> tuple[str, dict[str, float]]:
+    for si, kind in FACTORS.items():
+        if _plain(unit) in kind:
+            return si, kind
+    raise ReadError(f"unit {quote(unit)} is unknown; write e.g. 'V'")

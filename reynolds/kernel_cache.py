@@ -1,0 +1,48 @@
+"""Disk cache of compiled kernels, safe against killed and concurrent processes.
+
+numba numbers its data files in an index that it writes first. Killed between the two, or with a second process at work,
+its index can name the machine code of another signature. Here a file is named by the hash of what it was compiled for
+and written before the index names it. A file that cannot be written or read is no error: the kernel is compiled again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from contextlib import suppress
+from typing import Any
+
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+
+class _Files(IndexDataCacheFile):
+    """Index and data files of one kernel."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep the machine code of a key: types, processor, bytecode."""
+        name = f"{self._index_name.removesuffix('.nbi')}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+        self._save_data(name, data)
+        self._save_index(self._load_index() | {key: name})
+
+    def load(self, key: Any) -> Any:
+        """Machine code of a key; None if there is none that can be read."""
+        with suppress(Exception):  # whatever unpickling a damaged file raises
+            return super().load(key)
+
+    def _load_index(self) -> dict[Any, str]:
+        with suppress(Exception):
+            return super()._load_index()
+        return {}
+
+
+class KernelCache(FunctionCache):
+    """Cache of one kernel."""
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code where the disk takes it."""
+        with suppress(OSError):
+            super().save_overload(sig, data)

@@ -1,0 +1,54 @@
+r"""Supply pressure at the regulator from the pressure measured at the injectors, behind the supply line.
+
+The flow at rest depends on the pressure at the injectors alone, so it is that of the machine without its line; the
+supply is where the line, carrying this flow, leaves the pressure that was read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from scipy.optimize import newton
+
+from rotorsim.effects import numeric_fields
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.compose import Call
+from rotorsim.plant.equilibrium import describe, settle
+
+AT_REST = 1e9
+"""Time [s] in which a line has filled."""
+
+
+def supply_pressure(a: Assembly, speed: float, pressure: float) -> float:
+    """Supply pressure [Pa, gauge] that leaves `pressure` [Pa, gauge] at the injectors, at rest at `speed` [rad/s].
+
+    The same without a supply line that loses anything. Raises as `settle`.
+    """
+    lines = [call for call in a.calls if call.effect.port == "supply"]
+    if not lines:
+        return pressure
+    free = replace(a, record=_neutral(a, lines))
+    flow = float(describe(free, settle(free, speed, pressure)).mass_flow.sum())
+    left = getattr(a.module.supply_line, "py_func", a.module.supply_line)
+    ambient = a.machine.gas.ambient_pressure
+
+    def missing(supply: float) -> float:
+        return pressure + ambient - float(left(a.w.copy(), a.P, AT_REST, supply + ambient, flow)[1])
+
+    loss = missing(pressure)
+    return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))
+
+
+def _neutral(a: Assembly, lines: list[Call]) -> Any:
+    """The parameter record with these effects switched off."""
+    record = a.record.copy()
+    for call in lines:
+        off = type(call.effect)()
+        for name in numeric_fields(type(call.effect)):
+            if hasattr(off, name):
+                record[0][call.record][name] = getattr(off, name)
+    return record
+
+
+__all__ = ["supply_pressure"]

@@ -1,0 +1,1 @@
+"""Lowest layer, without imports from the other packages: files, locks, interrupts, rounding, versions."""

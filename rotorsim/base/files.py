@@ -1,0 +1,215 @@
+"""Atomic file writes: a file is complete under its name or unchanged.
+
+The content goes into a temporary file in the same folder, is flushed to the disk and moved to its name. Whatever
+interrupts the writing removes the temporary file; a kill leaves it, and `sweep` removes it in a later run.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import platform
+import re
+import shutil
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from itertools import count
+from pathlib import Path
+from typing import IO, Any
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+ELSEWHERE = "choose another place"
+REASONS = {
+    **dict.fromkeys(FULL, ("the disk is full", "free some space or choose another place")),
+    errno.EFBIG: ("it is larger than a file may be there", "raise the limit (ulimit -f) or choose another place"),
+    errno.EROFS: ("the disk is read-only", ELSEWHERE),
+    errno.EACCES: ("no permission to write there", ELSEWHERE),
+    errno.EPERM: ("no permission to write there", ELSEWHERE),
+    errno.ENOENT: ("its folder is not there", "make the folder or choose another place"),
+    errno.ENOTDIR: ("part of the path is a file, not a folder", ELSEWHERE),
+    errno.EEXIST: ("part of the path is a file, not a folder", ELSEWHERE),
+    errno.EISDIR: ("it is a folder", "choose the name of a file"),
+    errno.EINVAL: ("it is not a file", "choose the name of a file"),
+    errno.ENAMETOOLONG: ("the name is too long", "choose a shorter name"),
+}
+"""Reason and way out by error number."""
+LONGEST = 100
+"""Characters of the target's name in the temporary one, which must not become too long itself."""
+GROWING, COMPLETE = ".growing", ".complete"
+"""Kinds of temporary files that hold something of worth: a record before its end, a set of files before its move."""
+_numbers = count()
+
+
+class WriteError(OSError):
+    """A file that cannot be written; its text is one sentence: file, reason, way out.
+
+    `errno` and `filename` are those of any OSError.
+    """
+
+    @property
+    def reason(self) -> str:
+        """The middle of the sentence, e.g. "the disk is full (0 MB free)"."""
+        return str(self.strerror).partition(": ")[2].partition("; ")[0]
+
+    @property
+    def way_out(self) -> str:
+        """The end of the sentence, e.g. "free some space or choose another place"."""
+        return str(self.strerror).rpartition("; ")[2]
+
+    def __str__(self) -> str:
+        return f"{self.filename}: {self.strerror}"
+
+
+def write_error(path: Path, cause: OSError, space: bool = True) -> WriteError:
+    """WriteError for a file, with the cause and, for a full disk and `space`, the free space."""
+    number = cause.errno or errno.EIO
+    reason, way_out = REASONS.get(number, (os.strerror(number).lower(), ELSEWHERE))
+    if number in FULL and space:
+        reason += _free(path)
+    return WriteError(number, f"cannot be written: {reason}; {way_out}", str(path))
+
+
+def _free(path: Path) -> str:
+    try:
+        return f" ({shutil.disk_usage(path.parent).free / 1e6:.3g} MB free)"
+    except OSError:
+        return ""
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Temporary file that becomes `path` at the end of the block; removed if the block raises.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write; a link is followed, so that it stays a link.
+
+    Yields
+    ------
+    Path
+        File in the same folder that the block has to write.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written; what was at `path` stays.
+    """
+    path = Path(path)
+    target = followed(path)
+    part = temporary(target)
+    try:
+        check_target(target)
+        yield part
+        with part.open("rb+") as file:
+            to_disk(file)
+        os.replace(part, target)
+    except OSError as error:
+        if isinstance(error, WriteError) or error.filename not in (None, str(part), str(target)):
+            raise  # of another file
+        raise write_error(path, error) from error
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def followed(path: Path) -> Path:
+    """Target of a symbolic link, so that the link is kept; any other path unchanged."""
+    return Path(os.path.realpath(path)) if os.path.islink(path) else path
+
+
+def check_target(target: Path) -> None:
+    """Raise OSError for a folder or a device, which must not be replaced."""
+    with suppress(FileNotFoundError):
+        kind = target.stat().st_mode
+        if not stat.S_ISREG(kind):
+            raise OSError(errno.EISDIR if stat.S_ISDIR(kind) else errno.EINVAL, "", str(target))
+
+
+def to_disk(file: IO[Any]) -> None:
+    """Flush a file to the disk: network disks and quotas report a full disk only here."""
+    try:
+        os.fsync(file.fileno())
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS):  # disks that cannot tell
+            raise
+
+
+def write_bytes(path: str | Path, content: bytes | memoryview) -> None:
+    """Write a file in one step; raises WriteError."""
+    with replacing(path) as part:
+        part.write_bytes(content)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a UTF-8 file with \\n line ends in one step; raises WriteError."""
+    write_bytes(path, text.encode())
+
+
+def write_json(path: str | Path, value: Any, indent: int | None = 1, default: Any = None) -> None:
+    """Write a JSON file in one step; raises WriteError."""
+    write_text(path, json.dumps(value, indent=indent, default=default) + "\n")
+
+
+def make_folder(path: str | Path) -> Path:
+    """Make a folder and its parents where they are missing; raises WriteError."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise write_error(path, error) from error
+    return path
+
+
+def temporary(path: Path, kind: str = "") -> Path:
+    """Temporary file name in the folder of `path`, with computer name and process number."""
+    return path.with_name(f".{path.name[:LONGEST]}.{_node()}-{os.getpid()}-{next(_numbers)}{kind}.part")
+
+
+def _node() -> str:
+    return re.sub(r"[^A-Za-z0-9]", "", platform.node())[:32] or "host"
+
+
+def sweep(folder: Path) -> list[Path]:
+    """Remove the temporary files that killed processes of this computer left in a folder; returns their paths."""
+    removed = []
+    for path in left_behind(folder):
+        with suppress(OSError):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+            removed.append(path)
+    return removed
+
+
+def is_temporary(path: Path) -> bool:
+    """True for a temporary file of any computer."""
+    return re.fullmatch(r"\..+\.[A-Za-z0-9]+-\d+-\d+(\.growing|\.complete)?\.part", path.name) is not None
+
+
+def target_of(part: Path) -> str:
+    """Final name of a temporary file, cut to `LONGEST` characters."""
+    return part.name[1:].rsplit(f".{_node()}-", 1)[0]
+
+
+def left_behind(folder: Path, kind: str = "") -> list[Path]:
+    """Temporary files of one kind in a folder whose process on this computer has ended."""
+    pattern = re.compile(rf"\..+\.{_node()}-(\d+)-\d+{kind}\.part")
+    try:
+        names = sorted(os.listdir(folder))
+    except OSError:
+        return []
+    found = [(name, pattern.fullmatch(name)) for name in names]
+    return [folder / name for name, match in found if match and not _alive(int(match[1]))]
+
+
+def _alive(pid: int) -> bool:
+    if os.name != "posix":  # no signal 0 there, and a file in use cannot be removed anyway
+        return pid == os.getpid()
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

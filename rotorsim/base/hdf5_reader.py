@@ -1,0 +1,151 @@
+"""Child process of `rotorsim.base.hdf5_check`: reads whole HDF5 files and contains their crashes and hangs.
+
+Takes lines of JSON on its input, [path, seconds, bytes], and answers each with a line: "ok" if the file was read to its
+end, with whatever Python exceptions, for these do no harm; "memory" if it needs more than the bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import h5netcdf
+import h5py
+
+try:
+    import resource
+except ImportError:  # Windows: the parent's time limit alone
+    resource = None  # type: ignore[assignment]
+
+SLAB = 1 << 23
+"""Bytes read at a time."""
+MEMORY = 2 << 30
+"""Address space [byte] beyond what the process has at its start."""
+
+
+def main() -> None:
+    """Answer requests until the end of the input."""
+    limit_memory()
+    for line in sys.stdin:
+        path, seconds, most = json.loads(line)
+        limit_time(seconds)
+        print(read(path, most), flush=True)
+
+
+def limit_memory() -> None:
+    """Limit the address space to `MEMORY` above its present size."""
+    if resource is not None and sys.platform == "linux":
+        with open("/proc/self/statm") as file:
+            size = int(file.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (size + MEMORY, resource.RLIM_INFINITY))
+
+
+def limit_time(seconds: float) -> None:
+    """Limit the remaining CPU time [s]; SIGXCPU ends the process."""
+    if resource is not None:
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        limit = math.ceil(used.ru_utime + used.ru_stime + seconds)
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
+
+
+def read(path: str, most: float) -> str:
+    """Read all that is in a file: once as HDF5, once as netCDF."""
+    try:
+        with harmless(), h5py.File(path, "r") as file:
+            if declared(file) > most:
+                return "memory"
+            walk(file)
+        with harmless(), h5netcdf.File(path, "r", phony_dims="sort") as file:
+            for variable in file.variables.values():
+                dict(variable.attrs)
+    except MemoryError:
+        return "memory"
+    return "ok"
+
+
+@contextmanager
+def harmless() -> Iterator[None]:
+    """Suppress every exception except lack of memory."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception:
+        pass
+
+
+def objects(root: Any) -> Iterator[Any]:
+    """All groups and data sets that lie in the file itself, each once."""
+    queue, seen = [root], set()
+    while queue:
+        item = queue.pop()
+        found = address(item)
+        if found in seen:
+            continue
+        seen |= {found} - {None}
+        yield item
+        if isinstance(item, h5py.Group) and found is not None:
+            with harmless():
+                queue.extend(members(item))
+
+
+def address(item: Any) -> int | None:
+    """Address of an object in its file; None if damage hides it (data are still read, members are not)."""
+    with harmless():
+        return int(h5py.h5o.get_info(item.id).addr)
+    return None
+
+
+def members(group: Any) -> Iterator[Any]:
+    """Members of a group that are hard links."""
+    for name in group:
+        with harmless():
+            if isinstance(group.get(name, getlink=True), h5py.HardLink):
+                yield group[name]
+
+
+def declared(root: Any) -> float:
+    """Total declared size of a file's data sets [bytes]."""
+    return float(sum(size(item) for item in objects(root) if isinstance(item, h5py.Dataset)))
+
+
+def size(item: Any) -> int:
+    """Bytes of a data set; 0 if damage hides it."""
+    with harmless():
+        return item.nbytes if item.shape else 0
+    return 0
+
+
+def walk(root: Any) -> None:
+    """Read all attributes and all data."""
+    for item in objects(root):
+        with harmless():
+            attributes(item)
+        if isinstance(item, h5py.Dataset) and not item.external and not item.is_virtual:
+            with harmless():
+                data(item)
+
+
+def attributes(item: Any) -> None:
+    """Read the attributes of an object."""
+    for name in item.attrs:
+        with harmless():
+            item.attrs[name]
+
+
+def data(item: Any) -> None:
+    """Read a data set piece by piece."""
+    if not item.shape:
+        item[()]
+        return
+    rows = max(1, SLAB * item.shape[0] // max(item.nbytes, 1))
+    for start in range(0, item.shape[0], rows):
+        item[start : start + rows]
+
+
+if __name__ == "__main__":
+    main()

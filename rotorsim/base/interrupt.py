@@ -1,0 +1,173 @@
+"""Handling of Ctrl-C: a command ends at once, a run that keeps its samples ends between two steps.
+
+Python raises KeyboardInterrupt only between two instructions of the main thread, and code that was called there may
+swallow it (a callback from compiled code, a destructor, an import that is tried). Hence three parts:
+
+- `Interrupt`: the first signal is only noted, for a run that reads `asked` between two steps;
+- `apart`: long calls of compiled code run in a thread of their own, so that the main thread receives the signal;
+- `watched`: ends a command that has not ended some seconds after the signal.
+"""
+
+from __future__ import annotations
+
+import contextvars
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType, TracebackType
+from typing import Any, NoReturn, TypeVar
+
+Result = TypeVar("Result")
+
+CODE = 130
+"""Exit code of a command that Ctrl-C ended: 128 + SIGINT, as in a shell."""
+PATIENCE = 3.0
+"""Time [s] that a command has from Ctrl-C to its end."""
+TICK = 0.05
+"""Time [s] between two looks at `Interrupt.asked` while a thread is waited for."""
+APART = "rotorsim apart"
+"""Name of the threads of `apart`."""
+SENTENCE = "interrupted before the end; the same command starts again"
+
+
+class Interrupt:
+    """Deferred Ctrl-C: the first signal only sets `asked` to its number; a second raises KeyboardInterrupt.
+
+    Outside the main thread, which alone receives signals, it does nothing.
+    """
+
+    active: Interrupt | None = None
+
+    def __init__(self, *numbers: int) -> None:
+        self.asked = 0
+        self._numbers = numbers or (signal.SIGINT,)
+        self._before: dict[int, Any] = {}
+        self._outer: Interrupt | None = None
+
+    def __enter__(self) -> Interrupt:
+        if threading.current_thread() is threading.main_thread():
+            self._outer, Interrupt.active = Interrupt.active, self
+            for number in self._numbers:
+                self._before[number] = signal.signal(number, self._note)
+        return self
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = number
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        if self._before:
+            Interrupt.active = self._outer
+
+
+def asked() -> bool:
+    """True if Ctrl-C was received during the active `Interrupt`."""
+    return Interrupt.active is not None and Interrupt.active.asked > 0
+
+
+def apart(function: Callable[..., Result], *arguments: Any) -> Result:
+    """Result of a function called in its own thread; Ctrl-C raises KeyboardInterrupt here at once.
+
+    It does so inside an `Interrupt` too. The call itself cannot be stopped: the process has to end with `leave`.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return function(*arguments)
+    done = threading.Event()
+    result: list[Result] = []
+    errors: list[BaseException] = []
+
+    def call() -> None:
+        try:
+            result.append(function(*arguments))
+        except BaseException as error:
+            errors.append(error)
+        finally:
+            done.set()
+
+    threading.Thread(target=contextvars.copy_context().run, args=(call,), name=APART).start()
+    while not done.wait(TICK):
+        if asked():
+            raise KeyboardInterrupt
+    for error in errors:
+        raise error
+    return result[0]
+
+
+def leave(code: Any) -> NoReturn:
+    """End the process, without the interpreter's shutdown after `done` or during a call of `apart`."""
+    if _done.is_set() or any(thread.name == APART for thread in threading.enumerate()):
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(code or 0)
+    sys.exit(code)
+
+
+def interrupted() -> NoReturn:
+    """End a command after Ctrl-C with one sentence."""
+    heard()
+    print(SENTENCE, file=sys.stderr)
+    leave(CODE)
+
+
+_heard, _done = threading.Event(), threading.Event()
+
+
+def done() -> None:
+    """Note that all output is written, so that the interpreter's slow shutdown can be skipped."""
+    _done.set()
+
+
+def heard() -> None:
+    """Note that the command ends by itself and may exceed `PATIENCE` while it writes its data."""
+    _heard.set()
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """End the process `PATIENCE` after Ctrl-C if it has not ended by itself; for a main program.
+
+    The signal's number goes through a pipe to a thread, which needs no turn of the main thread.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # during the first imports
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if os.name != "posix":
+        yield
+        return
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    signal.set_wakeup_fd(write, warn_on_full_buffer=False)
+    sys.unraisablehook = _unraisable
+    threading.Thread(target=_watch, args=(read,), daemon=True).start()
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        heard()
+
+
+def _unraisable(found: sys.UnraisableHookArgs) -> None:
+    """Send the signal again that a destructor or a callback has swallowed; other errors are shown as ever."""
+    if not isinstance(found.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(found)
+        return
+    again = threading.Timer(TICK, os.kill, (os.getpid(), signal.SIGINT))
+    again.daemon = True
+    again.start()
+
+
+def _watch(read: int) -> None:
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    while signal.SIGINT not in os.read(read, 64) or Interrupt.active is not None or _heard.wait(PATIENCE):
+        pass
+    with suppress(OSError):
+        os.write(2, f"{SENTENCE}\n".encode())
+    os._exit(CODE)

@@ -1,0 +1,91 @@
+"""Recognition of rotorsim's own file kinds, for the message of a reader that was given the wrong kind."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+LARGEST = 5_000_000
+"""Bytes up to which text is looked at."""
+NETCDF = {
+    "map": "an operating map of 'rotorsim map'",
+    "modes": "a file of mode shapes of 'rotorsim modes'",
+    "gap": "the gap of 'rotorsim diagnose'",
+    "collected": "the collected records of a campaign",
+}
+"""By the attribute `kind`; records have none."""
+JSON = {
+    "law": "a control law of 'rotorsim design'",
+    "lpv": "a model of 'rotorsim identify'",
+    "linear": "a model of 'rotorsim identify'",
+    "rotorsim scene": "a scene of 'rotorsim live'",
+}
+"""By the key `kind`."""
+RESULTS = (
+    ({"status", "verdict"}, "the verdict of 'rotorsim diagnose'"),
+    ({"knobs", "forms"}, "the sealed truth of 'rotorsim hide'"),
+    ({"law", "rows", "passed"}, "the table of 'rotorsim verify'"),
+    ({"claims"}, "the numbers of a study"),
+)
+TABLES = (
+    ({"shaft", "bearings"}, "a machine file"),
+    ({"experiments"}, "a plan of a campaign"),
+    ({"targets", "operating_points"}, "a file of targets"),
+    ({"channels"}, "a mapping of measured data"),
+    ({"vectors"}, "a mapping of measured data"),
+)
+"""Keys of JSON files without a kind, and tables of TOML files."""
+
+READ_BY = {
+    "a netCDF file": "data check",
+    "a plan of a campaign": "campaign check",
+    "a file of targets": "machine calibrate --targets",
+    "a mapping of measured data": "data check --mapping",
+    "a machine file": "machine check",
+    "a control law of 'rotorsim design'": "verify",
+    "a model of 'rotorsim identify'": "design",
+    "a scene of 'rotorsim live'": "live",
+}
+"""Command that reads a kind of file; of netCDF files, records."""
+
+
+def own_kind(path: str | Path) -> str:
+    """Kind of rotorsim file in words; empty for a record, a foreign file or an unreadable one."""
+    try:
+        with Path(path).open("rb") as file:
+            start = file.read(LARGEST)
+    except OSError:
+        return ""
+    suffix = Path(path).suffix.lower()
+    if start.startswith(b"\x89HDF"):
+        return "a netCDF file"
+    if start.startswith(b"PK"):
+        return {".fmu": "a functional mock-up unit", ".ssp": "a system of units"}.get(suffix, "")
+    if b"<html" in start[:1000].lower():
+        return "a report"
+    try:
+        text = start.decode("utf-8")
+        told = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)
+    except (ValueError, RecursionError):
+        return ""
+    return _by_keys(told) if isinstance(told, Mapping) else ""
+
+
+def _by_keys(told: Mapping[str, Any]) -> str:
+    kind = told.get("kind")
+    if isinstance(kind, str) and kind in JSON:
+        return JSON[kind]
+    return next((name for keys, name in (*RESULTS, *TABLES) if keys <= told.keys()), "")
+
+
+def instead(path: str | Path, wanted: str, ours: str) -> str:
+    """'is a plan ..., not a record (... reads it)' for a file of rotorsim of another kind than `ours`, else empty."""
+    found = own_kind(path)
+    if not found or found == ours:
+        return ""
+    which = "a record" if found == "a netCDF file" else "it"
+    reader = f" ('rotorsim {READ_BY[found]}' reads {which})" if found in READ_BY else ""
+    return f"is {found}, not {wanted}{reader}"

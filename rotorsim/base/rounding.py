@@ -1,0 +1,89 @@
+r"""Decisions of linear algebra with rounding taken into account: stability, definiteness, rank, largest value.
+
+A computed answer is the exact one of a matrix that differs by its own rounding, about n eps \|A\|; what such matrices
+do not agree on, rounding decides, and processors round differently. Thresholds of this kind stand here.
+Source: Higham, Accuracy and Stability of Numerical Algorithms (2002), chapters 1 and 10; Trefethen & Embree (2005).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+EPS = float(np.finfo(float).eps)
+DECAYS = 1 - 1e-9
+"""Radius within which a pole of a sampled system decays; one nearer to the unit circle is left to rounding."""
+DAMPED = 1e-9
+"""Damping ratio above which an oscillation decays, and below minus which it grows; in between rounding decides."""
+SPLIT_ZERO = 4 * EPS**0.5
+"""Size, over the largest eigenvalue, up to which those may be that rounding makes of a double zero (seen: 1.3e-8)."""
+ALIKE = 1e-6
+"""Relative difference up to which two numbers from eigenvectors count as equal."""
+
+
+def unstable_poles(A: np.ndarray) -> int | None:
+    """Number of eigenvalues of A (n, n) without negative real part; None if it depends on rounding.
+
+    Rounding decides where a change of A by its own backward error puts a pole on the axis: where i omega - A, with
+    omega the poles' own, is singular to working precision.
+    """
+    from scipy.linalg import matrix_balance
+
+    if not len(A):
+        return 0
+    A = np.asarray(matrix_balance(A, permute=False)[0])
+    poles = np.linalg.eigvals(A)
+    at = 1j * poles.imag[poles.imag >= 0]
+    distance = np.linalg.svd(at[:, None, None] * np.eye(len(A)) - A, compute_uv=False)
+    if np.any(distance[:, -1] <= len(A) * EPS * distance[:, 0]):
+        return None
+    return int(np.count_nonzero(poles.real >= 0))
+
+
+def decays(poles: np.ndarray) -> bool:
+    """True if all poles z (n,) of a sampled system decay by more than rounding; False if one is not finite."""
+    return bool(np.all(np.abs(poles) < DECAYS))
+
+
+def definite(matrices: np.ndarray) -> np.ndarray:
+    """True if symmetric matrices (..., n, n) are positive definite by more than rounding, after scaling."""
+    size = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)))
+    size = np.where(size > 0, size, 1.0)
+    values = np.linalg.eigvalsh(matrices / size[..., :, None] / size[..., None, :])
+    return np.asarray(values[..., 0] > matrices.shape[-1] * EPS * np.abs(values).max(axis=-1))
+
+
+def normal_root(N: np.ndarray) -> np.ndarray:
+    """W (n, n) with W W' the inverse of a normal matrix N = J'J, independent of the units of J's columns.
+
+    A combination that is not determined by more than rounding has the large variance of the least information that
+    could be told from none. A pseudo-inverse would give it none.
+    """
+    size = np.sqrt(np.maximum(np.diag(N), 0.0))
+    size = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(N / size / size[:, None])
+    values = np.maximum(values, len(N) * EPS * max(float(values.max(initial=0.0)), EPS))
+    return np.asarray(vectors / np.sqrt(values) / size[:, None])
+
+
+def least_squares(J: np.ndarray, y: np.ndarray, rcond: float = 1e-8) -> np.ndarray:
+    """Least squares solution (k, ...) of J x = y, with a rank independent of the units of J's columns."""
+    size = np.linalg.norm(J, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    x = np.linalg.lstsq(J / size, y, rcond=rcond)[0]
+    return np.asarray((x.T / size).T)
+
+
+def first_of_largest(values: np.ndarray) -> int:
+    """Index of the largest of positive values (n,), the first of those equal within rounding."""
+    return int(np.argmax(values >= (1 - ALIKE) * np.max(values)))
+
+
+def falls_below_zero(f: Callable[[float], float], low: float, high: float, **tolerances: float) -> float:
+    """Zero crossing of f from f(low) >= 0 to f(high) < 0 by Brent's method, or an end if rounding decides."""
+    from scipy.optimize import brentq
+
+    if f(low) <= 0:
+        return low
+    return high if f(high) >= 0 else float(brentq(f, low, high, **tolerances))

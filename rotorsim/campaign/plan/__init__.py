@@ -1,0 +1,1 @@
+"""Campaign plans: axes, cases, targets of the axes."""

@@ -1,0 +1,59 @@
+"""Case of a campaign: machine, changes, experiment and seed, with a hash of all inputs as its key."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from rotorsim.campaign.plan.plan_file import Value
+
+FORMAT = 1
+"""Goes into every key; changes when the same case would be written another way."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Case as sent to a worker; `machine` is the hash of the base machine's text, `set` its changed values."""
+
+    machine: str
+    set: tuple[tuple[str, Value], ...]
+    kind: str
+    parameters: tuple[tuple[str, Value], ...]
+    seed: int
+    keep: tuple[str, ...] | None
+
+    @property
+    def key(self) -> str:
+        """Hash of the content, 32 hexadecimal digits."""
+        return hashlib.sha256(f"{FORMAT} {self.text}".encode()).hexdigest()[:32]
+
+    @property
+    def text(self) -> str:
+        """The case as JSON, exact to the last bit."""
+        return json.dumps(vars(self), sort_keys=True)
+
+    @classmethod
+    def from_text(cls, text: str) -> Case:
+        """The case of its JSON."""
+        told: dict[str, Any] = json.loads(text)
+        pairs = {name: tuple((key, value) for key, value in told[name]) for name in ("set", "parameters")}
+        keep = None if told["keep"] is None else tuple(told["keep"])
+        return cls(**{**told, **pairs, "keep": keep})
+
+
+def text_hash(text: str) -> str:
+    """Hash of a machine's text, used as its name."""
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """Case with its number, experiment name, repeat and axis values in the campaign."""
+
+    number: int
+    experiment: str
+    repeat: int
+    values: dict[str, Value]
+    case: Case

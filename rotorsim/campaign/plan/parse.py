@@ -1,0 +1,179 @@
+"""Parsing of a plan's text into a `Plan`: names resolved, units converted, extreme values checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from identification import VARIABLES
+from rotorsim.campaign.errors import PlanError
+from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
+from rotorsim.campaign.plan.corners import check_corners
+from rotorsim.campaign.plan.plan import Entry, Plan
+from rotorsim.campaign.plan.plan_file import (
+    NAME,
+    AxisTable,
+    LatinTable,
+    PlanTable,
+    Value,
+    parse_plan,
+    read_table,
+    unknown,
+)
+from rotorsim.campaign.plan.summaries import SUMMARIES
+from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, read_parameters, spec_at
+from rotorsim.errors import RotorsimError
+from rotorsim.experiments import EXPERIMENTS
+from rotorsim.experiments.experiment import check_seed
+from rotorsim.machine import Machine, machine_text, shipped_machines
+from rotorsim.machine.units import parse, quote
+from rotorsim.machine.usual import ask_machine
+
+MOST_CASES = 10_000_000
+FILM_PRESSURE = "film_pressure"
+"""Snapshots of the film's pressure in a record."""
+
+Look = Callable[[str], str]
+
+
+def make_plan(text: str, folder: Path = Path(), machines: Mapping[str, str] | None = None) -> Plan:
+    """Plan from its text; machine files are read relative to `folder`, or taken from `machines` by name."""
+    table = parse_plan(text)
+    look = _files(folder) if machines is None else machines.__getitem__
+    names = _machine_names(table)
+    loaded = {name: _machine(name, look, table.set) for name in names}
+    first = next(iter(loaded.values()))
+    entries = tuple(_entries(table))
+    axes = tuple(_axes(table, first, entries))
+    plan = Plan(
+        _name(table.name, "name"), table.description, text, {name: m.text for name, m in loaded.items()},
+        tuple(table.set.items()), entries, axes, _repeats(table.repeats), table.seeds == "different",
+        _keep(table), _summary(table.summary), _time_limit(table.time_limit),
+    )  # fmt: skip
+    if len(plan) > MOST_CASES:
+        raise PlanError(f"axes: {len(plan)} cases are above the limit of {MOST_CASES}; make the grid coarser")
+    check_corners(plan, loaded)
+    return plan
+
+
+def _files(folder: Path) -> Look:
+    def look(name: str) -> str:
+        return machine_text(name if name in shipped_machines() else folder / name)
+
+    return look
+
+
+def _machine_names(table: PlanTable) -> tuple[str, ...]:
+    axis = table.axes.get("machine")
+    if axis is None:
+        if table.machine is None:
+            raise PlanError("machine: missing; write e.g. machine = 'dtu_gas_bearing'")
+        return (table.machine,)
+    if table.machine is not None:
+        raise PlanError("machine: is given and is an axis too; leave one of them out")
+    names = read_table(AxisTable, axis, "axes.machine").list
+    if not names or not all(isinstance(name, str) for name in names):
+        raise PlanError("axes.machine: is no list of machines; write e.g. list = ['dtu_gas_bearing']")
+    return names
+
+
+def _machine(name: str, look: Look, changes: Mapping[str, Value]) -> Machine:
+    try:
+        machine = Machine.from_text(look(name))
+    except RotorsimError as error:
+        raise PlanError(f"machine {quote(name)}: {str(error).splitlines()[0]}") from error
+    ask_machine(machine)
+    base = Machine.from_text(machine.text)
+    for path, value in changes.items():
+        spec_at(machine, path, f"set.{path}")
+        machine = change(machine, path, value, f"set.{path}")
+    return base
+
+
+def _entries(table: PlanTable) -> list[Entry]:
+    if bool(table.experiment) == bool(table.experiments):
+        said = "is missing" if not table.experiment else "and experiments are both there"
+        raise PlanError(f"experiment: {said}; write [experiment] with kind = 'prbs', or [experiments.NAME] for several")
+    tables = {str(table.experiment.get("kind", "")): table.experiment} if table.experiment else table.experiments
+    return [_entry(name, rest, bool(table.experiment), table.seed) for name, rest in tables.items()]
+
+
+def _entry(name: str, table: Mapping[str, Any], alone: bool, seed: int) -> Entry:
+    where = "experiment" if alone else f"experiments.{name}"
+    if not isinstance(table, Mapping):
+        raise PlanError(f"{where}: {quote(table)} is not a table; write kind and parameters below [{where}]")
+    rest = dict(table)
+    kind = find_experiment(rest.pop("kind", ""), where)
+    own = _seed(rest.pop("seed", seed), f"{where}.seed")
+    given = read_parameters(kind, rest, where)
+    return Entry(_name(name, where), kind.name, given, own)
+
+
+def _axes(table: PlanTable, machine: Machine, entries: tuple[Entry, ...]) -> list[Axis]:
+    kinds = {entry.name: EXPERIMENTS[entry.kind] for entry in entries}
+    read: dict[str, Axis | Limits] = {}
+    for name, rest in table.axes.items():
+        target = find_target(name, machine, kinds)
+        _check_single(target, table, entries)
+        read[name] = read_axis(target, read_table(AxisTable, rest, f"axes.{name}"))
+    limits = [axis for axis in read.values() if isinstance(axis, Limits)]
+    latin = None if table.latin is None else read_table(LatinTable, table.latin, "latin")
+    drawn = {axis.name: axis for axis in draw(limits, latin)}
+    return [drawn[name] if isinstance(axis, Limits) else axis for name, axis in read.items()]
+
+
+def _check_single(target: Target, table: PlanTable, entries: tuple[Entry, ...]) -> None:
+    """Refuse what an axis and the rest of the plan both decide."""
+    if target.kind == "path" and target.name in table.set:
+        raise PlanError(f"axes.{target.name}: is given below [set] too; leave one of them out")
+    for entry in entries:
+        if target.kind == "parameter" and target.name in entry.parameters:
+            raise PlanError(f"axes.{target.name}: experiment {entry.name} gives {target.name} too; leave one out")
+    if target.kind == "seed" and table.repeats > 1 and table.seeds == "same":
+        raise PlanError("axes.seed: repeats give seeds too; leave one of them out or write seeds = 'different'")
+
+
+def _name(text: str, where: str) -> str:
+    if not NAME.fullmatch(text):
+        raise PlanError(f"{where}: {quote(text)} is no name; take up to 64 letters, digits, spaces, '_', '-' and '.'")
+    return text
+
+
+def _seed(value: Any, where: str) -> int:
+    try:
+        return check_seed(value)
+    except RotorsimError as error:
+        raise PlanError(f"{where}: {error}") from error
+
+
+def _repeats(repeats: int) -> int:
+    if not 1 <= repeats <= MOST_CASES:
+        raise PlanError(f"repeats: {repeats} is not from 1 to {MOST_CASES}; give e.g. 3")
+    return repeats
+
+
+def _keep(table: PlanTable) -> tuple[str, ...] | None:
+    if table.keep == "all":
+        return None
+    for name in table.keep:
+        if name not in VARIABLES and name != FILM_PRESSURE:
+            raise PlanError(f"keep: {quote(name)} is an {unknown(name, [*VARIABLES, FILM_PRESSURE], 'variable')}")
+    return tuple(sorted(set(table.keep)))
+
+
+def _summary(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if name not in SUMMARIES:
+            raise PlanError(f"summary: {quote(name)} is an {unknown(name, SUMMARIES, 'summary')}")
+    return tuple(dict.fromkeys(names))
+
+
+def _time_limit(text: str) -> float:
+    try:
+        limit = float(parse(text, "s"))
+    except ValueError as error:
+        raise PlanError(f"time_limit: {error}") from error
+    if not 0 < limit <= 1e7:
+        raise PlanError(f"time_limit: {quote(text)} is not above 0 and at most 115 days; write e.g. '10 min'")
+    return limit

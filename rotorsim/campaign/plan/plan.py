@@ -1,0 +1,184 @@
+"""Campaign plan: machines, experiments and axes with checked values; cases are generated on demand."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from rotorsim.base.own_files import instead
+from rotorsim.campaign.errors import PlanError
+from rotorsim.campaign.plan.axes import Axis
+from rotorsim.campaign.plan.case import Case, Numbered, text_hash
+from rotorsim.campaign.plan.plan_file import Value, read_plan
+from rotorsim.experiments import EXPERIMENTS
+from rotorsim.experiments.parameters import parameters
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Experiment of a plan: name, kind, fixed parameters in SI, seed."""
+
+    name: str
+    kind: str
+    parameters: dict[str, Value]
+    seed: int
+
+    def takes(self, axis: Axis) -> bool:
+        """Whether an axis changes anything for this experiment."""
+        known = {entry.name for entry, _ in parameters(EXPERIMENTS[self.kind])}
+        return axis.target.kind != "parameter" or axis.name in known
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Campaign plan; frozen, and identical on every computer that reads the same texts."""
+
+    name: str
+    description: str
+    text: str
+    machines: dict[str, str]
+    set: tuple[tuple[str, Value], ...]
+    entries: tuple[Entry, ...]
+    axes: tuple[Axis, ...]
+    repeats: int
+    different_seeds: bool
+    keep: tuple[str, ...] | None
+    summary: tuple[str, ...]
+    time_limit: float
+
+    def __len__(self) -> int:
+        return sum(self._sizes)
+
+    @cached_property
+    def _sizes(self) -> tuple[int, ...]:
+        return tuple(self._points(entry) * self.repeats for entry in self.entries)
+
+    def axes_of(self, entry: Entry) -> tuple[Axis, ...]:
+        """The axes that change an experiment."""
+        return self._taken[entry.name]
+
+    @cached_property
+    def _taken(self) -> dict[str, tuple[Axis, ...]]:
+        return {entry.name: tuple(axis for axis in self.axes if entry.takes(axis)) for entry in self.entries}
+
+    def _points(self, entry: Entry) -> int:
+        points = 1
+        for steps in self._steps[entry.name]:
+            points *= len(steps[0].values)
+        return points
+
+    @cached_property
+    def _steps(self) -> dict[str, list[tuple[Axis, ...]]]:
+        return {entry.name: self._steps_of(entry) for entry in self.entries}
+
+    def _steps_of(self, entry: Entry) -> list[tuple[Axis, ...]]:
+        """Axes that step together; the machine's outermost, so that a worker meets one machine many times."""
+        own = self.axes_of(entry)
+        latin = tuple(axis for axis in own if axis.latin)
+        groups = [(axis,) for axis in own if not axis.latin] + ([latin] if latin else [])
+        return sorted(groups, key=lambda group: all(a.target.kind in ("parameter", "seed") for a in group))
+
+    def cases(self) -> Iterator[Numbered]:
+        """Every case in its order."""
+        return (self.case(number) for number in range(len(self)))
+
+    def case(self, number: int) -> Numbered:
+        """The case of a number from 0, without the ones before it."""
+        rest = number
+        for entry, size in zip(self.entries, self._sizes, strict=True):
+            if rest < size:
+                return self._case(number, entry, *divmod(rest, self.repeats))
+            rest -= size
+        raise IndexError(number)
+
+    def _case(self, number: int, entry: Entry, point: int, repeat: int) -> Numbered:
+        values: dict[str, Value] = {}
+        for group in reversed(self._steps[entry.name]):
+            point, at = divmod(point, len(group[0].values))
+            values |= {axis.name: axis.values[at] for axis in group}
+        values = {axis.name: values[axis.name] for axis in self.axes if axis.name in values}
+        chosen = {axis.name: values[axis.name] for axis in self.axes_of(entry) if axis.target.kind == "parameter"}
+        paths = [(a.name, a.target.written(values[a.name])) for a in self.axes if a.target.kind == "path"]
+        case = Case(
+            self._hashes[str(values.get("machine", next(iter(self.machines))))],
+            (*self.set, *paths),
+            entry.kind,
+            tuple(sorted((entry.parameters | chosen).items())),
+            self._seed(entry, values, repeat),
+            self.keep,
+        )
+        return Numbered(number, entry.name, repeat, values, case)
+
+    @cached_property
+    def _hashes(self) -> dict[str, str]:
+        return {name: text_hash(text) for name, text in self.machines.items()}
+
+    def _seed(self, entry: Entry, values: Mapping[str, Value], repeat: int) -> int:
+        seed = int(values.get("seed", entry.seed))
+        if not self.different_seeds:
+            return seed + repeat
+        place = json.dumps([seed, entry.name, sorted(values.items()), repeat])
+        return int.from_bytes(hashlib.sha256(place.encode()).digest()[:6], "big")  # every digit fits a double
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """Everything that the cases depend on, by dotted names: what two plans must share to use one store."""
+        told: dict[str, Any] = {f"machine {name}": text for name, text in self.machines.items()}
+        told |= {f"set.{path}": value for path, value in self.set}
+        for entry in self.entries:
+            told |= {f"experiments.{entry.name}.{name}": value for name, value in entry.parameters.items()}
+            told |= {f"experiments.{entry.name}.kind": entry.kind, f"experiments.{entry.name}.seed": entry.seed}
+        told |= {f"axes.{axis.name}": list(axis.values) for axis in self.axes}
+        told |= {"repeats": self.repeats, "seeds": "different" if self.different_seeds else "same"}
+        return told | {"keep": "all" if self.keep is None else list(self.keep), "summary": list(self.summary)}
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the content."""
+        return text_hash(json.dumps(self.content, sort_keys=True))
+
+    def seconds(self) -> float:
+        """Simulated time [s] of all cases, as the first case of each experiment has it; a run may end earlier."""
+        total, first = 0.0, 0
+        for size in self._sizes:
+            case = self.case(first).case
+            total += size * EXPERIMENTS[case.kind](**dict(case.parameters)).samples * SAMPLE
+            first += size
+        return total
+
+
+def shipped_plans() -> tuple[str, ...]:
+    """Names of the plans that come with rotorsim."""
+    folder = files("rotorsim.campaign") / "plans"
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
+
+
+def load_plan(name_or_path: str | Path) -> Plan:
+    """Shipped plan by name or plan file by path; machine files are searched in the same folder.
+
+    Raises
+    ------
+    PlanError
+        One sentence that names the field, the value and the way out.
+    """
+    from rotorsim.campaign.plan.parse import make_plan
+
+    name = str(name_or_path)
+    if name in shipped_plans():
+        text = (files("rotorsim.campaign") / "plans" / f"{name}.toml").read_text(encoding="utf-8")
+        return make_plan(text)
+    if not Path(name).exists():
+        known = ", ".join(shipped_plans())
+        raise PlanError(f"'{name}' is neither a shipped plan ({known}) nor a file; give one of these or a path")
+    try:
+        return make_plan(read_plan(Path(name)), Path(name).parent)
+    except PlanError as error:
+        ours = instead(name, "a plan", "a plan of a campaign")
+        raise PlanError(f"{name}: {ours}; give a plan" if ours else f"{name}: {error}") from error

@@ -1,0 +1,173 @@
+"""Targets of an axis: a machine value by its path, an experiment parameter, the seed or the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from rotorsim.campaign.errors import PlanError
+from rotorsim.campaign.plan.plan_file import Value, unknown
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.errors import DataError, MachineFileError
+from rotorsim.experiments import EXPERIMENTS, Experiment
+from rotorsim.experiments.experiment import check_seed
+from rotorsim.experiments.parameters import Param, checked, parameters
+from rotorsim.machine import Machine
+from rotorsim.machine.effect_tables import spec_of_parameter
+from rotorsim.machine.part import Part, Spec, spec_of
+from rotorsim.machine.unit_table import dimension
+from rotorsim.machine.units import Suggest, parse, show
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Target:
+    """Target of an axis; `kind` is 'path', 'parameter', 'seed' or 'machine'; no `unit` for text values."""
+
+    kind: str
+    name: str
+    unit: str | None = None
+    whole: bool = False
+    samples: bool = False
+    suggest: Suggest | None = field(default=None, compare=False, repr=False)
+
+    def read(self, value: Any, where: str) -> Value:
+        """SI value, whole number or word of what the plan says; raises PlanError."""
+        if self.kind == "seed":
+            return _seed(value, where)
+        if self.unit is None:
+            if isinstance(value, str):
+                return value
+            raise PlanError(f"{where}: {value!r} is not text; write it in quotes")
+        try:
+            number = parse(value, self.unit, self.suggest)
+        except ValueError as error:
+            raise PlanError(f"{where}: {error}") from error
+        return int(number) if self.whole and number == int(number) else number
+
+    def neat(self, number: float) -> float:
+        """An SI value near another that is short to write in people's unit; a time in whole samples."""
+        if self.samples:
+            number = round(number / SAMPLE) * SAMPLE
+        kind = dimension(self.unit or "1")
+        if not kind.people:
+            return float(f"{number:.12g}")
+        unit = kind.people[-1]
+        return parse(f"{number / float(kind.factors[unit]):.12g} {unit}", self.unit or "1")
+
+    def written(self, value: Value) -> Value:
+        """A value as a machine file has it."""
+        if self.unit is None or self.unit == "1" or isinstance(value, str):
+            return value
+        return show(value, self.unit)
+
+    @property
+    def numeric(self) -> bool:
+        """Whether values lie on a scale, so that there are others between two of them."""
+        return self.unit is not None and not self.whole
+
+
+def _seed(value: Any, where: str) -> int:
+    try:
+        return check_seed(value)
+    except DataError as error:
+        raise PlanError(f"{where}: {error}") from error
+
+
+def find_target(name: str, machine: Machine, kinds: Mapping[str, type[Experiment]]) -> Target:
+    """Target of an axis by its name; raises PlanError if there is none."""
+    if name in ("seed", "machine"):
+        return Target(name, name, whole=name == "seed")
+    known = {entry.name: (entry, param) for kind in kinds.values() for entry, param in parameters(kind)}
+    if name in known:
+        entry, found = known[name]
+        unit, own = None if found.choices else found.unit, entry.default
+        suggest = Spec(found.unit, example=float(own) or None).suggestion if isinstance(own, (int, float)) else None
+        return Target("parameter", name, unit, found.whole, found.samples, suggest)
+    if "." in name:
+        spec = spec_at(machine, name, f"axes.{name}")
+        suggest = spec.suggestion if spec else None
+        return Target("path", name, spec.unit if spec else None, bool(spec and spec.multiple), suggest=suggest)
+    raise PlanError(
+        f"axes.{name}: {unknown(name, [*known, 'seed', 'machine'], 'axis')}; a path of the machine has dots"
+    )
+
+
+def spec_at(machine: Machine, path: str, where: str) -> Spec | None:
+    """Unit and limits of a machine value, None for text; raises PlanError if the path leads to no value."""
+    here: Any = machine
+    *tables, last = path.split(".")
+    for key in tables:
+        here = _below(here, key, where)
+    names = _names(here)
+    if last not in names:
+        raise PlanError(f"{where}: {unknown(last, sorted(names), 'value')}")
+    if not isinstance(names[last], (Spec, type(None))):
+        raise PlanError(f"{where}: holds several values; name one of them")
+    return names[last]
+
+
+def _below(here: Any, key: str, where: str) -> Any:
+    if isinstance(here, tuple):
+        if key.isdecimal() and int(key) < len(here):
+            return here[int(key)]
+        if len(here) == 1:
+            return _below(here[0], key, where)
+        raise PlanError(f"{where}: '{key}' is none of {len(here)} entries, counted from 0; give its number")
+    if isinstance(here, dict):
+        if key not in here and key not in REGISTRY:
+            raise PlanError(f"{where}: {unknown(key, sorted(REGISTRY), 'effect')}")
+        return here.get(key) or REGISTRY[key]
+    if isinstance(here, type) and key == "0":  # an effect that the machine has not got yet
+        return here
+    value = getattr(here, key, None) if isinstance(here, Part) and key in type(here).model_fields else None
+    if value is None:
+        raise PlanError(f"{where}: {unknown(key, sorted(_names(here)), 'table')}")
+    return value
+
+
+def _names(here: Any) -> dict[str, Any]:
+    """Values below a part or an effect with their unit and limits; a table stands for itself."""
+    if isinstance(here, tuple) and len(here) == 1:
+        here = here[0]
+    if isinstance(here, Effect) or (isinstance(here, type) and issubclass(here, Effect)):
+        return {f.name: spec_of_parameter(f) for f in fields(here)}
+    if not isinstance(here, Part):
+        return {}
+    nested = (Part, tuple, dict)
+    return {
+        name: here_value if isinstance(here_value := getattr(here, name), nested) else spec_of(info)
+        for name, info in type(here).model_fields.items()
+    }
+
+
+def read_parameters(kind: type[Experiment], table: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """SI values of an experiment's parameters from a plan's table; raises PlanError."""
+    known: dict[str, Param] = {entry.name: param for entry, param in parameters(kind)}
+    values = {}
+    for name, value in table.items():
+        if name not in known:
+            raise PlanError(f"{where}.{name}: {unknown(name, known, f'parameter of {kind.name}')}")
+        target = Target("parameter", name, None if known[name].choices else known[name].unit, known[name].whole)
+        try:
+            values[name] = checked(name, target.read(value, f"{where}.{name}"), known[name])
+        except DataError as error:
+            raise PlanError(f"{where}: {error}") from error
+    return values
+
+
+def find_experiment(name: Any, where: str) -> type[Experiment]:
+    """Kind of experiment by name; raises PlanError for an unknown one."""
+    known = {key: kind for key, kind in EXPERIMENTS.items() if key != "controlled"}
+    if name not in known:
+        raise PlanError(f"{where}.kind: {unknown(str(name), known, 'experiment')}")
+    return known[name]
+
+
+def change(machine: Machine, path: str, value: Value, where: str) -> Machine:
+    """Machine with one value changed; the error names the plan's field."""
+    try:
+        return machine.replace(path, value)
+    except MachineFileError as error:
+        raise PlanError(f"{where}: {error.problems[0]}") from error

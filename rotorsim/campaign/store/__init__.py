@@ -1,0 +1,1 @@
+"""Campaign store: index, records, tables."""

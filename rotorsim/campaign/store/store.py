@@ -1,0 +1,172 @@
+"""Campaign store on disk: a folder with the plan, the index, one record per case and a log.
+
+::
+
+    store.json            plan, machines and versions it was made with
+    index.sqlite          one row per case
+    cases/3f/3f08...nc    the record of a case, moved here when it is complete
+    parts/                records being written; emptied when the campaign goes on
+    campaign.log          what happened when
+    lock                  held by the process that runs the campaign
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
+from rotorsim.base.lock import BusyError, Lock, about_us
+from rotorsim.campaign.errors import StoreError
+from rotorsim.campaign.plan.case import text_hash
+from rotorsim.campaign.plan.difference import differences
+from rotorsim.campaign.plan.plan import Plan
+from rotorsim.campaign.store.index import DONE, Index
+from rotorsim.campaign.store.versions import mismatch, versions
+
+FORMAT = 1
+MANIFEST = "store.json"
+
+
+def record_path(folder: Path, key: str) -> Path:
+    """Path of a case's record."""
+    return folder / "cases" / key[:2] / f"{key}.nc"
+
+
+def parts_folder(folder: Path) -> Path:
+    """Folder of records being written."""
+    return folder / "parts"
+
+
+@dataclass(frozen=True)
+class Store:
+    """Existing store: its plan, machines and versions."""
+
+    folder: Path
+    plan: Plan
+    versions: dict[str, str]
+
+    @property
+    def index_path(self) -> Path:
+        """The index."""
+        return self.folder / "index.sqlite"
+
+    def index(self, writable: bool = False) -> Index:
+        """The index, opened."""
+        return Index(self.index_path, writable)
+
+    def damaged(self, index: Index) -> list[int]:
+        """Numbers of the cases whose record is not there as the index knows it."""
+        if self.plan.keep == ():
+            return []
+        sizes = dict(_files(self.folder / "cases"))
+        return [number for number, key, size in index.sizes() if sizes.get(f"{key}.nc") != size]
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the store; raises StoreError if another campaign does."""
+        try:
+            with Lock(self.folder / "lock", about_us()):
+                yield
+        except BusyError as error:
+            raise StoreError(
+                f"{self.folder}: {error.strerror} runs a campaign in it; wait for its end or choose another --out"
+            ) from error
+
+
+def open_store(folder: Path) -> Store:
+    """Existing store in a folder; raises StoreError if there is none."""
+    from rotorsim.campaign.plan.parse import make_plan
+
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        if told["format"] != FORMAT:
+            raise StoreError(
+                f"{path}: has format {told['format']!r}, this version reads {FORMAT}; use the one it is of"
+            )
+        plan = make_plan(told["plan"], machines=told["machines"])
+        known = {str(name): str(value) for name, value in told["versions"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise StoreError(f"{path}: is damaged ({error!r}); restore it from a copy") from error
+    if plan.digest != told.get("digest"):
+        wrong = mismatch(known, versions(), physics_only=True) or "the same versions"
+        raise StoreError(
+            f"{path}: was changed, or means other cases in this version ({wrong}); use the version it was made with"
+        )
+    return Store(folder, plan, known)
+
+
+def machines(folder: Path) -> dict[str, str]:
+    """Texts of a store's machines by their hash."""
+    told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    return {text_hash(text): text for text in told["machines"].values()}
+
+
+def make_store(plan: Plan, folder: Path) -> Store:
+    """Store of this plan, new or existing; raises StoreError if it belongs to another plan."""
+    if (folder / MANIFEST).exists():
+        store = open_store(folder)
+        found = differences(store.plan.content, plan.content)
+        if found:
+            more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+            raise StoreError(
+                f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another --out"
+            )
+        return Store(folder, plan, store.versions)
+    if folder.exists() and (not folder.is_dir() or _strange(folder)):
+        raise StoreError(f"{folder}: is there already and is no campaign; choose another --out")
+    for name in ("cases", "parts"):
+        make_folder(folder / name)
+    store = Store(folder, plan, versions())
+    with store.locked():
+        if (folder / MANIFEST).exists():  # another process was quicker
+            return open_store(folder)
+        Index.create(store.index_path, plan.cases())
+        write_text(folder / "plan.toml", plan.text)
+        write_json(folder / MANIFEST, _manifest(plan, store.versions))
+    return store
+
+
+def _manifest(plan: Plan, known: dict[str, str]) -> dict[str, Any]:
+    return {
+        "format": FORMAT, "name": plan.name, "digest": plan.digest, "plan": plan.text, "machines": plan.machines,
+        "versions": known,
+    }  # fmt: skip
+
+
+_OWN = ("cases", "parts", "lock", "plan.toml", "index.sqlite", "index.sqlite-journal")
+
+
+def _strange(folder: Path) -> bool:
+    """Whether a folder holds what no interrupted start of a campaign leaves."""
+    return any(entry.name not in _OWN and not is_temporary(entry) for entry in folder.iterdir())
+
+
+def _files(folder: Path) -> Iterator[tuple[str, int]]:
+    """Name and size of every record."""
+    with suppress(FileNotFoundError), os.scandir(folder) as shelves:
+        for shelf in shelves:
+            with os.scandir(shelf.path) as entries:
+                for entry in entries:
+                    yield entry.name, entry.stat().st_size
+
+
+def clear_parts(folder: Path) -> int:
+    """Remove partial files of killed workers; returns their number."""
+    left = list(parts_folder(folder).iterdir()) if parts_folder(folder).is_dir() else []
+    for path in left:
+        with suppress(OSError):
+            path.unlink()
+    parts_folder(folder).mkdir(exist_ok=True)
+    return len(left)
+
+
+__all__ = ["DONE", "Store", "clear_parts", "machines", "make_store", "open_store", "parts_folder", "record_path"]

@@ -1,0 +1,190 @@
+"""Simulation of one case, a pure function of machine, experiment and seed, and atomic storage of its record.
+
+The record's bytes depend on the case alone: no time, no host, nothing of the other cases is in it. Its attribute
+`campaign_row` holds the summary, so that a record whose row was lost in a crash need not be simulated again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rotorsim.base.files import WriteError, write_error
+from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.campaign.plan.case import Case
+from rotorsim.campaign.plan.summaries import summarise
+from rotorsim.campaign.store.netcdf import write_record
+from rotorsim.campaign.store.store import parts_folder, record_path
+from rotorsim.campaign.workers.memory import LONGEST, Memory
+from rotorsim.errors import ConvergenceError, RotorsimError
+from rotorsim.experiments import EXPERIMENTS, Experiment
+from rotorsim.experiments.running import begin, record, stream
+from rotorsim.experiments.tracking import open_record
+from rotorsim.machine import Machine
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PLANTS = 4
+"""Machines kept ready in one process."""
+_plants: OrderedDict[Any, Plant] = OrderedDict()
+_loaded: set[str] = set()
+
+
+class StorageError(RotorsimError):
+    """Store that cannot be written; the case stays pending."""
+
+
+def plant_of(case: Case, text: str) -> Plant:
+    """Plant of a case, from a cache of the last few."""
+    known = (case.machine, case.set)
+    if known not in _plants:
+        machine = Machine.from_text(text)
+        for path, value in case.set:
+            machine = machine.replace(path, value)
+        _plants[known] = Plant(machine)
+        if len(_plants) > PLANTS:
+            _plants.popitem(last=False)
+    _plants.move_to_end(known)
+    return _plants[known]
+
+
+def experiment_of(case: Case) -> Experiment:
+    """Experiment of a case."""
+    return EXPERIMENTS[case.kind](**dict(case.parameters))
+
+
+def prepare(case: Case, text: str) -> None:
+    """Load plant and kernels, once per process and machine; kernels not in the cache are compiled.
+
+    A second process that needs the same code waits for the first to have compiled it.
+    """
+    from reynolds.jit import cache_root
+    from rotorsim.base.lock import Lock
+    from rotorsim.plant.compose import is_compiled
+
+    plant = plant_of(case, text)
+    module = plant.assembly.module
+    if module.__name__ in _loaded:
+        return
+    with ExitStack() as stack:
+        if not is_compiled(module):
+            stack.enter_context(Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True))
+        stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and tell
+        experiment = experiment_of(case)
+        begin(plant, experiment, case.seed).advance(experiment.rows(0, 1))
+        _loaded.add(module.__name__)
+
+
+def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:
+    """Run a case and keep its record; returns its summary and the record's size in bytes.
+
+    Parameters
+    ----------
+    folder : Path
+        The store.
+    case : Case
+        What to run.
+    text : str
+        The base machine's text.
+    summary : sequence of str
+        Post-processings of `rotorsim.campaign.plan.summaries`.
+
+    Raises
+    ------
+    StorageError
+        If the record cannot be written.
+    RotorsimError
+        If there is no result: no lift-off, no convergence, parameters that do not fit.
+    """
+    path = record_path(folder, case.key)
+    if case.keep != () and path.exists():
+        found = adopt(path, case.key)
+        if found is not None:
+            return found
+    plant, experiment = plant_of(case, text), experiment_of(case)
+    with simulated(folder, plant, experiment, case) as data:
+        row = summarise(summary, plant, experiment, data)
+        if case.keep == ():
+            return {"summary": row, "bytes": 0}
+        attrs = plant.provenance(case.seed) | experiment.attrs() | dict(data.attrs)
+        attrs |= {"campaign_key": case.key, "campaign_row": json.dumps(row)}
+        return {"summary": row, "bytes": publish(folder, case, data, attrs)}
+
+
+def adopt(path: Path, key: str) -> dict[str, Any] | None:
+    """Summary and size of an existing record; None if it is incomplete."""
+    import h5py
+
+    if check_hdf5(path) is not None:
+        return None
+    with suppress(OSError, KeyError, ValueError), h5py.File(path, "r") as file:
+        if file.attrs["campaign_key"] == key:
+            return {"summary": json.loads(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
+    return None
+
+
+@contextmanager
+def simulated(folder: Path, plant: Plant, experiment: Experiment, case: Case) -> Iterator[xr.Dataset]:
+    """Complete record of a run, in memory or, if it is long, in a temporary file."""
+    if experiment.samples * SAMPLE <= LONGEST:
+        sink = Memory()
+        _complete(stream(begin(plant, experiment, case.seed), experiment, sink).ended)
+        yield sink.dataset()
+        return
+    scratch = part_path(folder, f"{case.key}.whole")
+    try:
+        with storing(folder):
+            outcome = record(plant, experiment, scratch, case.seed)
+            if outcome.error is not None:
+                raise outcome.error
+        _complete(outcome.ended)
+        with open_record(scratch) as data:
+            yield data
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def _complete(ended: str) -> None:
+    if ended != "complete":
+        raise ConvergenceError(ended)
+
+
+def publish(folder: Path, case: Case, data: xr.Dataset, attrs: Mapping[str, Any]) -> int:
+    """Write the selected variables of a record and move the file to its place; returns its size [bytes]."""
+    part, path = part_path(folder, case.key), record_path(folder, case.key)
+    try:
+        with storing(folder):
+            write_record(part, data, attrs, case.keep)
+            size = part.stat().st_size
+            path.parent.mkdir(exist_ok=True)
+            os.replace(part, path)
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    return size
+
+
+def part_path(folder: Path, name: str) -> Path:
+    """Path of a growing file of this process."""
+    return parts_folder(folder) / f"{name}.{socket.gethostname()}.{os.getpid()}.nc"
+
+
+@contextmanager
+def storing(folder: Path) -> Iterator[None]:
+    """Convert disk errors to StorageError, apart from faults of the case."""
+    try:
+        yield
+    except OSError as error:
+        cause = error if isinstance(error, WriteError) else write_error(folder, error)
+        raise StorageError(
+            f"{folder}: a record cannot be written: {cause.reason}; solve that and run the same command again"
+        ) from error

@@ -1,0 +1,63 @@
+"""Printed tables of an operating map over speed or pressure and further axes, with units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from math import isfinite, pi
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+RPM = 30 / pi
+LISTED: dict[str, tuple[str, str, float]] = {
+    "lift_off_pressure": ("lift_off_mpa", "Lift-off pressure [MPa]", 1e-6),
+    "onset_speed": ("whirl_onset_rpm", "Whirl onset [rpm]", RPM),
+    "onset_ratio": ("whirl_ratio", "Whirl frequency ratio at the onset", 1.0),
+    "crossing_speed": ("crossings_rpm", "Critical speeds [rpm]", RPM),
+}
+"""By variable: key of the summary, title of the table, factor."""
+
+
+def tables(found: xr.Dataset) -> Iterator[Table]:
+    """One table per variable, with the last dimension along the columns and one column for each other one."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    for name, (_, title, scale) in LISTED.items():
+        if name not in found:
+            continue
+        values = found[name]
+        *rows, across = map(str, values.dims)
+        made = Table(title=escape(title), title_justify="left")
+        for head in (*(_title(found, row) for row in rows), *(_label(found, across, k, True) for k in values[across])):
+            made.add_column(escape(head))
+        for at in product(*(range(values.sizes[row]) for row in rows)):
+            cells = [_label(found, row, found[row][k], False) for row, k in zip(rows, at, strict=True)]
+            made.add_row(*map(escape, cells), *(_number(float(v) * scale) for v in values.values[at]))
+        yield made
+
+
+def _title(found: xr.Dataset, dimension: str) -> str:
+    """Path of a field, or the dimension's own name."""
+    path = str(found[dimension].attrs.get("long_name", dimension))
+    return path if path.replace(".", "_") == dimension else dimension.removesuffix("_crossing")
+
+
+def _label(found: xr.Dataset, dimension: str, value: Any, named: bool) -> str:
+    """A coordinate's value with its unit, after the dimension's name if `named`."""
+    from rotorsim.machine.units import show
+
+    unit = str(found[dimension].attrs.get("units", "1"))
+    number = value.item()
+    if unit == "rad/s":
+        text = f"{number * RPM:.5g} rpm"
+    else:
+        text = show(float(f"{number:.9g}"), unit) if isinstance(number, float) else str(number)
+    return f"{_title(found, dimension)} {text}" if named else text
+
+
+def _number(value: float) -> str:
+    return f"{value:.5g}" if isfinite(value) else "none"

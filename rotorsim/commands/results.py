@@ -1,0 +1,232 @@
+"""Output folders and files of the commands: checks and locks before anything is computed.
+
+A command names its files. One that is there already is replaced with --force only, a name that another process writes
+not even then, and the folder of a campaign belongs to the campaign.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from html import unescape
+from os.path import lexists
+from pathlib import Path
+from typing import Any
+
+from rotorsim.base.file_set import finish_sets
+from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
+from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
+from rotorsim.errors import DataError
+
+CAMPAIGN = "store.json"
+"""File by which the folder of a campaign is known."""
+INSTANT = 0.3
+"""Time [s] for which a lock is waited for: another process may look just now whether it is in use."""
+STUDY = "study-inputs.json"
+"""File by which the folder of a study is known; it holds what the study follows from."""
+PARTS_OF_STUDY = ("stages", "grid")
+"""Folders by which that of a study is known that was begun before there was such a file."""
+TITLE = 5000
+"""Characters of a page in which its title stands."""
+NAME = 100
+"""Characters of a file's name in that of its lock, which must not become too long itself."""
+
+
+@contextmanager
+def results(out: Path | None, default: str, names: Sequence[str], force: bool | None = False) -> Iterator[Path]:
+    """Output folder, locked for the files `names` until the block ends; removed if new and empty.
+
+    Parameters
+    ----------
+    out : Path or None
+        Folder that was asked for; if none was, `default` with --force, else the first of default, default-2, ...
+        that is not there yet.
+    names : sequence of str
+        Every file that the command may write there.
+    force : bool or None
+        Whether to replace what is there; None for a command without that option, whose names may be folders.
+
+    Raises
+    ------
+    DataError
+        If something is there that would be replaced, is being written, or belongs to a campaign.
+    WriteError
+        If the folder cannot be made or written.
+    """
+    with ExitStack() as stack:
+        folder = stack.enter_context(_folder(out, default, force))
+        refuse_campaign(folder)
+        _refuse(folder, STUDY, "study")
+        stack.enter_context(files(*(folder / name for name in names), force=force))
+        replaced = [text for name in names if (text := _of_another(folder, name, names))]
+        yield folder
+        for text in replaced:
+            print(text, file=sys.stderr)
+
+
+def _of_another(folder: Path, name: str, names: Sequence[str]) -> str:
+    """Sentence about a page that another command wrote: no other of this command's files is there with it."""
+    page = folder / name
+    if page.suffix != ".html" or not page.is_file() or any((folder / one).exists() for one in names if one != name):
+        return ""
+    with page.open(encoding="utf-8", errors="replace") as file:
+        title = re.search(r"<title>(.*?)</title>", file.read(TITLE), re.DOTALL)
+    return f"{page}: replaced that of another command, '{unescape(title[1])}'" if title else ""
+
+
+def refuse_campaign(folder: Path) -> None:
+    """Raise DataError if the folder is a campaign's store."""
+    _refuse(folder, CAMPAIGN, "campaign")
+
+
+def _refuse(folder: Path, file: str, name: str) -> None:
+    if lexists(folder / file):
+        raise DataError(f"--out: {folder} holds a {name}; name another folder")
+
+
+@contextmanager
+def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
+    """Folder of a study, locked until the block ends and reserved for the same study.
+
+    Parameters
+    ----------
+    folder : Path
+        Is made.
+    inputs : mapping
+        By name what the study follows from, as JSON takes it: its kind, hash of the machine, ...
+
+    Raises
+    ------
+    DataError
+        If the folder is of a study of other inputs, of a campaign, or holds something else; if another process runs
+        the study.
+    WriteError
+        If the folder cannot be made or written.
+    """
+    refuse_campaign(folder)
+    path = folder / STUDY
+    if not lexists(path) and _has_something(folder) and not _begun_earlier(folder):
+        raise DataError(f"--out: {folder} is there already and is not a study; name another folder")
+    with _folder(folder, "", False), _held(path, "--out"):
+        _same_study(path, inputs)
+        write_json(path, dict(inputs))
+        try:
+            yield
+        finally:
+            if not _has_something(folder, STUDY):
+                path.unlink(missing_ok=True)
+
+
+def _has_something(folder: Path, but: str = "") -> bool:
+    """Whether there is more in a folder than one file, temporary files and locks."""
+    return folder.exists() and any(not one.name.startswith(".") and one.name != but for one in folder.iterdir())
+
+
+def _begun_earlier(folder: Path) -> bool:
+    return any((folder / name).is_dir() for name in PARTS_OF_STUDY)
+
+
+def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:
+    """Raise DataError if the folder is that of a study of other inputs."""
+    if not path.exists():
+        return
+    try:
+        known = dict(json.loads(path.read_text(encoding="utf-8")))
+    except (ValueError, TypeError) as error:
+        raise DataError(f"{path}: is damaged; name another folder") from error
+    wrong = [name for name in inputs if known.get(name) != inputs[name]]
+    if wrong:
+        raise DataError(f"--out: {path.parent} holds a study of another {' and '.join(wrong)}; name another folder")
+
+
+@contextmanager
+def files(*paths: Path, force: bool | None = False, another: str = "--out") -> Iterator[None]:
+    """Files of one existing folder, locked until the block ends; see `results`. `another` names the argument."""
+    for folder in {path.parent for path in paths}:
+        tidy(folder)
+    _refuse_replacing(paths, force, another)
+    with ExitStack() as stack:
+        for path in sorted(paths):
+            stack.enter_context(_held(path, another))
+        _refuse_replacing(paths, force, another)  # what the holder before has written
+        yield
+
+
+def _refuse_replacing(paths: Iterable[Path], force: bool | None, another: str) -> None:
+    there = [path for path in paths if lexists(path)]
+    for path in there:
+        if force is not None and path.is_dir():
+            raise DataError(f"{path}: is a folder; choose another {another}")
+    if there and not force:
+        several = f"{there[0].parent}: {' and '.join(path.name for path in there)} are"
+        what = f"{there[0]}: is" if len(there) == 1 else several
+        way_out = "" if force is None else " or add --force"
+        raise DataError(f"{what} there already; choose another {another}{way_out}")
+
+
+@contextmanager
+def _held(path: Path, another: str) -> Iterator[None]:
+    lock = Lock(path.with_name(f".{path.name[:NAME]}.lock"), about_us(), wait=INSTANT, remove=True)
+    try:
+        lock.__enter__()
+    except BusyError as error:
+        raise DataError(
+            f"{path}: {error.strerror} is writing it; wait for its end or choose another {another}"
+        ) from error
+    except OSError as error:
+        raise write_error(path, error) from error
+    try:
+        yield
+    finally:
+        lock.__exit__(None, None, None)
+
+
+@contextmanager
+def _folder(out: Path | None, default: str, force: bool | None) -> Iterator[Path]:
+    folder = out or (Path(default) if force else None)
+    missing = [] if folder is None else [path for path in (folder, *folder.parents) if not path.exists()]
+    if folder is None:
+        folder = _fresh(Path(default))
+        missing = [folder]
+    try:
+        name_recovered(make_folder(folder))
+        yield folder
+    finally:
+        with suppress(OSError):  # not empty
+            for path in missing:
+                path.rmdir()
+
+
+def name_recovered(folder: Path) -> None:
+    """Recover the records of killed runs in this folder and print their names; remove their other files."""
+    tidy(folder)
+    if not left_behind(folder, GROWING):
+        return
+    from rotorsim.experiments.recovery import recover
+    from rotorsim.sampling import SAMPLE
+
+    for path, samples in recover(folder):
+        print(f"a run into {folder} was killed: its {samples * SAMPLE:.1f} s are kept in {path}", file=sys.stderr)
+
+
+def tidy(folder: Path) -> None:
+    """Complete interrupted file moves of killed processes in a folder; remove their temporary files and locks."""
+    finish_sets(folder)
+    sweep(folder)
+    sweep_locks(folder)
+
+
+def _fresh(base: Path) -> Path:
+    """The first of base, base-2, base-3 ... that can be made: another process may make the same one just now."""
+    for folder in (base.with_name(f"{base.name}{n}") for n in ("", *map("-{}".format, range(2, 10**6)))):
+        try:
+            folder.mkdir()
+            return folder
+        except FileExistsError:
+            name_recovered(folder)
+        except OSError as error:
+            raise write_error(folder, error) from error
+    raise DataError(f"{base}: a million results are there; choose another --out")

@@ -1,0 +1,5 @@
+"""Controller designs, one file per method: identified model in, law out."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,73 @@
+r"""H-infinity mixed sensitivity at one operating point (thesis Papers B, E, F; eqs. E.13 to E.15, E.25).
+
+.. math:: \min_K \left\| \begin{bmatrix} W_p S\\ W_u K S \end{bmatrix} \right\|_\infty
+
+The optimal controller has poles far beyond the sampling rate; `backoff` times the optimal gamma is taken. Reduction is
+judged by S. Default weights are the thesis'; see `rotorsim.control.designs.mixed` for `force`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
+from rotorsim.control.designs.plants import KRPM, LOOP_DELAY, MPA, Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.errors import DesignError
+from rotorsim.control.law import Law
+from rotorsim.control.law_from_system import constant_law, discrete
+from rotorsim.control.loop.stability_check import check_loop
+from rotorsim.control.numerics.gamma import bounds, controller
+from rotorsim.control.numerics.reduction import reduced
+from rotorsim.control.numerics.systems import peak_gain
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Operating point [rad/s, Pa]; weights; delay [s] the design knows of; order (0: all, None: judged by S)."""
+
+    speed: float = 3 * KRPM
+    pressure: float = 0.5 * MPA
+    weights: Weights = field(default_factory=Weights)
+    backoff: float = 1.02
+    delay: float = 0.0
+    order: int | None = 0
+    tolerance: float = 0.1
+    Ts: float = SAMPLE
+
+
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD)}
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
+
+
+def design(model: Model, spec: Spec | None = None) -> Law:
+    """The law, with `gamma` the norm that its controller was made for.
+
+    Raises
+    ------
+    DesignError
+        If no controller meets the weights (the message says which condition fails), the loop of the one found does not
+        keep its gamma, a pole is too fast for Ts, or a mode cannot be moved or seen.
+    """
+    spec = spec or Spec()
+    if not spec.backoff >= 1.001:
+        raise DesignError(f"hinf.backoff = {spec.backoff}: the optimum itself cannot be run; give 1.02")
+    plant = design_plant(model, spec.speed, spec.pressure, spec.delay)
+    check_modes(plant, "hinf")
+    P = mixed_sensitivity(plant, spec.weights)
+    best = bounds(P)
+    gamma = spec.backoff * best.high
+    K = controller(P, gamma)
+    about = {"optimal_gamma": best.high, "reached": peak_gain(closed(P, K))}
+    if best.high > 1.001 * best.low:
+        about["optimal_gamma_at_least"] = best.low
+    if spec.order != 0:
+        sampled = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
+        K, change = reduced(K, sampled, lambda k: discrete(k, spec.Ts), spec.Ts, spec.order, spec.tolerance)
+        about |= {"order": K.order, "change_of_S": change, "reached": peak_gain(closed(P, K))}
+    law = constant_law("hinf", discrete(K, spec.Ts), spec, gamma, about=about)
+    check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law
+
+
+__all__ = ["Spec", "Weights", "design"]

@@ -1,0 +1,71 @@
+r"""Decentralised P-lead control, softening or stiffening (thesis Paper D, eq. D.7, Table D.1).
+
+.. math:: K_j = -\kappa_j \frac{\tau_j s + 1}{\alpha_j \tau_j s + 1} H(s), \qquad
+          H(s) = \left(\frac{\omega_l}{s + \omega_l}\right)^2
+
+The sign is the thesis' own for D: u = -K y, so that a positive kappa hardens. Its gains [V/um] belong to its Model 2;
+`scale` multiplies them for a rig with other gains or lags. The softening row's lead poles, 4e5 and 6e6 rad/s, are
+beyond what samples can show; alpha tau is at least Ts/2, whose pole Tustin's rule puts to z = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.control.designs.p import low_pass
+from rotorsim.control.designs.plants import MILLI, MPA, Model
+from rotorsim.control.law import Law
+from rotorsim.control.law_from_system import constant_law, discrete
+from rotorsim.control.loop.stability_check import check_loop
+from rotorsim.control.numerics.systems import System, gain, series, side_by_side
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Gains [V/um], time constants [ms], alpha by axis; low-pass [Hz]; checked at `speed`, `pressure` [rad/s, Pa]."""
+
+    kappa: tuple[float, float] = (-0.132, -0.090)
+    tau: tuple[float, float] = (0.30, 0.0200)
+    alpha: tuple[float, float] = (0.0077, 0.0077)
+    low_pass: float = 1000.0
+    order: int = 2
+    scale: float = 1.0
+    speed: float = 0.0
+    pressure: float = 0.5 * MPA
+    Ts: float = SAMPLE
+    check: bool = True
+
+
+SOFTENING = Spec()
+"""Table D.1, second row: the default."""
+HARDENING = Spec(kappa=(0.0061, 0.0133), tau=(20.8, 11.3), alpha=(0.0036, 0.0148))
+"""Table D.1, first row."""
+PRESETS = {"softening": SOFTENING, "hardening": HARDENING}
+
+
+def lead(kappa: float, tau: float, alpha: float, fastest: float) -> System:
+    """kappa (tau s + 1) / (alpha tau s + 1), tau in ms; alpha tau is at least `fastest`."""
+    pole = 1 / max(alpha * tau, fastest)
+    alpha = 1 / (pole * tau)
+    return System(
+        np.array([[-pole]]),
+        np.array([[1.0]]),
+        np.array([[kappa * pole * (1 - 1 / alpha)]]),
+        np.array([[kappa / alpha]]),
+    )
+
+
+def design(model: Model, spec: Spec | None = None) -> Law:
+    """The law; raises DesignError if its loop with the model is unstable."""
+    spec = spec or Spec()
+    axes = zip(spec.kappa, spec.tau, spec.alpha, strict=True)
+    leads = side_by_side(*(lead(-spec.scale * kappa, tau, alpha, spec.Ts / 2 * MILLI) for kappa, tau, alpha in axes))
+    filters = side_by_side(*(low_pass(spec.low_pass, spec.order),) * 2)
+    made = discrete(series(series(leads, filters), gain(np.eye(2))), spec.Ts)
+    law = constant_law("lead", made, spec)
+    if spec.check:
+        check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law

@@ -1,0 +1,170 @@
+r"""Grid-based LPV synthesis over speed and pressure (thesis Paper E), discretised by the trapezoidal rule (3.11).
+
+Smallest gamma over the design grid first, from the inequality of Y alone, which is all that binds where X(q) exists,
+else from both. Then, at `backoff` times it and with `margin` in the inequality of X (which no larger gamma mends
+between grid points), the X(q), Y that are furthest apart, from which the controller follows by formula. The solver's
+word counts for nothing: the thesis' inequalities T1, T2 are checked by their eigenvalues on a fine grid, which also
+gives the gamma that is reported. It depends on `eps` and on the bound on X and Y, in the balanced states.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorsim.base.rounding import definite
+from rotorsim.control.designs.lpv_controller import controller_at, inequalities
+from rotorsim.control.designs.lpv_problem import EXPONENTS, Grid, Solution, synthesise
+from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
+from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant
+from rotorsim.control.errors import DesignError
+from rotorsim.control.law import Law
+from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
+from rotorsim.control.loop.stability_check import check_loop
+from rotorsim.control.numerics.scaling import balance, rescaled
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Thesis section E.3: weights, design grid; see the module for the rest.
+
+    delay [s] is what the design knows of the loop's own; `constant_X` takes X independent of q; `validation` is the
+    grid of the check, `table` that of the law; `refresh` [s] how often the law reads its table (the rig: 0.1 s).
+    """
+
+    weights: Weights = field(default_factory=Weights)
+    grid: tuple[int, int] = (8, 8)
+    backoff: float = 1.02
+    eps: float = 1e-6
+    margin: float = 0.01
+    bound: float = 1e3
+    constant_X: bool = False
+    delay: float = 0.0
+    validation: tuple[int, int] = (16, 16)
+    table: tuple[int, int] = (13, 9)
+    refresh: float = 0.01
+    Ts: float = SAMPLE
+
+
+class Designed(NamedTuple):
+    """What a synthesis leaves behind: the solution, the states' scale, the range of q, the smallest gamma."""
+
+    solution: Solution
+    scale: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    optimal: float
+
+
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD, grid=(4, 4))}
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
+
+
+def design(model: Model, spec: Spec | None = None) -> Law:
+    """The law, with `gamma` proved on the validation grid.
+
+    Raises
+    ------
+    DesignError
+        If the inequalities have no solution, the solution does not keep them on the validation grid (whatever the
+        solver said), a pole is too fast for Ts, or the sampled loop is unstable somewhere.
+    """
+    spec = spec or Spec()
+    if not spec.backoff > 1:
+        raise DesignError(f"lpv.backoff = {spec.backoff}: the optimum itself cannot be run; give e.g. 1.02")
+    speeds, pressures = table_axes(model, spec.table)
+    made = synthesis(model, spec)
+    gamma = validated(model, spec, made, spec.validation)
+
+    def at(speed: float, pressure: float) -> Generalised:
+        return scaled_plant(model, spec, speed, pressure, made.scale)
+
+    grid = over_grid(speeds, pressures, lambda w, p: discrete(
+        controller_at(at(w, p), made.solution, scaled_point(made, w, p)), spec.Ts))  # fmt: skip
+    about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "apart": made.solution.apart}
+    law = make_law(
+        "lpv", grid, speeds, pressures, spec, gamma, about=about, refresh=max(round(spec.refresh / spec.Ts), 1)
+    )
+    check_loop(law, model, [(w, p) for w in made_axis(made, 0, 13) for p in made_axis(made, 1, 9)])
+    return law
+
+
+def synthesis(model: Model, spec: Spec) -> Designed:
+    """Solve the inequalities over the design grid."""
+    speeds, pressures = table_axes(model, spec.grid)
+    points = [(w, p) for w in speeds for p in pressures]
+    plants = [generalised(model, spec, w, p) for w, p in points]
+    scale = balance(plants)
+    low, high = np.array([speeds[0], pressures[0]]), np.array([speeds[-1], pressures[-1]])
+    scaled = np.array([_scaled(low, high, w, p) for w, p in points])
+    grid = Grid(scaled, tuple(rescaled(P, scale) for P in plants))
+    exponents = EXPONENTS[:1] if spec.constant_X else EXPONENTS
+    alone = plants[0].D21.shape[0] == plants[0].D21.shape[1]  # y shows all disturbances: Y's inequality binds alone
+    made = None
+    if alone:
+        best = synthesise(grid, exponents, None, spec.eps, spec.bound, feedback_only=True).gamma
+        made = synthesise(grid, exponents, spec.backoff * best, spec.eps, spec.bound, spec.margin)
+    if made is None or made.apart <= 1:  # the inequality of X binds too
+        best = synthesise(grid, exponents, None, spec.eps, spec.bound).gamma
+        made = synthesise(grid, exponents, spec.backoff * best, spec.eps, spec.bound, spec.margin)
+    if made.apart <= 1:
+        raise DesignError(
+            f"lpv: no X(q), Y keep the inequalities at gamma = {made.gamma:.4g} with margin {spec.margin:g} "
+            "(X Y >= 1 fails first); raise backoff or bound, or lower margin"
+        )
+    return Designed(made, scale, low, high, best)
+
+
+def validated(model: Model, spec: Spec, made: Designed, size: tuple[int, int]) -> float:
+    """Gamma that holds on a grid, by eigenvalues of T1 and T2; raises DesignError if none near does.
+
+    The inequalities of a solution are kept for its gamma or, between the points it was made on, one a little higher.
+    """
+    speeds, pressures = made_axis(made, 0, size[0]), made_axis(made, 1, size[1])
+    points = np.array([(w, p) for w in speeds for p in pressures])
+    scaled = np.array([scaled_point(made, *q) for q in points])
+    plants = [scaled_plant(model, spec, float(w), float(p), made.scale) for w, p in points]
+    stacked = Generalised(*(np.array([getattr(P, name) for P in plants]) for name in Generalised._fields))
+    for factor in (1.0, 1.001, 1.005, 1.02, 1.05):
+        solution = replace(made.solution, gamma=made.solution.gamma * factor)
+        T1, T2 = inequalities(stacked, solution, scaled)
+        if np.all(definite(T1)) and np.all(definite(-T2)):
+            return solution.gamma
+    low, high = np.linalg.eigvalsh(T1)[:, 0], np.linalg.eigvalsh(T2)[:, -1]
+    k = int(np.argmax(np.maximum(-low, high)))
+    worst = (low[k], high[k], *points[k])
+    raise DesignError(
+        f"lpv: the solver's solution breaks its inequalities at {worst[2]:.4g} rad/s, {worst[3]:.4g} Pa "
+        f"(T1 {worst[0]:.2g}, T2 {worst[1]:.2g}); take a finer grid, a larger backoff or another bound"
+    )
+
+
+def generalised(model: Model, spec: Spec, speed: float, pressure: float) -> Generalised:
+    """The generalised plant at an operating point."""
+    return mixed_sensitivity(design_plant(model, speed, pressure, spec.delay), spec.weights)
+
+
+def scaled_plant(model: Model, spec: Spec, speed: float, pressure: float, scale: np.ndarray) -> Generalised:
+    """The same in the balanced states."""
+    return rescaled(generalised(model, spec, speed, pressure), scale)
+
+
+def scaled_point(made: Designed, speed: float, pressure: float) -> np.ndarray:
+    """q in [-1, 1]^2."""
+    return _scaled(made.low, made.high, speed, pressure)
+
+
+def made_axis(made: Designed, index: int, count: int) -> np.ndarray:
+    """Speeds (0) or pressures (1) over the range of the design."""
+    return np.linspace(made.low[index], made.high[index], count)
+
+
+def _scaled(low: np.ndarray, high: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+    half = np.where(high > low, (high - low) / 2, 1.0)
+    return (np.array([speed, pressure]) - (low + high) / 2) / half
+
+
+__all__ = ["Spec", "Weights", "design", "synthesis", "validated"]

@@ -1,0 +1,64 @@
+r"""Decentralised proportional control with a low-pass filter (thesis Paper C, eq. C.21).
+
+.. math:: r = \mathrm{diag}(\kappa_x, \kappa_y) H(s) p / t, \qquad H(s) = \left(\frac{\omega_l}{s + \omega_l}\right)^n
+
+kappa [m/m] is piezo reference per disc displacement and t [m/V] the transducer; positive feedback, whose damping comes
+from the lag of film and actuators. Nothing of the model enters but the check that the loop is stable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.control.designs.plants import KRPM, MILLI, MPA, Model
+from rotorsim.control.law import Law
+from rotorsim.control.law_from_system import constant_law, discrete
+from rotorsim.control.loop.stability_check import check_loop
+from rotorsim.control.numerics.systems import System, gain, series, side_by_side
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Gains of Paper C; positive pushes outwards. The loop is checked at `speed` [rad/s] and `pressure` [Pa]."""
+
+    kappa_x: float = 1.125
+    kappa_y: float = 0.99
+    low_pass: float = 1000.0
+    order: int = 1
+    transducer: float = 4.5
+    speed: float = 0.0
+    pressure: float = 0.5 * MPA
+    Ts: float = SAMPLE
+    check: bool = True
+
+
+def low_pass(frequency: float, order: int) -> System:
+    """1 / (1 + s/(2 pi f))^order in ms, `frequency` in Hz."""
+    corner = 2 * np.pi * frequency / MILLI
+    one = System(np.array([[-corner]]), np.array([[corner]]), np.eye(1), np.zeros((1, 1)))
+    made = gain([[1.0]])
+    for _ in range(order):
+        made = series(made, one)
+    return made
+
+
+def design(model: Model, spec: Spec | None = None) -> Law:
+    """The law; raises DesignError if its loop with the model is unstable."""
+    spec = spec or Spec()
+    law = make(spec)
+    if spec.check:
+        check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law
+
+
+def make(spec: Spec) -> Law:
+    """The law, whatever it does to a loop."""
+    axes = (low_pass(spec.low_pass, spec.order),) * 2
+    gains = gain(np.diag([spec.kappa_x, spec.kappa_y]) / spec.transducer)
+    return constant_law("p", discrete(series(side_by_side(*axes), gains), spec.Ts), spec)
+
+
+__all__ = ["KRPM", "Spec", "design", "make"]

@@ -1,0 +1,80 @@
+r"""Pole placement with a Luenberger observer (thesis Paper A, section A.4).
+
+The lightly damped discrete poles keep their real part and get `share` of their imaginary part; all others stay. The
+observer's poles are those of the open loop, each to the power `observer` times faster.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.base.rounding import ALIKE
+from rotorsim.control.designs.observers import observer_law
+from rotorsim.control.designs.plants import KRPM, MPA, Model, check_modes, design_plant, short_sampled_plant
+from rotorsim.control.errors import DesignError
+from rotorsim.control.law import Law
+from rotorsim.control.law_from_system import check_period, constant_law
+from rotorsim.control.loop.stability_check import check_loop
+from rotorsim.control.numerics.systems import System
+from rotorsim.sampling import SAMPLE
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Operating point [rad/s, Pa]; share of the imaginary part that stays; how much faster the observer is."""
+
+    speed: float = 4.1 * KRPM
+    pressure: float = 0.5 * MPA
+    share: float = 0.5
+    observer: float = 4.0
+    light: float = 0.3
+    Ts: float = SAMPLE
+
+
+def target(poles: np.ndarray, share: float, light: float) -> np.ndarray:
+    """Where the poles z go: those with a damping ratio below `light` lose imaginary part."""
+    s = np.log(np.where(np.abs(poles) > 1e-9, poles, 1e-9).astype(complex))
+    moved = (np.abs(s.imag) > 1e-6) & (-s.real < light * np.abs(s))
+    return np.where(moved, poles.real + 1j * share * poles.imag, poles)
+
+
+def design(model: Model, spec: Spec | None = None) -> Law:
+    """The law; raises DesignError where a mode cannot be placed."""
+    from scipy.signal import place_poles
+
+    spec = spec or Spec()
+    if not 0 < spec.share <= 1:
+        raise DesignError(f"placement.share = {spec.share}: give a number above 0, at most 1")
+    check_period(spec.Ts)
+    check_modes(design_plant(model, spec.speed, spec.pressure), "placement")
+    plant = short_sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
+    poles = np.linalg.eigvals(plant.A)
+    wanted = target(poles, spec.share, spec.light)
+    try:
+        F = place_poles(plant.A, plant.B, wanted).gain_matrix
+        L = _observer(plant, spec.observer)
+    except ValueError as error:
+        raise DesignError(f"placement: the poles cannot be placed ({error}); take another share or observer") from error
+    law = constant_law("placement", observer_law(plant, F, L), spec)
+    check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law
+
+
+def _observer(plant: System, faster: float) -> np.ndarray:
+    """Gain (n, 2) of a current observer; the input register, the last two states, is known and not observed."""
+    from scipy.signal import place_poles
+
+    n = plant.order - 2
+    A, C = plant.A[:n, :n], plant.C[:, :n]
+    poles = np.linalg.eigvals(A)
+    wanted = _distinct(np.abs(poles) ** faster * np.exp(1j * np.angle(poles)))
+    return np.vstack([place_poles(A.T, A.T @ C.T, wanted).gain_matrix.T, np.zeros((2, 2))])
+
+
+def _distinct(poles: np.ndarray) -> np.ndarray:
+    """Real poles, ascending, moved apart a little: no more than two may coincide, in whatever order they are found."""
+    real = np.abs(poles.imag) <= ALIKE * np.abs(poles)
+    apart = np.sort(poles.real[real]) + 1e-3 * np.arange(np.count_nonzero(real))
+    return np.concatenate([poles[~real], apart])

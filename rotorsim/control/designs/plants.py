@@ -1,0 +1,169 @@
+"""Design models: the identified model in micrometres, volts and milliseconds, with the loop delay if required.
+
+A law acts one sample after what it has seen and its output is held for one: on average 1.5 samples late. A continuous
+design that should know this adds the time to the model's own lag 1/p (Model 3), or gets a lag of its own in front.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from identification import LinearModel
+from identification.lpv.model import LpvModel
+from rotorsim.base.rounding import first_of_largest
+from rotorsim.control.designs.merged import is_model_2, merged
+from rotorsim.control.errors import DesignError
+from rotorsim.control.numerics.systems import System, gain, held, late, normal, series, transformed
+from rotorsim.sampling import SAMPLE
+
+MICRO, MILLI = 1e6, 1e3
+LOOP_DELAY = 1.5 * SAMPLE
+"""One sample of delay and half a sample of hold [s]."""
+Model = LinearModel | LpvModel
+KRPM = 1000 * np.pi / 30
+"""rad/s in 1000 rpm."""
+MPA = 1e6
+
+
+def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> LinearModel:
+    """The continuous linear model at an operating point.
+
+    Raises
+    ------
+    DesignError
+        If the point lies outside the model's range and `extrapolate` is not given, or the model is no map from
+        references x, y to disc x, y.
+    """
+    if isinstance(model, LpvModel):
+        if not extrapolate and model.outside(speed, pressure):
+            (w0, p0), (w1, p1) = model.low, model.high
+            raise DesignError(
+                f"model: {speed / KRPM:.4g} krpm, {pressure / MPA:.4g} MPa lies outside the {w0 / KRPM:.4g} to "
+                f"{w1 / KRPM:.4g} krpm, {p0 / MPA:.4g} to {p1 / MPA:.4g} MPa it was identified at; design within, "
+                "or identify records there"
+            )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = model.at(speed, pressure)
+    else:
+        found = model
+    if found.B.shape[1] != 2 or found.C.shape[0] != 2:
+        raise DesignError(
+            f"model: {found.B.shape[1]} inputs and {found.C.shape[0]} outputs; a law needs a model from reference x, y "
+            "to disc x, y"
+        )
+    if np.abs(found.D).max() > 0:
+        raise DesignError("model: answers a reference at once (D is not zero); identify model 1, 2 or 3")
+    return found
+
+
+def design_plant(model: Model, speed: float, pressure: float, delay: float = 0.0, extrapolate: bool = False) -> System:
+    """Continuous plant in um, V and ms with `delay` [s] added to its lags; Model 2 in six states."""
+    whole = scaled_model(model, speed, pressure, extrapolate)
+    return merged(whole, delay * MILLI) if is_model_2(whole) else with_delay(whole, delay * MILLI)
+
+
+def scaled_model(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> System:
+    """The identified continuous model in um, V and ms, all its states."""
+    found = frozen(model, speed, pressure, extrapolate)
+    if found.Ts:
+        raise DesignError(
+            f"model: is sampled at {found.Ts:g} s and this design is made in continuous time; identify model 3"
+        )
+    system = System(found.A / MILLI, found.B / MILLI, found.C * MICRO, found.D * MICRO)
+    scale = np.ones(system.order)
+    if _second_order(system):
+        scale[:2], scale[2:4] = MICRO, MICRO / MILLI  # positions in um, velocities in um/ms
+    if is_model_2(system):
+        scale[4:] = np.array([MILLI, MILLI, 1, 1 / MILLI, 1, 1 / MILLI]) * MICRO  # pins likewise, and their integrals
+    return transformed(system, scale)
+
+
+def _second_order(system: System) -> bool:
+    """Whether states 0, 1 are positions and 2, 3 their velocities, as in every grey-box structure."""
+    A = system.A * MILLI
+    return system.order >= 4 and np.array_equal(A[:2, 2:4], np.eye(2)) and not A[:2, :2].any()
+
+
+def lags(system: System) -> np.ndarray | None:
+    """1/p (2,) of Model 3's input lags, or None for another structure."""
+    A, B = system.A, system.B
+    if system.order != 6 or A[4:, :4].any() or A[4, 5] or A[5, 4] or B[:4].any():
+        return None
+    P = -np.diag(A)[4:]
+    return 1 / P if np.allclose(B[4:], np.diag(P)) and np.all(P > 0) else None
+
+
+def with_delay(system: System, delay: float) -> System:
+    """The plant with its input later by `delay`, as a lag."""
+    if delay <= 0:
+        return system
+    own = lags(system)
+    if own is None:
+        lag = System(-np.eye(2) / delay, np.eye(2) / delay, np.eye(2), np.zeros((2, 2)))
+        return series(lag, system)
+    A, B = system.A.copy(), system.B.copy()
+    P = np.diag(1 / (own + delay))
+    A[4:, 4:], B[4:] = -P, P
+    return System(A, B, system.C, system.D)
+
+
+def sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPLE, extrapolate: bool = False) -> System:
+    """Discrete plant in um and V as the law meets it: held inputs that arrive one sample late."""
+    found = frozen(model, speed, pressure, extrapolate)
+    if found.Ts:
+        found = found.discrete(Ts)
+        return late(System(found.A, found.B, found.C * MICRO, found.D))
+    return late(held(scaled_model(model, speed, pressure, extrapolate), Ts * MILLI))
+
+
+def short_sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPLE) -> System:
+    """The same, made of the model that continuous designs take: Model 2 in six states."""
+    if frozen(model, speed, pressure).Ts:
+        return sampled_plant(model, speed, pressure, Ts)
+    return late(held(design_plant(model, speed, pressure), Ts * MILLI))
+
+
+def modes(system: System) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [rad per time unit] and damping ratios of the lightly damped poles of a continuous plant."""
+    poles = np.linalg.eigvals(system.A)
+    poles = poles[(poles.imag > 0) & (-poles.real < 0.6 * np.abs(poles))]
+    poles = poles[np.argsort(np.abs(poles))]
+    return np.abs(poles), -poles.real / np.abs(poles)
+
+
+def axis_modes(system: System) -> np.ndarray:
+    """Natural frequency (2,) of the mode that moves x most, and of the other."""
+    values, vectors = np.linalg.eig(system.A)
+    keep = (values.imag > 0) & (-values.real < 0.6 * np.abs(values))
+    if np.count_nonzero(keep) < 2:
+        raise DesignError("model: has fewer than two oscillating modes; a notch weight needs one for each axis")
+    values, shapes = values[keep], np.abs(system.C @ vectors[:, keep])
+    first = np.argsort(np.abs(values))[:2]
+    values, shapes = values[first], shapes[:, first] / shapes[:, first].sum(axis=0)
+    x = first_of_largest(shapes[0])
+    return np.abs(values[[x, 1 - x]])
+
+
+def check_modes(system: System, name: str, tolerance: float = 1e-9) -> None:
+    """Raise DesignError if a mode cannot be moved by the references or seen at the disc (Hautus' test).
+
+    Whatever the units of states, references and disc: less than `tolerance` of what the strongest does counts as none.
+    """
+    system = normal(system)
+    values, scale = np.linalg.eigvals(system.A), float(np.linalg.norm(system.A, 2))
+    for value in values[values.imag >= 0]:
+        shifted = value * np.eye(system.order) - system.A
+        for word, block in (("uncontrollable", np.hstack([shifted, system.B])),
+                            ("unobservable", np.vstack([shifted, system.C]))):  # fmt: skip
+            if np.linalg.svd(block, compute_uv=False)[-1] < tolerance * scale:
+                raise DesignError(
+                    f"{name}: the model's mode at {abs(value) * MILLI / (2 * np.pi):.4g} Hz is {word}; "
+                    "leave it out of the model or move actuators or sensors"
+                )
+
+
+__all__ = ["LOOP_DELAY", "axis_modes", "check_modes", "design_plant", "frozen", "gain", "modes", "sampled_plant",
+           "short_sampled_plant"]  # fmt: skip

@@ -1,0 +1,107 @@
+"""Conversion of designed controllers, single or on a grid of operating points, to a `Law`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from identification import LinearModel
+from rotorsim.control.designs.plants import KRPM, MICRO, MILLI, MPA, Model
+from rotorsim.control.errors import DesignError
+from rotorsim.control.law import Law
+from rotorsim.control.numerics.systems import System, tustin
+from rotorsim.control.riccati import sampled_riccati
+from rotorsim.sampling import SAMPLE
+
+AVERAGE, FADE = 0.2, 0.05
+"""Seconds in which a law seeks its centre, and in which its output then comes in."""
+
+
+def discrete(system: System, Ts: float = SAMPLE) -> System:
+    """Tustin's controller of one in um, V and ms, for Ts [s]; raises DesignError if it is too fast for Ts."""
+    fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0)) * MILLI
+    check_period(Ts)
+    if fastest > 10 / Ts:
+        raise DesignError(
+            f"Ts = {Ts * 1e3:g} ms: the controller's fastest pole, {fastest:.3g} rad/s, exceeds 10/Ts = {10 / Ts:.3g}; "
+            "sample faster or ask less of it"
+        )
+    return tustin(system, Ts * MILLI)
+
+
+def check_period(Ts: float) -> None:
+    """Raise DesignError if Ts [s] is no sampling time."""
+    if not 0 < Ts < 1:
+        raise DesignError(f"Ts = {Ts} s: is no sampling time; give e.g. {SAMPLE:g}")
+
+
+def antiwindup(system: System, weight: float = 1e-2) -> np.ndarray:
+    """Gain W (n, 2) that makes A - W C, which acts while the output is limited, decay (a Kalman gain)."""
+    n = system.order
+    if not n:
+        return np.zeros((0, 2))
+    A, C = system.A, system.C
+    if np.abs(np.linalg.eigvals(A)).max() < 1 - 1e-6:
+        return np.zeros((n, 2))  # nothing winds up
+    level = max(float(np.linalg.norm(C @ system.B)), 1e-12)
+    fault = "anti-windup: no gain holds the controller's states while it is limited"
+    P = sampled_riccati(A.T, C.T, system.B @ system.B.T + 1e-12 * level**2 * np.eye(n), weight * np.eye(2), fault)
+    return np.asarray(np.linalg.solve(weight * np.eye(2) + C @ P @ C.T, C @ P @ A.T).T)
+
+
+def no_antiwindup(system: System) -> np.ndarray:
+    """The state goes on as if nothing limited the output."""
+    return np.zeros((system.order, 2))
+
+
+def make_law(
+    name: str, grid: list[list[System]], speeds: Any, pressures: Any, spec: Any, gamma: float | None = None,
+    **settings: Any,
+) -> Law:  # fmt: skip
+    """Law from discrete controllers in um and V over a grid of operating points."""
+    stacked: dict[str, Any] = {
+        letter: np.array([[getattr(one, letter) for one in row] for row in grid]) for letter in "ABCD"
+    }
+    hold = settings.pop("antiwindup", antiwindup)
+    stacked["W"] = np.array([[hold(one) for one in row] for row in grid])
+    stacked["B"], stacked["D"] = stacked["B"] * MICRO, stacked["D"] * MICRO
+    settings = {"average": AVERAGE, "fade": FADE} | settings
+    about = {"design": name, "spec": plain_spec(spec)}
+    about |= settings.pop("about", {})
+    return Law(name, **stacked, speeds=np.atleast_1d(speeds), pressures=np.atleast_1d(pressures), gamma=gamma,
+               Ts=spec.Ts, about=about, **settings)  # fmt: skip
+
+
+def constant_law(name: str, system: System, spec: Any, gamma: float | None = None, **settings: Any) -> Law:
+    """Law of one discrete controller in um and V."""
+    return make_law(name, [[system]], 0.0, 0.0, spec, gamma, **settings)
+
+
+def plain_spec(spec: Any) -> dict[str, Any]:
+    """A specification as plain values for JSON."""
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(spec).items()}
+
+
+def table_axes(model: Model, size: tuple[int, int], slowest: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds and pressures of a table over the range of an LPV model; raises DesignError for a model without one."""
+    if isinstance(model, LinearModel):
+        raise DesignError(
+            "model: holds for one operating point and the design is scheduled; give an LPV model of several points"
+        )
+    (w0, p0), (w1, p1) = model.low, model.high
+    return _axis(max(w0, slowest), w1, size[0]), _axis(p0, p1, size[1])
+
+
+def _axis(low: float, high: float, count: int) -> np.ndarray:
+    return np.linspace(low, high, count) if high > low and count > 1 else np.array([(low + high) / 2])
+
+
+def over_grid(speeds: np.ndarray, pressures: np.ndarray, at: Callable[[float, float], System]) -> list[list[System]]:
+    """`at(speed, pressure)` for every point."""
+    return [[at(float(speed), float(pressure)) for pressure in pressures] for speed in speeds]
+
+
+__all__ = ["KRPM", "MPA", "constant_law", "discrete", "make_law", "over_grid", "plain_spec", "table_axes"]

@@ -1,0 +1,1 @@
+"""Sampled loop of law and model: margins, sensitivities, impact response, stability check."""

@@ -1,0 +1,183 @@
+r"""Sampled loop of a law and a model with one sample of delay: poles, sensitivities, margins.
+
+.. math:: S_o = (I - G K)^{-1}, \quad S_i = (I - K G)^{-1}, \quad T_i = K G S_i
+
+The law's output adds to the reference, hence the minus: thesis Papers C and E; A, B, D and F write u = -K y. The disk
+margin is the balanced one of Seiler, Packard and Gahinet (2020), alpha = 1 / max sigma(S - I/2), over both ends of the
+loop and all frequencies up to Nyquist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.base.rounding import DECAYS, decays
+from rotorsim.control.designs.plants import MICRO, MILLI, Model, sampled_plant
+from rotorsim.control.law import Law
+from rotorsim.control.numerics.systems import System, feedback, largest, response
+
+FREQUENCIES = 1200
+"""Points of a frequency axis up to Nyquist."""
+
+
+def law_system(law: Law, speed: float, pressure: float) -> System:
+    """The law at an operating point, in um and V."""
+    A, B, C, D = law.at(speed, pressure)
+    return System(A, B / MICRO, C, D / MICRO)
+
+
+def closed_poles(plant: System, controller: System) -> np.ndarray:
+    """Poles z of the sampled loop."""
+    return np.asarray(np.linalg.eigvals(feedback(plant, controller).A))
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """Frequencies (f,) [Hz] and responses (f, 2, 2): plant G, controller K, sensitivities at disc and reference."""
+
+    frequency: np.ndarray
+    G: np.ndarray
+    K: np.ndarray
+    So: np.ndarray
+    Si: np.ndarray
+
+    @property
+    def KS(self) -> np.ndarray:
+        """What the disc's disturbances ask of the actuators [V/um]."""
+        return self.K @ self.So
+
+    @property
+    def GS(self) -> np.ndarray:
+        """Disc per disturbance at the reference [um/V]."""
+        return self.So @ self.G
+
+    @property
+    def peak(self) -> float:
+        """Largest singular value of the output sensitivity."""
+        return float(largest(self.So).max())
+
+    @property
+    def disk_margin(self) -> float:
+        """Diameter alpha of the largest balanced disk of simultaneous gain and phase changes, at the worse end."""
+        eye = np.eye(2)
+        return float(min(1 / largest(s - eye / 2).max() for s in (self.So, self.Si)))
+
+    @property
+    def gain_margin(self) -> float:
+        """Gain factor that every loop at once takes, up or down, from the disk margin."""
+        alpha = min(self.disk_margin, 2.0)
+        return (2 + alpha) / (2 - alpha) if alpha < 2 else float("inf")
+
+    @property
+    def phase_margin(self) -> float:
+        """Phase [deg] that every loop at once takes, from the disk margin."""
+        return float(np.degrees(2 * np.arctan(min(self.disk_margin, 2.0) / 2)))
+
+
+def frequency_axis(Ts: float, lowest: float = 0.5) -> np.ndarray:
+    """Frequencies [Hz] from `lowest` to Nyquist, even on a logarithmic axis."""
+    return np.geomspace(lowest, 0.4999 / Ts, FREQUENCIES)
+
+
+def loop_of(plant: System, controller: System, Ts: float, frequency: np.ndarray | None = None) -> Loop:
+    """Frequency responses of a sampled loop."""
+    f = frequency_axis(Ts) if frequency is None else np.asarray(frequency, float)
+    z = np.exp(2j * np.pi * f * Ts)
+    G, K = response(plant, z), response(controller, z)
+    eye = np.eye(2)
+    return Loop(f, G, K, np.linalg.inv(eye - G @ K), np.linalg.inv(eye - K @ G))
+
+
+def model_loop(law: Law, model: Model, speed: float, pressure: float, frequency: np.ndarray | None = None) -> Loop:
+    """The loop of a law and a frozen model."""
+    return loop_of(sampled_plant(model, speed, pressure, law.Ts), law_system(law, speed, pressure), law.Ts, frequency)
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Loop over speeds (s,), pressures (p,): radius of the outermost pole, smallest damping ratio (s, p)."""
+
+    speeds: np.ndarray
+    pressures: np.ndarray
+    radius: np.ndarray
+    damping: np.ndarray
+
+    @property
+    def unstable(self) -> int:
+        """Number of points with a pole on or outside the unit circle, or so near that rounding decides."""
+        return int(np.count_nonzero(~(self.radius < DECAYS)))
+
+    @property
+    def worst(self) -> tuple[float, float]:
+        """Speed [rad/s] and pressure [Pa] of the outermost pole."""
+        i, j = np.unravel_index(self.radius.argmax(), self.radius.shape)
+        return float(self.speeds[i]), float(self.pressures[j])
+
+
+def sweep(law: Law, model: Model, speeds: np.ndarray, pressures: np.ndarray) -> Sweep:
+    """Poles of the loop over operating points, for the law as it runs there."""
+    radius = np.zeros((len(speeds), len(pressures)))
+    damping = np.zeros_like(radius)
+    for i, speed in enumerate(speeds):
+        for j, pressure in enumerate(pressures):
+            plant = sampled_plant(model, float(speed), float(pressure), law.Ts)
+            z = closed_poles(plant, law_system(law, float(speed), float(pressure)))
+            radius[i, j], damping[i, j] = np.abs(z).max(), smallest_damping(z, law.Ts)
+    return Sweep(np.asarray(speeds), np.asarray(pressures), radius, damping)
+
+
+def smallest_damping(z: np.ndarray, Ts: float, highest: float = 600.0) -> float:
+    """Smallest damping ratio of oscillating poles below `highest` [Hz]; 1 where nothing oscillates."""
+    z = z[np.abs(z) > 1e-9]
+    s = np.log(z.astype(complex)) / Ts
+    s = s[(s.imag > 1.0) & (s.imag < 2 * np.pi * highest)]
+    return float((-s.real / np.abs(s)).min(initial=1.0))
+
+
+def root_locus(plant: System, controller: System, gains: np.ndarray) -> np.ndarray:
+    """Poles z (g, n) of the loop with `controller` times each gain, each branch followed from gain to gain."""
+    rows: list[np.ndarray] = []
+    for factor in gains:
+        scaled = System(controller.A, controller.B, factor * controller.C, factor * controller.D)
+        poles = closed_poles(plant, scaled)
+        rows.append(poles if not rows else _in_order(rows[-1], poles))
+    return np.array(rows)
+
+
+def stable_gains(plant: System, controller: System, gains: np.ndarray) -> tuple[float, float]:
+    """Ends of the stretch of stable gains round zero; NaN where zero itself is not stable."""
+    good = np.array([decays(row) for row in root_locus(plant, controller, gains)])
+    at = int(np.abs(gains).argmin())
+    if not good[at]:
+        return float("nan"), float("nan")
+    low = at - int(np.argmin(np.append(good[at::-1], False))) + 1
+    high = at + int(np.argmin(np.append(good[at:], False))) - 1
+    return float(gains[low]), float(gains[high])
+
+
+def bode_integral(plant: System, controller: System, Ts: float, points: int = 20000) -> tuple[float, float]:
+    r"""Both sides of Bode's integral of a sampled loop, whose plant is late by a sample.
+
+    .. math:: \frac{1}{\pi} \int_0^\pi \ln |\det S_o| \, d\omega = \sum_k \ln |p_k|
+
+    over the poles p_k of G and K outside the unit circle (Sung and Hara 1988).
+    """
+    w = (np.arange(points) + 0.5) * np.pi / points
+    z = np.exp(1j * w)
+    difference = np.eye(2) - response(plant, z) @ response(controller, z)
+    left = -float(np.mean(np.log(np.abs(np.linalg.det(difference)))))
+    poles = np.concatenate([np.linalg.eigvals(plant.A), np.linalg.eigvals(controller.A)])
+    right = float(np.log(np.abs(poles[np.abs(poles) > 2 - DECAYS])).sum())
+    return left, right
+
+
+def _in_order(before: np.ndarray, poles: np.ndarray) -> np.ndarray:
+    """Poles in the order of those before."""
+    from scipy.optimize import linear_sum_assignment
+
+    return poles[linear_sum_assignment(np.abs(before[:, None] - poles[None]))[1]]
+
+
+__all__ = ["MILLI", "Loop", "Sweep", "bode_integral", "model_loop", "root_locus", "sweep"]

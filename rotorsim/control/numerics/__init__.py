@@ -1,0 +1,1 @@
+"""Riccati equations, linear matrix inequalities, state-space arithmetic."""

@@ -1,0 +1,91 @@
+r"""Guard against NaN and infinite samples: controller states frozen, output held and then faded out.
+
+.. math:: u = u_0 \max(0, 1 - \max(0, n - HOLD) / FADE)
+
+in the n-th bad sample in a row, u_0 being the last output before. In good samples after them the output goes linearly
+from where it was to that of the law, in as many samples as were bad and one more, FADE + 1 at most, and in no fewer
+than an earlier return has left: no jump. The clock of the law (start, mean position, fade-in) stands still in bad
+samples.
+"""
+
+from __future__ import annotations
+
+import math
+
+from reynolds.jit import inlined, kernel
+
+HOLD = 5.0
+"""Bad samples through which the last output is held: 1 ms at 5 kHz."""
+FADE = 100.0
+"""Samples in which it then fades out, and in which it comes back at most: 20 ms at 5 kHz."""
+FARTHEST = 1e3
+"""Displacement [m] that no sensor shows; it would take seconds to leave the states of a law."""
+OK, SENSOR, POINT, OVERFLOW = 0.0, 1.0, 2.0, 3.0
+"""Alarm codes; see `rotorsim.control.runtime.alarm` for their sentences."""
+OUT, BEGIN, BAD, BACK, SPAN, ALARM, LAST, LOST, SIZE = 0, 2, 4, 5, 6, 7, 8, 9, 10
+"""Offsets: last output (2), output from which it fades or returns (2), bad samples in a row, samples until the law acts
+fully again, of how many; alarm code now, last alarm code and number of bad samples since the start."""
+
+
+@inlined
+def fault_in(L, measured_x, measured_y, speed, pressure):
+    """Alarm code for what a law is given; speed and pressure count where it is scheduled over them."""
+    if not (abs(measured_x) < FARTHEST and abs(measured_y) < FARTHEST):
+        return SENSOR
+    if L.speeds > 1 and not math.isfinite(speed):
+        return POINT
+    if L.pressures > 1 and not math.isfinite(pressure):
+        return POINT
+    return OK
+
+
+@inlined
+def overflow(w, L):
+    """Alarm code for the states of a law; those of an unstable one that has overflowed start again from rest."""
+    total = 0.0
+    for k in range(L.n):
+        total += 0.0 * w[L.x + k]
+    if total == 0.0:
+        return OK
+    for k in range(L.n):
+        w[L.x + k] = 0.0
+    return OVERFLOW
+
+
+@inlined
+def hold(w, g, fault, out):
+    """A bad sample: `out` (2,) [V] is the last output, later a part of it."""
+    if w[g + BAD] == 0.0:
+        w[g + BEGIN], w[g + BEGIN + 1] = w[g + OUT], w[g + OUT + 1]
+    w[g + BAD] += 1.0
+    w[g + LOST] += 1.0
+    w[g + ALARM] = w[g + LAST] = fault
+    part = max(1.0 - max(w[g + BAD] - HOLD, 0.0) / FADE, 0.0)
+    for axis in range(2):
+        out[axis] = w[g + OUT + axis] = part * w[g + BEGIN + axis]
+
+
+@inlined
+def resume(w, g, out):
+    """A good sample: `out` (2,) [V], the law's, and after bad ones a mean of it and the output then."""
+    if w[g + BAD] > 0.0:
+        w[g + BEGIN], w[g + BEGIN + 1] = w[g + OUT], w[g + OUT + 1]
+        w[g + SPAN] = w[g + BACK] = max(min(w[g + BAD], FADE) + 1.0, w[g + BACK])
+        w[g + BAD] = 0.0
+    if w[g + BACK] > 0.0:
+        w[g + BACK] -= 1.0
+        part = w[g + BACK] / w[g + SPAN]
+        for axis in range(2):
+            out[axis] += part * (w[g + BEGIN + axis] - out[axis])
+        if w[g + BACK] == 0.0:
+            w[g + ALARM] = OK
+    w[g + OUT], w[g + OUT + 1] = out[0], out[1]
+
+
+@kernel
+def guard(w, fault, out):
+    """The same for a law outside this folder: `w` (SIZE,) is its guard's memory, `out` (2,) what it would give."""
+    if fault == OK:
+        resume(w, 0, out)
+    else:
+        hold(w, 0, fault, out)

@@ -1,0 +1,1 @@
+"""Blind tests of a diagnosis: records of a machine with hidden effects."""

@@ -1,0 +1,245 @@
+"""Records with hidden effects, simulated on a finer grid and step than a diagnosis, with another calibration.
+
+The truth goes to a folder of its own beside the records, which `diagnose` never opens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identification import make_record
+from rotorsim.base.file_set import replacing_all
+from rotorsim.base.files import make_folder, write_json
+from rotorsim.base.netcdf import write_netcdf
+from rotorsim.discrepancy.blind_test.design import Planned, campaign
+from rotorsim.discrepancy.data.spectra import find_period
+from rotorsim.discrepancy.fit.calibration import MESH, calibration
+from rotorsim.discrepancy.fit.parameters import DIRECTIONS, Knob, contributions, setting
+from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.search.candidates import Form, candidates
+from rotorsim.discrepancy.twin.periodic_motion import in_motion
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.errors import DataError, NoLiftOffError
+from rotorsim.machine import Machine, load_machine
+from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.simulation import Simulation, split_columns
+from rotorsim.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GRID, STEP = (48, 16), 5e-5
+"""Grid and step [s] of hidden records; a diagnosis works on 32x8 and 0.2 ms and proves it on 32x16 and 0.1 ms."""
+SHARE_OF_PRIOR = 0.3
+"""The hidden machine's calibration is off by so many of the priors' standard deviations (one standard deviation)."""
+SIZES = (2.0, 8.0)
+"""Range of hidden amplitudes in steps of the candidates."""
+TILE = 2000
+"""Samples of a period of the campaign's excitation, in which it makes whole turns."""
+Disturb = Callable[[np.ndarray, Planned], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Hidden truth of a blind test: forms with their parameter values, the changed calibration, seed."""
+
+    forms: tuple[Form, ...]
+    amplitudes: tuple[tuple[float, ...], ...]
+    point: Point
+    seed: int
+
+    def told(self, twin: Twin) -> dict[str, Any]:
+        """As it is sealed."""
+        own = {key: v for key, v in setting(twin, contributions(self.point.values, 0.0, 0.0), self.point.fixed).items()}
+        return {
+            "effects": [f.effect for f in self.forms],
+            "forms": [f.label for f in self.forms],
+            "knobs": {k.name: v for k, v in self.point.values.items()},
+            "parameters": own,
+            "seed": self.seed,
+        }
+
+
+def truth_twin(machine: Machine, effects: Sequence[str] | None = None) -> Twin:
+    """Plant for hidden records, on a finer grid and step than a diagnosis and with sensor noise."""
+    grid = GRID if machine.film is not None else (32, 8)
+    return Twin(machine, grid, STEP, scatter=True, only=None if effects is None else tuple(sorted(effects)))
+
+
+def draw(
+    twin: Twin, effects: Sequence[str], seed: int, sizes: tuple[float, float] = SIZES, off: float = SHARE_OF_PRIOR
+) -> Truth:
+    """Random forms and sizes of hidden effects and a changed calibration; raises DataError for an unknown effect."""
+    rng = np.random.default_rng([seed, 7])
+    forms: list[Form] = []
+    amplitudes: list[tuple[float, ...]] = []
+    values: dict[Knob, float] = {}
+    fixed: dict[str, float] = {}
+    every = candidates(twin)
+    for name in effects:
+        own = [f for f in every if name in (f.effect, f.key)]
+        if not own:
+            known = ", ".join(sorted({f.effect for f in every}))
+            raise DataError(f"hide: '{name}' cannot be hidden in {twin.machine.name}; choose one of {known}")
+        form = own[int(rng.integers(len(own)))]
+        size = float(np.exp(rng.uniform(*np.log(sizes))))
+        v = _amplitude(form, size, rng)
+        forms.append(form)
+        amplitudes.append(tuple(v))
+        values.update(dict(zip(form.knobs, map(float, v), strict=True)))
+        fixed.update(form.fixed)
+    for knob in calibration(twin):
+        if knob.key in DIRECTIONS:
+            values[knob] = float(rng.normal(0, 1e-6))
+        elif knob != MESH and not knob.trend:
+            values[knob] = float(np.clip(rng.normal(0, off), -2 * off, 2 * off) * knob.sd)
+    return Truth(tuple(forms), tuple(amplitudes), Point(values, fixed), seed)
+
+
+def _amplitude(form: Form, size: float, rng: np.random.Generator) -> np.ndarray:
+    steps = np.array([k.step for k in form.knobs])
+    if len(steps) == 2:
+        turned = rng.uniform(0, 2 * np.pi)
+        return np.asarray(size * steps * [np.cos(turned), np.sin(turned)])
+    sign = 1.0 if form.knobs[0].low >= 0 or rng.uniform() < 0.5 else -1.0
+    return np.asarray(np.clip(sign * size * steps, form.knobs[0].low, form.knobs[0].high))
+
+
+def record_of(
+    twin: Twin, planned: Planned, point: Point, seed: int, disturb: Disturb | None = None, tiled: bool = False
+) -> xr.Dataset:
+    """Record of the hidden machine with measured channels only; raises NoLiftOffError.
+
+    A record that is `tiled` is one period of the response of a machine that has been running, again and again, with
+    noise drawn beside the plant: what the whole run gives where nothing remembers longer, at a third of its cost.
+    """
+    speed, pressure = planned.experiment.initial()
+    rows = planned.experiment.rows(0, planned.experiment.samples)
+    own = setting(twin, contributions(point.values, speed, pressure), point.fixed)
+    tiled = tiled and disturb is None and find_period(rows[:, 2:4]) == TILE
+    tiled = tiled and not twin.lingers(own, True)
+    if tiled:
+        table = _tiled(twin, own, rows, (speed, pressure), 1000 * seed + planned.noise)
+    else:
+        fed = rows if disturb is None else disturb(rows.copy(), planned)
+        a = twin.set(own)
+        w = in_motion(a, settle(a, speed, pressure), speed, pressure)
+        w[a.rig.seed] = 1000 * seed + planned.noise
+        table = Simulation(a, w).advance(fed)
+    values = split_columns(table, rows, twin.machine.film is not None)
+    keep = ("disc_measured", "angle_measured", "speed_measured", "pressure_measured", "reference", "disc_force")
+    shown = {name: values[name] for name in keep if name in values}
+    for knob, value in point.values.items():
+        if knob.key.startswith("offset_"):
+            shown["disc_measured"][:, "xy".index(knob.key[-1])] += value
+    attrs = {"role": planned.role, "record": planned.name, "sample_rate_hz": 1 / SAMPLE}
+    return make_record(np.arange(len(rows)) * SAMPLE, shown, attrs | planned.experiment.attrs())
+
+
+def _tiled(twin: Twin, own: dict[str, float], rows: np.ndarray, point: tuple[float, float], seed: int) -> np.ndarray:
+    """A table of samples made of one period, without the scatter of the displacement sensors, which is added."""
+    scatter, quiet = _scatter(twin, own)
+    a = twin.set({**own, **quiet})
+    short = Simulation(a, settle(a, *point)).advance(rows[: 3 * TILE])
+    number = np.arange(len(rows))
+    table = short[2 * TILE + number % TILE]
+    for name in ("angle", "angle_measured"):
+        turned = short[2 * TILE :, COLUMNS.index(name)] - short[2 * TILE, COLUMNS.index(name)]
+        table[:, COLUMNS.index(name)] = turned[number % TILE] + number // TILE * (TILE * SAMPLE * point[0])
+    first = COLUMNS.index("disc_measured_x")
+    rng, readings = np.random.default_rng(seed), table[:, first : first + 2]
+    for effect in scatter:
+        readings = effect.scatter(readings, rng)
+    table[:, first : first + 2] = readings
+    return table
+
+
+def _scatter(twin: Twin, own: dict[str, float]) -> tuple[list[Any], dict[str, float]]:
+    """Effects that scatter the displacement readings, as set, and the setting that makes them neutral."""
+    effects: list[Any] = []
+    quiet: dict[str, float] = {}
+    for name, kind in REGISTRY.items():
+        if name in twin.equipped[0].effects and kind.scatter is not Effect.scatter:
+            filed: Any = twin.effect(name, 0)
+            numbers = {f.name: f"{name}.0.{f.name}" for f in fields(filed)}
+            effects.append(replace(filed, **{p: own[key] for p, key in numbers.items() if key in own}))
+            quiet |= {key: float(getattr(kind(), p)) for p, key in numbers.items()}
+    return effects, quiet
+
+
+def hide(
+    machine: Machine | str | Path,
+    effects: Sequence[str] = (),
+    seed: int = 0,
+    out: str | Path | None = None,
+    sizes: tuple[float, float] = SIZES,
+    truth: Truth | None = None,
+    disturb: Disturb | None = None,
+    twin: Twin | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    tiled: bool = False,
+) -> list[xr.Dataset]:
+    """Records of a machine with hidden effects.
+
+    Parameters
+    ----------
+    machine : Machine or name or path
+        What the user believes the machine to be.
+    effects : names
+        Effects, or forms of them such as "runout.second"; none for a machine in which nothing is missing.
+    seed : int
+        Draws form, size and phase of the effects, the machine's other calibration and the sensors' noise.
+    out : folder
+        Records go to `out/records`, the truth to `out/sealed/truth.json`; nowhere when not given.
+    sizes : (least, most)
+        Range of amplitudes in steps of the candidates.
+    truth, disturb, twin :
+        Instead of a draw; a change of the inputs that the records do not tell; a truth plant to use again.
+    tiled : bool
+        Run one period of each periodic record only, and repeat it (`record_of`).
+
+    Returns
+    -------
+    list of Dataset
+        Records with attributes `role` (fit, held_out, untouched) and `record`.
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    twin = twin or truth_twin(machine)
+    truth = truth or draw(twin, effects, seed, sizes)
+    plan, records = campaign(machine), []
+    for i, planned in enumerate(plan):
+        try:
+            records.append(record_of(twin, planned, truth.point, seed, disturb, tiled))
+        except NoLiftOffError as error:
+            raise DataError(f"hide: with seed {seed} {error}; choose another seed") from error
+        if progress is not None:
+            progress(i + 1, len(plan))
+    if out is not None:
+        write(Path(out), records, truth, twin)
+    return records
+
+
+def write(folder: Path, records: Sequence[xr.Dataset], truth: Truth, twin: Twin) -> None:
+    """Write records and sealed truth together; raises DataError if records exist, or WriteError."""
+    if (folder / "records").exists() or (folder / "sealed").exists():
+        raise DataError(f"{folder}: has hidden records already; choose another --out")
+    with replacing_all(folder, ("sealed", "records")) as part:
+        for record in records:
+            write_netcdf(make_folder(part / "records") / f"{record.attrs['record']}.nc", record)
+        write_json(make_folder(part / "sealed") / "truth.json", truth.told(twin), default=float)
+
+
+def scaled(truth: Truth, factor: float) -> Truth:
+    """Same truth with the amplitudes of the hidden effects multiplied by a factor."""
+    values = dict(truth.point.values)
+    for form in truth.forms:
+        for knob in form.knobs:
+            values[knob] *= factor
+    return replace(truth, point=replace(truth.point, values=values))

@@ -1,0 +1,1 @@
+"""Measured records as spectra over whole periods, and checks before the fit."""

@@ -1,0 +1,264 @@
+"""Input and output spectra of a measured record over whole periods, as the diagnosis uses them.
+
+Lines are averages of the DFTs of whole periods of the excitation (of whole revolutions where it has none), in metres,
+0-pk, for both sensors; below them the mean and the drift of the slow part. The twin's response to the same inputs goes
+through the same averages, so a leak would be in both.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.records.prefilter import measured, operating_point
+from identification.records.sampling import sampling_time
+from rotorsim.errors import DataError
+from rotorsim.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HIGHEST = 300.0
+"""Highest line [Hz] that is compared."""
+SETTLING = 0.5
+"""Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
+SHORTEST_PERIOD = 0.2
+LEAD = 0.4
+"""Time [s] for which the twin of a periodic record runs before the one period that is compared."""
+TURNING = 1.0
+"""Slowest speed [rad/s] that counts as turning."""
+ROLES = ("fit", "held_out", "untouched")
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Inputs rows (n, 6) as `Simulation.advance` takes them, angle [rad] at the start, window of `blocks` x `length`
+    samples from `start`, and the measured blocks' DFTs (blocks, 2, lines) [m]."""
+
+    name: str
+    role: str
+    rows: np.ndarray
+    pressure: float
+    angle: float
+    start: int
+    length: int
+    blocks: int
+    spectra: np.ndarray
+    excited: np.ndarray
+    orders: tuple[int, ...] = ()
+    """Orders of a run-up's vectors; none for a record at constant speed."""
+    periodic: bool = False
+    """Whether every block is one period of the excitation, so that one period of the response tells all."""
+
+    @property
+    def speed(self) -> float:
+        """Shaft speed [rad/s]."""
+        return float(self.rows[0, 0])
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Frequencies (lines,) [Hz]."""
+        return np.arange(self.spectra.shape[2]) / (self.length * SAMPLE)
+
+    @property
+    def amplitude(self) -> float:
+        """Largest reference [V], or force [N] where there is none."""
+        reference = float(np.abs(self.rows[:, 2:4]).max())
+        return reference if reference else float(np.abs(self.rows[:, 4:6]).max())
+
+    @property
+    def point(self) -> str:
+        """Operating point for people."""
+        force = "N" if not self.rows[:, 2:4].any() and self.rows[:, 4:6].any() else "V"
+        pressure = f"{self.pressure / 1e6:.2f} MPa, " if self.pressure else ""
+        return f"{self.speed * 30 / np.pi:.0f} rpm, {pressure}{self.amplitude:.2g} {force}"
+
+    @cached_property
+    def inputs(self) -> str:
+        """Hash of what a simulation needs, and of the window."""
+        window = repr((self.start, self.length, self.blocks, self.spectra.shape, self.orders)).encode()
+        return hashlib.sha256(np.ascontiguousarray(self.used).tobytes() + window).hexdigest()
+
+    @property
+    def used(self) -> np.ndarray:
+        """The rows that a simulation needs."""
+        return self.rows[: self.start + self.blocks * self.length]
+
+    def lines(self, displacement: np.ndarray) -> np.ndarray:
+        """DFTs (blocks, 2, lines) [m] of displacements (n, 2) [m]."""
+        return block_lines(displacement, self.start, self.length, self.blocks, self.spectra.shape[2])
+
+    @property
+    def lead(self) -> int:
+        """Samples before the window from which a twin without slow states has forgotten how it began; 0 for none."""
+        wanted = round(LEAD / SAMPLE)
+        return wanted if self.periodic and self.start >= wanted else 0
+
+    @cached_property
+    def balanced(self) -> bool:
+        """Whether the reference has no mean over a period."""
+        one = self.rows[self.start : self.start + self.length, 2:4]
+        return bool(np.abs(one.mean(axis=0)).max() <= 1e-3 * max(np.abs(one).max(), 1e-300))
+
+    @property
+    def short(self) -> tuple[np.ndarray, float]:
+        """Rows (n, 6) that lead into one period and hold it, and the shaft angle [rad] at their beginning."""
+        first = self.start - self.lead
+        turned = self.angle + float(np.sum(self.rows[:first, 0])) * SAMPLE
+        return self.rows[first : self.start + self.length], turned
+
+    def short_lines(self, displacement: np.ndarray) -> np.ndarray:
+        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] to `short`: all blocks are alike."""
+        one = block_lines(displacement, self.lead, self.length, 1, self.spectra.shape[2])
+        return np.repeat(one, self.blocks, axis=0)
+
+    def vector(self, spectra: np.ndarray) -> np.ndarray:
+        """Real data vector of blocks' DFTs: for each channel the mean, the drift, real and imaginary parts [m]."""
+        mean = spectra.mean(axis=0)
+        drift = (spectra[-1] - spectra[0])[:, 0].real
+        parts = [np.column_stack([mean[:, 0].real, drift]), mean[:, 1:].real, mean[:, 1:].imag]
+        return np.concatenate(parts, axis=1).ravel()
+
+
+def block_lines(displacement: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
+    """DFTs (blocks, 2, count) [m, 0-pk] of consecutive blocks of displacements (n, 2)."""
+    cut = displacement[start : start + blocks * length].reshape(blocks, length, 2)
+    spectra = np.fft.rfft(cut, axis=1)[:, :count].transpose(0, 2, 1) * (2 / length)
+    spectra[:, :, 0] /= 2
+    return np.asarray(spectra)
+
+
+def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> Trial:
+    """Trial from a record; raises DataError with one sentence if it is unsuitable."""
+    Ts = sampling_time(record)
+    if abs(Ts / SAMPLE - 1) > 1e-6:
+        raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
+    displacement = measured(record, "disc")
+    if displacement is None:
+        raise DataError(f"{name}: has no disc_measured; map the displacement sensors")
+    n = len(displacement)
+    speed, pressure = operating_point(record, Ts)
+    _check_constant(record, name)
+    _check_loop(record, name)
+    _check_turning(record, speed, n, name)
+    rows = np.zeros((n, 6))
+    rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
+    for column, channel in ((2, "reference"), (4, "disc_force")):
+        if channel in record:
+            rows[:, column : column + 2] = record[channel].values
+    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
+    start, length, blocks = _window(rows, speed, n, name, period)
+    count = min(int(HIGHEST * length * SAMPLE) + 1, length // 2)
+    spectra = block_lines(displacement, start, length, blocks, count)
+    excited = _excited(rows, start, length, blocks, count)
+    angle = _initial_angle(record, speed, n)
+    periodic = period == length
+    pressure = float(rows[0, 1])
+    return Trial(name, role, rows, pressure, angle, start, length, blocks, spectra, excited, periodic=periodic)
+
+
+def _check_constant(record: xr.Dataset, name: str) -> None:
+    speed = measured(record, "speed")
+    if speed is None or speed.ndim == 0 or len(speed) < 1000:
+        return
+    slow = speed[: len(speed) // 250 * 250].reshape(-1, 250).mean(axis=1)[1:]
+    if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
+        raise DataError(
+            f"{name}: the speed goes from {slow.min() * 30 / np.pi:.0f} to {slow.max() * 30 / np.pi:.0f} rpm; "
+            "give records at constant speed, or a run-up as vectors (rotorsim data)"
+        )
+
+
+def _check_loop(record: xr.Dataset, name: str) -> None:
+    """Closed loop: the dither that was added must be there, and the reference that acted is what is fed."""
+    closed = "controller" in record.attrs or str(record.attrs.get("experiment", "")) == "controlled"
+    if closed and "reference_external" not in record:
+        raise DataError(
+            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well"
+        )
+
+
+TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
+"""Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+
+
+def _check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
+    """The angle must turn as fast as the speed says."""
+    angle = measured(record, "angle")
+    if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
+        return
+    slope = float(np.polyfit(SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
+    if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
+        return
+    ratio = abs(speed / slope) if slope else np.inf
+    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
+    way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
+    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
+
+
+def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
+    """Shaft angle [rad] at the first sample of a turn at constant speed that fits the encoder best."""
+    angle = measured(record, "angle")
+    if angle is None or abs(speed) < TURNING:
+        return 0.0
+    return float(np.mod(np.median(angle - speed * SAMPLE * np.arange(n)), 2 * np.pi))
+
+
+def _window(rows: np.ndarray, speed: float, n: int, name: str, period: int | None) -> tuple[int, int, int]:
+    """Start, length and number of the blocks that are compared."""
+    least = int(SETTLING / SAMPLE)
+    if period is not None and n >= least + period:
+        blocks = (n - least) // period
+        return n - blocks * period, period, blocks
+    length = n - least
+    if length < SHORTEST_PERIOD / SAMPLE:
+        raise DataError(f"{name}: lasts {n * SAMPLE:.3g} s, a diagnosis needs at least {SETTLING + SHORTEST_PERIOD} s")
+    if rows[:, 4:6].any():
+        first = int(np.argmax(rows[:, 4:6].any(axis=1)))
+        least = min(least, max(first - 1, 0))
+        length = n - least
+    if abs(speed) > TURNING:
+        turn = 2 * np.pi / abs(speed) / SAMPLE
+        turns = int(length / turn)
+        length = round(turns * turn) if turns else length
+    # two halves where they hold whole turns too, so that the record tells its own scatter
+    steady = not rows[:, 2:6].any()
+    if steady and length >= 2 * SHORTEST_PERIOD / SAMPLE:
+        half = length // 2
+        if abs(speed) > TURNING:
+            half = round(int(half / turn) * turn)
+        return n - 2 * half, half, 2
+    return n - length, length, 1
+
+
+def find_period(signal: np.ndarray) -> int | None:
+    """Period of a signal (n, 2) in samples, from the exact repetition of its end; None if there is none."""
+    n = len(signal)
+    tail = signal[n // 3 :]
+    power = np.abs(np.fft.rfft(tail - tail.mean(axis=0), 2 * len(tail), axis=0)) ** 2
+    overlap = np.arange(len(tail), 0, -1)
+    correlation = np.fft.irfft(power.sum(axis=1))[: len(tail)] / overlap
+    least = int(SHORTEST_PERIOD / SAMPLE)
+    most = int(0.6 * len(tail))
+    if most <= least or correlation[0] <= 0:
+        return None
+    peak = correlation[least:most].max()
+    for lag in least + np.flatnonzero(correlation[least:most] > 0.98 * peak):
+        moved = np.abs(tail[lag:] - tail[:-lag]).max()
+        if moved < 1e-6 * np.abs(tail).max():
+            return int(lag)
+    return None
+
+
+def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
+    """Which lines (count,) an input excites."""
+    drive = rows[:, 2:4] if rows[:, 2:4].any() else rows[:, 4:6]
+    spectra = np.abs(block_lines(drive, start, length, blocks, count)).mean(axis=0).max(axis=0)
+    top = spectra[1:].max() if count > 1 else 0.0
+    found = spectra > 1e-3 * top if top > 0 else np.zeros(count, bool)
+    found[0] = False
+    return np.asarray(found)

@@ -1,0 +1,283 @@
+"""`diagnose`: locate the misfit, re-calibrate, search for the missing effect, report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.discrepancy.data.intake import data_hash, limits, make_trials, open_records
+from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.unit_checks import check_before
+from rotorsim.discrepancy.fit.calibrate import MOST_RENEWALS, null_vectors, recalibrate, renewed
+from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
+from rotorsim.discrepancy.fit.uncertainty import covariance, finished
+from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
+from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
+from rotorsim.discrepancy.outcome.next_experiment import next_experiment
+from rotorsim.discrepancy.outcome.report_spectra import spectra_of
+from rotorsim.discrepancy.outcome.result import Diagnosis, Found
+from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
+from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
+from rotorsim.discrepancy.residuals.floor import TOLERANCE
+from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
+from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
+from rotorsim.discrepancy.search.candidates import Form, candidates
+from rotorsim.discrepancy.search.search import CLEAR, Search
+from rotorsim.discrepancy.search.verdict import Verdict, judge
+from rotorsim.discrepancy.twin.alternative_injection import other_law
+from rotorsim.discrepancy.twin.response_cache import Memo
+from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.errors import DataError
+from rotorsim.machine import Machine, load_machine
+from rotorsim.plant.compose import is_compiled
+
+GRID, STEP = (32, 8), 2e-4
+FINE_GRID, FINE_STEP = (32, 16), 1e-4
+SOLVER_LEFT = 0.5
+"""Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
+FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """Compiled twins of a machine: the coarse one for the fit and the fine one for its discretisation error."""
+
+    twin: Twin
+    fine: Twin | None
+    law: tuple[Twin, float] | None = None
+    """The twin with the injectors' other law, and the drift that matches its flow."""
+
+    @classmethod
+    def of(cls, machine: Machine, effects: Iterable[str] | None = None) -> Workshop:
+        """Twins of a machine with all effects of the catalogue, or these, as candidates."""
+        only = None if effects is None else tuple(sorted(set(effects)))
+        fine_grid = GRID if machine.film is None else FINE_GRID
+        twin = Twin(machine, GRID, STEP, only=only)
+        return cls(twin, Twin(machine, fine_grid, FINE_STEP, only=only), other_law(twin))
+
+
+def diagnose(
+    machine: Machine | str | Path,
+    records: Iterable[Any],
+    held_out: Iterable[Any] | None = None,
+    untouched: Iterable[Any] | None = None,
+    effects: Iterable[str] | None = None,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    mapping: Any = None,
+    workshop: Workshop | None = None,
+    threads: int = THREADS,
+    progress: Say = lambda stage: None,
+    resume: str | Path | None = None,
+) -> Diagnosis:
+    """Compare a machine file with measured records, and identify the missing effect.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+        The machine as it is believed to be.
+    records : Datasets or paths
+        Records at constant operating points. Where `held_out` and `untouched` are not given, their attribute `role`
+        says what they are for; without one they are fitted.
+    held_out, untouched :
+        Records at other operating points that choose the effect, and that only show the gap.
+    effects : names
+        Effects that are candidates, or their forms ('runout', 'runout.second'); the whole catalogue when not given.
+    seed : int
+        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    progress : function of a stage's name
+        Called as the work goes on.
+    resume : folder
+        Where to keep what was computed, so that an interrupted diagnosis goes on; yours to delete once it is done.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    DataError
+        If the records cannot be used, with one sentence.
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    opened = open_records(records, mapping)
+    memo = None if resume is None else Memo(Path(resume))
+    if opened and all("speed" in record.dims for _, record in opened):
+        from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
+
+        return diagnose_vectors(machine, opened, effects, tolerance, progress, memo)
+    trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
+    trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
+    trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
+    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, memo)
+
+
+def work_on(
+    machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Say,
+    workshop: Workshop | None = None, threads: int = THREADS, memo: Memo | None = None,
+) -> Diagnosis:  # fmt: skip
+    """Diagnosis of prepared trials."""
+    by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
+    if not by_role["fit"]:
+        raise DataError("diagnose: no records to fit; give some, or set the attribute role")
+    forms = candidates(Twin(machine, GRID, STEP) if workshop is None else workshop.twin, effects)
+    workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms})
+    parts = {role: Comparison(workshop.twin, own, threads, memo=memo) for role, own in by_role.items() if own}
+    if not is_compiled(workshop.twin.assembly.module):
+        progress("compile")
+    return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+
+
+@dataclass(eq=False)
+class Work:
+    """Diagnosis in progress."""
+
+    machine: Machine
+    workshop: Workshop
+    parts: dict[str, Comparison]
+    forms: tuple[Form, ...]
+    trials: Sequence[Trial]
+    tolerance: float
+    say: Say
+
+    @property
+    def fitted(self) -> Comparison:
+        """The records to fit."""
+        return self.parts["fit"]
+
+    def run(self) -> Diagnosis:
+        """All steps."""
+        self.say("check")
+        check_before(self.fitted, self.fitted.predict(Point()))
+        self.say("calibrate")
+        workshop = self.workshop
+        base = recalibrate(self.fitted, workshop.fine, self.tolerance, lambda: self.say("calibrate"), workshop.law)
+        sweeps = any(t.orders for t in self.fitted.trials)
+        notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
+        notes += self._scatter_note()
+        fitted = self.fitted.measured - base.residual * self.fitted.sigma
+        notes += check_after(self.fitted, fitted)
+        for _ in range(MOST_RENEWALS):
+            if not flagged(table(self.fitted, base.residual)):
+                break
+            last, base = base.cost, renewed(self.fitted, base, lambda: self.say("calibrate"))
+            if base.cost > 0.95 * last:
+                break
+        apart = self._unsteady(base)
+        flags = flagged(table(self.fitted, base.residual)) + apart
+        for role in ("held_out", "untouched"):
+            if role in self.parts:
+                self.say("prove")
+                self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
+        verdict, search = self._name(base, flags, apart)
+        if verdict.best is not None and not flags:
+            notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
+        if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
+            verdict = replace(verdict, status="unknown", best=None, rivals=())
+        return self._told(base, flags, verdict, search, notes)
+
+    def _scatter_note(self) -> list[str]:
+        if self.fitted.told_scatter:
+            return []
+        return ["no repeats and no periods: the floor comes from the quiet lines within the records"]
+
+    def _unsteady(self, base: Fit) -> list[Flag]:
+        """What of the records to fit does not repeat."""
+        assert self.fitted.scatter is not None
+        return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
+
+    def _name(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> tuple[Verdict, Search | None]:
+        """The verdict; where no group is flagged an effect may still show in all of them together."""
+        search = self._search(base, flags, apart)
+        quiet = Verdict("unknown" if apart else "no_disagreement")
+        if len(flags) == len(apart) and (apart or search.promise() < CLEAR):
+            return quiet, None
+        verdict = judge(search)
+        return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
+
+    def _search(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> Search:
+        raw: dict[str, np.ndarray] = {}
+        usable: list[Form] = []
+        origin, store = Point(), Sensitivities(self.fitted)
+        for form in self.forms:
+            self.say("screen")
+            own = store.columns(origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
+            if form.felt(own):
+                usable.append(form)
+                raw[form.label] = own / self.fitted.sigma[:, None]
+        nominal = replace(base, J=store.columns(origin, base.knobs) / self.fitted.sigma[:, None])
+        held = self.parts.get("held_out")
+        held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
+        return Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags), held_excess,
+                      lambda: self.say("name"), nominal=nominal, unsteady=sum(f.excess for f in apart))  # fmt: skip
+
+    def _told(
+        self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None, notes: list[str]
+    ) -> Diagnosis:
+        self.say("show")
+        best = verdict.best
+        final = base if best is None else best.fit
+        proven, V = self._measured(final, best is not None)
+        unknown: dict[str, Any] = {}
+        if verdict.status in ("unknown", "partial"):
+            left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
+            unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
+        ahead: dict[str, Any] = {}
+        if verdict.status == "tie" and best is not None and verdict.rivals:
+            ahead = next_experiment(self.fitted, best, verdict.rivals[0])
+        stages: list[Point | None] = [Point(), base.point, None if best is None else best.fit.point]
+        gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
+        shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
+        return Diagnosis(
+            status=verdict.status,
+            machine=self.machine,
+            localisation=tuple(flags),
+            effects=self._found(verdict, proven, V),
+            ties=tuple(r.keys for r in verdict.rivals),
+            unknown=unknown,
+            next_experiment=ahead,
+            gap=gap,
+            notes=(*notes, *map(null_sentence, null_vectors(proven, base.knobs))),
+            calibration=calibration_of(proven, V, base.knobs),
+            evidence=evidence_of(base, best, search),
+            data_hash=data_hash(self.trials),
+            spectra=shown,
+            tried=tuple(
+                {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out}
+                for h in verdict.tried
+            ),
+        )
+
+    def _found(self, verdict: Verdict, proven: Fit, V: np.ndarray) -> tuple[Found, ...]:
+        if verdict.best is None or verdict.status == "unknown":
+            return ()
+        best = verdict.best
+        classes = dict(zip(best.keys, verdict.classes, strict=False))
+        return tuple(found_of(self.workshop.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
+
+    def _measured(self, fit: Fit, effects: bool) -> tuple[Fit, np.ndarray]:
+        """The fit whose numbers are reported, with `effects` proven once more, and their covariance (k, k)."""
+        comparison, proven = self._proven(fit) if effects else (self.fitted, fit)
+        moved = SOLVER_LEFT * (proven.vector - fit.vector)
+        done = finished(comparison, proven, lambda: self.say("show"))
+        return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
+
+    def _proven(self, fit: Fit) -> tuple[Comparison, Fit]:
+        """The fit with the solver's error as it is with the effect at work, and the comparison it is of."""
+        fine = self.workshop.fine
+        if fine is None:
+            return self.fitted, fit
+        comparison = self.fitted.proven(fit.point, fine)
+        return comparison, refit(comparison, fit.point, fit.knobs, fit.J, say=lambda: self.say("show"))
+
+
+__all__ = ["Workshop", "diagnose"]

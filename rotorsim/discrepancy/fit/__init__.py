@@ -1,0 +1,1 @@
+"""Calibration: fit parameters, damped least squares, standard deviations."""

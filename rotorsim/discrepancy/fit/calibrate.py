@@ -1,0 +1,72 @@
+"""Re-calibration with the noise floor: fit, determine the discretisation error at the fitted point, fit again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.calibration import LAW, MESH, calibration
+from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
+from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.stiffness_scan import nearest
+from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.residuals.floor import TOLERANCE
+from rotorsim.discrepancy.residuals.localise import flagged, table
+from rotorsim.discrepancy.twin.sensitivity_cache import columns
+from rotorsim.discrepancy.twin.twin import Twin
+
+MOST_RENEWALS = 2
+ROUGH = 0.02
+"""Tolerance of the first fit, before the solver is proven."""
+
+
+def recalibrate(
+    comparison: Comparison,
+    fine: Twin | None,
+    tolerance: float = TOLERANCE,
+    say: Callable[[], None] = lambda: None,
+    law: tuple[Twin, float] | None = None,
+) -> Fit:
+    """Fit the calibration parameters; sets the comparison's noise floor and discretisation correction."""
+    points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})
+    knobs: tuple[Knob, ...] = calibration(comparison.twin, points)
+    start = nearest(comparison, knobs, say)
+    comparison.set_floor(start, None, max(tolerance, ROUGH))
+    raw = columns(comparison, start, knobs, say)
+    rough = fit(comparison, start, knobs, raw / comparison.sigma[:, None], steps=3, say=say)
+    rough = closer(comparison, rough, say)
+    first = comparison.sigma.copy()
+    comparison.set_floor(rough.point, fine, tolerance, *(law or ()))
+    J = rough.J * (first / comparison.sigma)[:, None]
+    for knob in (MESH, LAW):
+        if knob.key in comparison.directions:
+            knobs = (*knobs, knob)
+            J = np.column_stack([J, comparison.directions[knob.key] / comparison.sigma])
+    return fit(comparison, rough.point, knobs, J, say=say)
+
+
+def null_vectors(there: Fit, knobs: Sequence[Knob]) -> list[dict[str, float]]:
+    """Combinations of calibration parameters that the records do not determine; Jacobian at the point."""
+    free = [k for k in knobs if not k.trend and k not in (MESH, LAW)]
+    return singular_directions(there.J[:, [there.knobs.index(k) for k in free]], free)
+
+
+def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:
+    """Continue a fit that ended far from the records with new Jacobians, as long as the misfit falls."""
+    for _ in range(MOST_RENEWALS):
+        if not flagged(table(comparison, rough.residual)):
+            break
+        J = comparison.jacobian(rough.point, rough.knobs, say=say)
+        again = fit(comparison, rough.point, rough.knobs, J, rough.residual, say=say)
+        enough = again.cost > 0.9 * rough.cost
+        rough = again
+        if enough:
+            break
+    return rough
+
+
+def renewed(comparison: Comparison, base: Fit, say: Callable[[], None] = lambda: None) -> Fit:
+    """Repeat a fit with the Jacobian at its own solution."""
+    J = comparison.jacobian(base.point, base.knobs, say=say)
+    return fit(comparison, base.point, base.knobs, J, base.residual, steps=3, say=say)

@@ -1,0 +1,122 @@
+r"""Damped least squares with line search: linearised step, nonlinear residual.
+
+.. math:: \min_v \; |r(v)|^2 + |(v - v_0)/s|^2
+
+The Jacobian J of a chord step is kept from step to step and mended after each by Broyden's rank-one update; residuals
+always come from the plant. Source: Nocedal & Wright (2006), chapter 10 and section 11.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.parameters import Knob, within
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+
+MOST_STEPS, MOST_DAMPING = 8, 1e4
+ENOUGH = 1.0
+"""A step that lowers the sum of squares by less than this ends a fit (or by a thousandth of it)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit: point, whitened residual (n,), Jacobian (n, k) there, sum of squares with priors."""
+
+    knobs: tuple[Knob, ...]
+    point: Point
+    residual: np.ndarray
+    J: np.ndarray
+    cost: float
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squared residuals without priors."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def vector(self) -> np.ndarray:
+        """Values (k,) of the knobs."""
+        return np.array([self.point.values.get(k, 0.0) for k in self.knobs])
+
+
+def prior_rows(knobs: Sequence[Knob]) -> np.ndarray:
+    """Square-root weights 1 / sd (k,) of the priors."""
+    return np.array([1 / k.sd for k in knobs])
+
+
+def cost_of(residual: np.ndarray, v: np.ndarray, p: np.ndarray) -> float:
+    """Sum of squares with priors."""
+    return float(residual @ residual + np.sum((v * p) ** 2))
+
+
+def step_of(J: np.ndarray, r: np.ndarray, v: np.ndarray, p: np.ndarray, damping: float) -> np.ndarray:
+    """Damped Gauss-Newton step (k,) for a residual r = measured - simulated."""
+    H = J.T @ J + np.diag(p**2)
+    scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
+    A = H / scale[:, None] / scale + damping * np.eye(len(v))
+    g = (J.T @ r - p**2 * v) / scale
+    return np.asarray(np.linalg.lstsq(A, g, rcond=1e-12)[0] / scale)
+
+
+def fit(
+    comparison: Comparison,
+    point: Point,
+    knobs: Sequence[Knob],
+    J: np.ndarray,
+    residual: np.ndarray | None = None,
+    steps: int = MOST_STEPS,
+    say: Callable[[], None] | None = None,
+) -> Fit:
+    """Fit parameters from the start `point` with the Jacobian J (n, k) there."""
+    knobs, J = tuple(knobs), J.copy()
+    p = prior_rows(knobs)
+    r = comparison.residual(point) if residual is None else residual
+    v = np.array([point.values.get(k, 0.0) for k in knobs])
+    cost, damping = cost_of(r, v, p), 1e-6
+    for _ in range(steps):
+        change = within(knobs, v + step_of(J, r, v, p, damping)) - v
+        share, done = 1.0, False
+        while share > 0.1:
+            there = point.moved(knobs, share * change)
+            new = comparison.residual(there)
+            if say is not None:
+                say()
+            if (found := cost_of(new, v + share * change, p)) < cost:
+                break
+            share *= 0.35
+        else:
+            # no length of the step helps: turn it towards the steepest descent
+            damping = max(1e3 * damping, 1e-3)
+            if damping > MOST_DAMPING:
+                break
+            continue
+        moved = share * change
+        miss = (r - new) - J @ moved
+        weight = moved * np.sum(J**2, axis=0)
+        J += np.outer(miss, weight) / max(float(weight @ moved), 1e-300)
+        done = cost - found < max(ENOUGH, 1e-3 * found)
+        point, r, v, cost = there, new, v + moved, found
+        damping = damping * 0.3 if share == 1.0 else damping * 10
+        if done:
+            break
+    return Fit(knobs, point, r, J, cost)
+
+
+def singular_directions(J: np.ndarray, knobs: Sequence[Knob], limit: float = 1e-2) -> list[dict[str, float]]:
+    """Null vectors of a calibration, with singular values below `limit` times the next one.
+
+    Columns are scaled to unit length; each vector is a dictionary of the knobs that take part in it.
+    """
+    size = np.linalg.norm(J, axis=0)
+    seen = size > 1e-9 * size.max()
+    _, s, V = np.linalg.svd(J[:, seen] / size[seen], full_matrices=False)
+    names = [k.name for k, ok in zip(knobs, seen, strict=True) if ok]
+    found = []
+    for i in range(1, len(s)):
+        if s[i] < limit * s[i - 1]:
+            found += [{n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > 0.2} for row in V[i:]]
+            break
+    return found

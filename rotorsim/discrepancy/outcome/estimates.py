@@ -1,0 +1,68 @@
+"""Estimates of a fit: effect parameters, calibration, evidence, undetermined combinations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.parameters import Knob, contributions, lobes, setting, wave
+from rotorsim.discrepancy.fit.uncertainty import sd_of_polar
+from rotorsim.discrepancy.outcome.result import Found
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.search import Hypothesis, Search
+from rotorsim.discrepancy.twin.twin import Twin
+
+
+def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[str, ...]) -> Found:
+    """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
+    own = {k: fit.point.values.get(k, 0.0) for k in (*form.knobs, *form.refine)}
+    absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
+    parameters = {key.split(".")[2]: value for key, value in absolute.items()}
+    table = next(iter(absolute)).split(".")[1]
+    position = getattr(twin.effect(form.effect, int(table)), "position", None)
+    parameters |= {} if position is None else {"position": position}
+    at = {k: i for i, k in enumerate(fit.knobs)}
+    sd: dict[str, float] = {}
+    if len(form.knobs) == 2 and "~" in form.knobs[0].key:
+        i, j = (at[k] for k in form.knobs)
+        path = form.knobs[0].key[:-2]
+        pair = path.split(".")[2].split("~")
+        name, table = path.split(".")[:2]
+        effect = twin.effect(name, int(table))
+        n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
+        c, s = (fit.point.values.get(k, 0.0) for k in form.knobs)
+        own_wave = wave(effect, pair[0], pair[1], n)
+        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
+        sd[pair[1]] /= n
+    for knob in (*form.knobs, *form.refine):
+        if "~" not in knob.key and knob in at:
+            sd[knob.key.split(".")[2]] = float(np.sqrt(V[at[knob], at[knob]]))
+    return Found(form.effect, form.key, parameters, sd, tie_class)
+
+
+def calibration_of(fit: Fit, V: np.ndarray, knobs: Sequence[Knob]) -> dict[str, tuple[float, float]]:
+    """Calibration parameters and standard deviations by name; V (k, k) is the covariance of all parameters."""
+    at = {k: i for i, k in enumerate(fit.knobs)}
+    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in knobs}
+
+
+def evidence_of(base: Fit, best: Hypothesis | None, search: Search | None) -> dict[str, float]:
+    """Sums of squares and excess misfit before and with the effect."""
+    told = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
+    if search is not None:
+        told |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
+    if best is not None:
+        told |= {
+            "chi2_with_effect": best.fit.chi2,
+            "share_gone": best.gone,
+            "held_out_excess_with_effect": best.held_out,
+        }
+    return told
+
+
+def null_sentence(null: dict[str, float]) -> str:
+    """Sentence about a combination of parameters that the records do not determine."""
+    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
+    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"

@@ -1,0 +1,191 @@
+"""Machine file with the identified effects, new calibration, and uncertainty and evidence as comments.
+
+The fit's own numbers are written, as the effects and factors that the fit turned, so that a simulation of the new file
+is the fitted one. Trends of the calibration over pressure and speed, the sensors' zeros and unequal gains of the
+actuators have no place in a machine file and stand as comments.
+"""
+
+from __future__ import annotations
+
+from cmath import phase as argument
+from contextlib import suppress
+from dataclasses import fields
+from difflib import unified_diff
+from math import hypot
+from typing import TYPE_CHECKING, Any
+
+from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
+from rotorsim.effects import REGISTRY
+from rotorsim.errors import MachineFileError
+from rotorsim.machine import Machine
+from rotorsim.machine.edit import comment, inline
+from rotorsim.machine.units import show
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy.outcome.result import Diagnosis, Found
+
+HEAD = (
+    "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
+    "# file before.\n"
+)
+FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
+
+
+def extended(diagnosis: Diagnosis) -> Machine:
+    """Machine file with the named, tied or partial effects of a diagnosis and the new calibration."""
+    source, plain = diagnosis.machine._source or diagnosis.machine.text, diagnosis.machine.text
+    # sensors and actuators are chains: what is added must stand ahead of what is there, if not behind it;
+    # a file of inline tables has no room for tables of effects, its canonical text has
+    for text, last in ((source, True), (source, False), (plain, True)):
+        with suppress(MachineFileError, ValueError):
+            return Machine.from_text(_written(diagnosis, text, last))
+    return Machine.from_text(_written(diagnosis, plain, last=False))
+
+
+def _written(diagnosis: Diagnosis, text: str, last: bool) -> str:
+    """The machine file's text with what was found, new tables behind or ahead of the others."""
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
+    before = list(effects)
+    left_out = _calibrate(document, effects, diagnosis)
+    for found in diagnosis.effects:
+        _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
+    if not last:
+        _put_ahead(effects, [name for name in effects if name not in before])
+    for line in left_out:
+        document.add(tomlkit.comment(line))
+    head = HEAD.format(data=diagnosis.data_hash) if diagnosis.calibration else ""
+    return head + tomlkit.dumps(document)
+
+
+def _put_ahead(effects: Any, names: list[str]) -> None:
+    """Move new tables ahead of the others."""
+    others = [(name, effects.pop(name)) for name in list(effects) if name not in names]
+    for name, table in others:
+        effects.add(name, table)
+
+
+def difference(before: Machine, after: Machine) -> str:
+    """Unified diff of two machine files."""
+    old, new = ((m._source or m.text).splitlines() for m in (before, after))
+    return "\n".join(unified_diff(old, new, "before", "after", lineterm=""))
+
+
+def _comments(diagnosis: Diagnosis, found: Found) -> list[str]:
+    units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[found.effect])}
+    lines = [f"{FOUND}, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
+    lines += [f"{p} +- {_rough(sd, units[p])} (one standard deviation)" for p, sd in found.sd.items()]
+    evidence = diagnosis.evidence
+    if "share_gone" in evidence:
+        lines.append(
+            f"evidence: chi2 {evidence['chi2_calibrated']:.0f} -> {evidence['chi2_with_effect']:.0f} of "
+            f"{evidence['numbers']:.0f}; {100 * evidence['share_gone']:.0f} % of the flagged excess gone"
+        )
+    others = [k for k in found.tie_class if k != found.form] + [" with ".join(t) for t in diagnosis.ties]
+    if others:
+        lines.append(f"cannot be told from: {', '.join(others)}")
+    return lines
+
+
+def _rough(value: float, unit: str) -> str:
+    """Two digits of a value in a unit people use."""
+    number, _, written = show(value, unit).partition(" ")
+    return f"{float(f'{float(number):.2g}'):g} {written}".rstrip()
+
+
+def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
+    """A table of an effect: into the one that is there where the effect is single, else a further one."""
+    import tomlkit
+
+    units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[name])}
+    texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
+    present = effects.get(name)
+    if present is not None and REGISTRY[name].single:
+        for line in comments if not inline(present) else ():
+            present.add(tomlkit.comment(line))
+        for p, text in texts.items():
+            _put(present, p, text, remark)
+        return
+    table = tomlkit.table()
+    for line in comments:
+        table.add(tomlkit.comment(line))
+    for p, text in texts.items():
+        table.add(p, text)
+    if present is None:
+        effects.add(name, table)
+        return
+    several = tomlkit.aot()
+    for one in present if isinstance(present, list) else [present]:
+        copy = tomlkit.table()
+        for p, v in one.items():
+            copy.add(p, v)
+        several.append(copy)
+    several.append(table)
+    effects[name] = several
+
+
+def _put(table: Any, key: str, value: Any, remark: str) -> None:
+    """A value with where it comes from as its comment: the one that is there is of another value."""
+    table[key] = value
+    comment(table, key, remark)
+
+
+def short(value: float) -> float:
+    """Number as text with nine digits."""
+    return float(f"{value:.9g}")
+
+
+def _bearing(table: Any, bearing: Any, axis: str, told: dict[str, tuple[float, float]]) -> None:
+    """Write stiffness and damping of a bearing along an axis; `told` has changes and their scatter by 'k', 'c'."""
+    (stiffer, sd_k), (lossier, sd_c) = (told.get(what, (0.0, 0.0)) for what in "kc")
+    new = of_bearing(*of_axis(bearing, axis), stiffer, lossier)
+    shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
+    for what, value, share, unit in zip("kc", map(short, new), shares, ("N/m", "N*s/m"), strict=True):
+        if value:
+            _put(table, f"{what}{axis}{axis}", show(value, unit), f"{FITTED}, +- {_rough(share * value, unit)}")
+
+
+def _calibrate(document: Any, effects: Any, diagnosis: Diagnosis) -> list[str]:
+    """Write the calibration; returns comments on what has no place in the file."""
+    machine, left_out = diagnosis.machine, []
+    tables: dict[str, dict[str, float]] = {}
+    turned: dict[str, complex] = {}
+    bearings: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
+    for key, (value, sd) in diagnosis.calibration.items():
+        if " x " in key or key in (
+            "offset_x",
+            "offset_y",
+            "mesh",
+            "law",
+            "actuator_x",
+            "actuator_y",
+            "shaft_stiffness",
+        ):
+            left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}")
+        elif "~" in key:
+            turned[key[:-2]] = turned.get(key[:-2], 0) + value * (1 if key[-1] == "c" else 1j)
+        elif key == "shaft_damping":
+            own = machine.shaft.damping_ratio
+            _put(document["shaft"], "damping_ratio", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
+        elif key == "curtain_discharge" and machine.injection is not None:
+            own = machine.injection.curtain_discharge
+            _put(document["injection"], "curtain_discharge", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
+        elif key.startswith("bearing."):
+            _, place, what = key.split(".")
+            bearings.setdefault((int(place), what[1]), {})[what[0]] = value, sd
+        else:
+            name, _, parameter = key.split(".")
+            tables.setdefault(name, {})[parameter] = value
+    for (number, axis), told in bearings.items():
+        _bearing(document["bearings"][number], machine.bearings[number], axis, told)
+    for name, changes in tables.items():
+        present = machine.effects.get(name, ())
+        before = present[0] if present and REGISTRY[name].single else REGISTRY[name]()
+        _add(effects, name, {p: getattr(before, p) + v for p, v in changes.items()}, [FITTED], FITTED)
+    for key, z in turned.items():
+        owner, _, pair = key.rpartition(".")
+        amplitude, _, phase = pair.partition("~")
+        _add(effects, owner.split(".")[0], {amplitude: abs(z), phase: argument(z)}, [FITTED], FITTED)
+    return left_out

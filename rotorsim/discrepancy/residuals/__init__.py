@@ -1,0 +1,1 @@
+"""Measured minus simulated, weighted by the noise floor of each line."""

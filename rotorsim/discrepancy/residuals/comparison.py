@@ -1,0 +1,221 @@
+"""Residuals between measured and simulated spectra, weighted by the noise floor; runs in parallel threads."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from copy import copy
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from rotorsim.discrepancy.data.groups import Layout, make_layout
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.fit.parameters import Knob, contributions, setting
+from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter
+from rotorsim.discrepancy.search.candidates import NO_SOLUTION
+from rotorsim.discrepancy.twin.response_cache import Memo
+from rotorsim.discrepancy.twin.twin import Twin
+
+THREADS = min(2, os.cpu_count() or 1)
+BEYOND = 0.01
+"""Displacement [m] that no machine survives: no solution."""
+LOST = NO_SOLUTION / 4
+"""Change of a line [m] by a finer mesh or another law from which on one of both has no solution."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """Point in parameter space: values of fit parameters, and fixed absolute values."""
+
+    values: Mapping[Knob, float] = field(default_factory=dict, hash=False)
+    fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def moved(self, knobs: Sequence[Knob], changes: np.ndarray) -> Point:
+        """With changes added to knobs."""
+        new = dict(self.values)
+        for knob, change in zip(knobs, changes, strict=True):
+            new[knob] = new.get(knob, 0.0) + float(change)
+        return replace(self, values=new)
+
+    def holding(self, fixed: Mapping[str, float]) -> Point:
+        """With further numbers held."""
+        return replace(self, fixed={**self.fixed, **fixed})
+
+
+@dataclass(eq=False)
+class Comparison:
+    """Trials and their twin; sigma (n,) [m] is the noise floor, correction (n,) [m] the solver's error."""
+
+    twin: Twin
+    trials: list[Trial]
+    threads: int = THREADS
+    sigma: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    correction: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    evaluations: int = 0
+    told_scatter: bool = True
+    scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+    memo: Memo | None = None
+    """Responses on disk, so that a diagnosis that was interrupted goes on where it was."""
+    directions: dict[str, np.ndarray] = field(default_factory=dict)
+    """Data vectors [m] that knobs add without a simulation: the sensors' zeros, the mesh, the injectors' law."""
+
+    def __post_init__(self) -> None:
+        self.layout: Layout = make_layout(self.trials)
+        slow = (self.layout.frequency == 0) & ~self.layout.drift
+        for i, axis in enumerate("xy"):
+            self.directions[f"offset_{axis}"] = (slow & (self.layout.channel == i)).astype(float)
+        self.measured = np.concatenate([t.vector(t.spectra) for t in self.trials])
+        self.correction = np.zeros_like(self.measured)
+        self.sigma = np.ones_like(self.measured)
+
+    def spectra(self, point: Point, twin: Twin | None = None, whole: bool = False) -> list[np.ndarray]:
+        """Simulated blocks' DFTs of the trials [m]."""
+        twin = twin or self.twin
+        twin.assembly  # noqa: B018  (built once, before threads)
+        first = self._first_of_repeats()
+        numbers = sorted(set(first))
+        self.evaluations += len(numbers)
+        if self.threads < 2 or len(numbers) < 2:
+            found = [simulate(twin, self.trials[i], point, whole) for i in numbers]
+        else:
+            with ThreadPoolExecutor(self.threads) as pool:
+                found = list(pool.map(lambda i: simulate(twin, self.trials[i], point, whole), numbers))
+        done = dict(zip(numbers, found, strict=True))
+        return [done[i] for i in first]
+
+    def _first_of_repeats(self) -> list[int]:
+        """For every trial the first one with the same inputs: repeats are simulated once."""
+        seen: dict[tuple[str, float], int] = {}
+        return [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
+
+    def predict(self, point: Point, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
+        """Simulated data vector (n,) [m] without the correction of the solver's error."""
+        return self._shifted(self._response(point, twin or self.twin, whole), point)
+
+    def _response(self, point: Point, twin: Twin, whole: bool) -> np.ndarray:
+        """What the plant answers (n,) [m]; read from the memo where it was computed before."""
+        if self.memo is None:
+            return self._joined(self.spectra(point, twin, whole))
+        return self.memo.get(self, point, twin, whole, lambda: self._joined(self.spectra(point, twin, whole)))
+
+    def _joined(self, found: list[np.ndarray]) -> np.ndarray:
+        return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
+
+    def _shifted(self, y: np.ndarray, point: Point) -> np.ndarray:
+        """With what knobs add without a simulation."""
+        for knob, value in point.values.items():
+            if knob.key in self.directions:
+                y = y + value * self.directions[knob.key]
+        return y
+
+    def residual(self, point: Point) -> np.ndarray:
+        """Whitened measured less simulated (n,)."""
+        return np.asarray((self.measured - self.predict(point) - self.correction) / self.sigma)
+
+    def column(
+        self, point: Point, knob: Knob, here: np.ndarray, say: Callable[[], None] | None = None, central: bool = False
+    ) -> np.ndarray:
+        """Whitened derivative (n,) of the simulated response by a knob, by a finite step away from `point`.
+
+        A `central` one steps to both sides, but at a limit of the knob and where a side has no solution.
+        """
+        if knob.key in self.directions:
+            return np.asarray(self.directions[knob.key] / self.sigma)
+        base = point.values.get(knob, 0.0)
+        step = knob.step if base + knob.step <= knob.high else -knob.step
+        moved = self.predict(point.moved([knob], np.array([step])))
+        if say is not None:
+            say()
+        if central and knob.low <= base - step <= knob.high:
+            behind = self.predict(point.moved([knob], np.array([-step])))
+            if np.abs(moved - here).max() > LOST:
+                return np.asarray((here - behind) / step / self.sigma)
+            if np.abs(behind - here).max() < LOST:
+                return np.asarray((moved - behind) / (2 * step) / self.sigma)
+        return np.asarray((moved - here) / step / self.sigma)
+
+    def jacobian(
+        self, point: Point, knobs: Sequence[Knob], here: np.ndarray | None = None,
+        say: Callable[[], None] | None = None, central: bool = False,
+    ) -> np.ndarray:  # fmt: skip
+        """Whitened derivatives (n, k); trends cost no runs of their own."""
+        here = self.predict(point) if here is None else here
+        found: dict[str, np.ndarray] = {}
+        columns = []
+        for knob in knobs:
+            if knob.key not in found:
+                found[knob.key] = self.column(point, replace(knob, trend=""), here, say, central)
+            share = np.array([knob.share(t.speed, t.pressure) for t in self.trials])
+            columns.append(found[knob.key] * (share[self.layout.record] if knob.trend else 1.0))
+        return np.column_stack(columns) if columns else np.zeros((len(here), 0))
+
+    def apart(self, point: Point) -> list[np.ndarray]:
+        """Measured less simulated lines of every block (blocks, 2, lines) [m] by trial."""
+        return self._apart(self.spectra(point))
+
+    def _apart(self, found: list[np.ndarray]) -> list[np.ndarray]:
+        return [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
+
+    def proven(self, point: Point, fine: Twin) -> Comparison:
+        """The same comparison with the solver's error as it is at `point`."""
+        other = copy(self)
+        other.correction = self._error(point, fine, self._response(point, self.twin, False))
+        return other
+
+    def _error(self, point: Point, fine: Twin, response: np.ndarray) -> np.ndarray:
+        """What a finer grid and step change (n,) [m], and what a whole run changes against one period.
+
+        Taken at the machine file's own numbers where a twin has no solution at `point`.
+        """
+        error = self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
+        if np.abs(error).max() < LOST or not point.values:
+            return error
+        return self._error(Point(), fine, self._response(Point(), self.twin, False))
+
+    def _law(self, point: Point, law: Twin, share: float, response: np.ndarray) -> np.ndarray:
+        """What the injectors' other law changes (n,) [m], as `_error` where there is no solution."""
+        moved = point.moved([Knob("discharge_drift.0.drift", 0.02)], np.array([share]))
+        change = self._response(moved, law, False) - response
+        if np.abs(change).max() < LOST or not point.values:
+            return change
+        return self._law(Point(), law, share, self._response(Point(), self.twin, False))
+
+    def set_floor(
+        self, point: Point, fine: Twin | None, tolerance: float, law: Twin | None = None, share: float = 0.0
+    ) -> np.ndarray:
+        """Measure scatter and the solver's error at `point`; returns that error (n,) [m].
+
+        `law` is the twin with the injectors' other law, whose flow is that of this one at a drift of `share`.
+        """
+        found = self.spectra(point)
+        residuals = self._apart(found)
+        scatter, means, drifts, self.told_scatter = repeat_scatter(self.trials, residuals)
+        self.scatter = (scatter, means, drifts)
+        response = self._joined(found)
+        error = np.zeros_like(response)
+        if fine is not None:
+            error = self._error(point, fine, response)
+        if law is not None:
+            self.directions["law"] = self._law(point, law, share, response)
+        self.correction = error
+        if fine is not None:
+            self.directions["mesh"] = error
+        self.sigma = floor(self.trials, self.layout, scatter, means, drifts, response, error, tolerance)
+        return error
+
+
+def simulate(twin: Twin, trial: Trial, point: Point, whole: bool = False) -> np.ndarray:
+    """DFTs of a trial's blocks (blocks, 2, lines) [m] at a point; 1 mm throughout if the twin has no solution.
+
+    Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
+    effect with a long memory is at work.
+    """
+    values = setting(twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
+    rows, angle = trial.short if short else (trial.used, trial.angle)
+    table = twin.run(values, rows, trial.pressure, angle, turning=not trial.orders)[:, :2]
+    if not np.abs(table).max() < BEYOND:  # nor a number
+        return np.full(trial.spectra.shape, NO_SOLUTION, complex)
+    return trial.short_lines(table) if short else trial.lines(table)

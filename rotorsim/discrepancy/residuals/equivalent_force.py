@@ -1,0 +1,139 @@
+r"""Equivalent force on the disc for the residual that no effect explains.
+
+.. math:: f(\omega) = Z(\omega)\, r(\omega), \qquad Z = G^{-1}
+
+G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors. Its largest lines are told
+with frequency, order, direction (forward, backward, along an axis) and the exponents with which the force grows over
+speed, pressure and amplitude. Source: Platz & Markert (2001), fault models for on-line identification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rotorsim.discrepancy.data.spectra import TURNING, Trial
+from rotorsim.discrepancy.fit.parameters import contributions, setting
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
+from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.linearise import linearise
+
+MOST_LINES, BESIDE, MOST_RECORDS = 8, 3, 4
+
+
+def equivalent_force(
+    comparison: Comparison, point: Point, residual: np.ndarray, flags: Sequence[Flag]
+) -> dict[str, Any]:
+    """Spectral lines of the equivalent force in flagged records, its direction and growth exponents."""
+    lines = []
+    for i in list(dict.fromkeys(f.number for f in flags))[:MOST_RECORDS]:
+        trial = comparison.trials[i]
+        groups = {f.group for f in flags if f.number == i}
+        lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
+    lines.sort(key=lambda x: -x["force_n"])
+    return {
+        "where": "at the disc, as far as one measuring plane tells",
+        "lines": lines[:MOST_LINES],
+        "growth": _growth(comparison, residual, flags),
+        "groups": sorted({f.group for f in flags}),
+    }
+
+
+def _of_record(
+    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+) -> list[dict[str, Any]]:
+    layout, found = comparison.layout, []
+    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
+    half = len(own[0]) // 2
+    metres = residual * comparison.sigma
+    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
+    white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
+    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {GROUP}])
+    values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    a = comparison.twin.set(values)
+    supply = comparison.twin.supply(values, trial.speed, trial.pressure)
+    plant = linearise(a, settle(a, trial.speed, supply), trial.speed)
+    # off the lines of a record that no period fits, a tone is spread over neighbours
+    spread = 0 if trial.periodic else 2
+    for k in _peaks(white * inside, 3):
+        near = r[:, max(0, k - spread) : k + spread + 1]
+        found.append(_line(trial, plant, float(trial.frequencies[1 + k]), r[:, k], near))
+    if GROUP in groups:
+        f, size = tone(trial, comparison.apart(point)[i])
+        found.append(_line(trial, plant, f, size, size[:, None]) | {"unsteady": True})
+    return found
+
+
+def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
+    """A line r (2,) [m] at f [Hz] as the force that makes it, with the size of `near` (2, lines)."""
+    G = plant.transfer(2j * np.pi * f)[:, 2:4]
+    force = np.linalg.solve(G, r)
+    forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
+    return {
+        "record": trial.name,
+        "point": trial.point,
+        "frequency_hz": f,
+        "order": _order(trial, f),
+        "force_n": float(np.linalg.norm(np.linalg.solve(G, near))),
+        "direction": _direction(forward, backward, force),
+        "residual_um": float(np.linalg.norm(r)) * 1e6,
+        "unsteady": False,
+    }
+
+
+def _order(trial: Trial, f: float) -> float | None:
+    """Order of a frequency [Hz] that is a whole one or below 1X; None for others and at rest."""
+    if abs(trial.speed) <= TURNING:
+        return None
+    order = f * 2 * np.pi / abs(trial.speed)
+    return order if abs(order - round(order)) < 0.02 or order < 1 else None
+
+
+def _peaks(size: np.ndarray, most: int) -> list[int]:
+    """The largest lines that are no neighbours of larger ones: the skirts of a peak are the peak."""
+    left = size.copy()
+    found: list[int] = []
+    while len(found) < most and left.max() > 0:
+        k = int(np.argmax(left))
+        found.append(k)
+        left[max(0, k - BESIDE) : k + BESIDE + 1] = 0.0
+    return found
+
+
+def _direction(forward: float, backward: float, force: np.ndarray) -> str:
+    if forward > 2 * backward:
+        return "turns forward"
+    if backward > 2 * forward:
+        return "turns backward"
+    angle = np.degrees(
+        0.5 * np.arctan2(2 * (force[0] * np.conj(force[1])).real, abs(force[0]) ** 2 - abs(force[1]) ** 2)
+    )
+    return f"along {angle:.0f} deg from x"
+
+
+def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag]) -> dict[str, float]:
+    """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
+    flags = [f for f in flags if f.group != GROUP]
+    if not flags:
+        return {}
+    layout, trials = comparison.layout, comparison.trials
+    group = flags[0].group
+    metres = residual * comparison.sigma
+    rows: list[list[float]] = []
+    sizes: list[float] = []
+    for i, t in enumerate(trials):
+        own = (layout.record == i) & (layout.group == layout.groups.index(group))
+        if own.any() and t.speed > 1:
+            rows.append([1.0, np.log(t.speed), np.log(max(t.pressure, 1.0)), np.log(max(t.amplitude, 1e-3))])
+            sizes.append(float(np.log(max(float(np.linalg.norm(metres[own])), 1e-12))))
+    names = ("", "speed", "pressure", "amplitude")
+    A = np.array(rows)
+    vary = [k for k in range(4) if k == 0 or (len(A) and np.ptp(A[:, k]) > 0.1)]
+    if len(rows) < len(vary) + 1:
+        return {}
+    x = np.linalg.lstsq(A[:, vary], np.array(sizes), rcond=None)[0]
+    return {names[k]: float(v) for k, v in zip(vary, x, strict=True) if k}

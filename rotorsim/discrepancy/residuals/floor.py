@@ -1,0 +1,122 @@
+r"""Noise floor per spectral line: repeatability, model tolerance, discretisation error.
+
+.. math:: \sigma^2(f) = \sigma_\mathrm{repeat}^2 + (t\,|Y(f)|)^2 + (s\,|Y_\mathrm{fine}(f) - Y_\mathrm{coarse}(f)|)^2
+
+The scatter is that of periods within a record and of records that repeat each other, pooled over operating points and
+smoothed by a median over neighbouring lines; t is the declared tolerance; of the solver's error, which is corrected for
+at the re-fitted point, a share s is taken to remain.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from rotorsim.discrepancy.data.groups import Layout
+from rotorsim.discrepancy.data.spectra import Trial
+
+TOLERANCE = 0.004
+"""Declared tolerance of the model: share of a line."""
+SOLVER_SHARE = 0.25
+NEIGHBOURS = 12
+LEAST = 1e-9
+"""Smallest floor [m]: what the solver's stopping rule leaves."""
+LN2 = 0.6931471805599453
+
+
+def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Standard deviations from repeats: per mean line (records, 2, lines), of means and drifts (records, 2).
+
+    `residuals` (blocks, 2, lines) are measured less simulated, so that what both do does not count as scatter. The last
+    value says whether there were blocks or repeats to tell it from.
+    """
+    squares = [_within(r) for r in residuals]
+    told = any(s is not None for s in squares)
+    pooled = _pooled([s for s in squares if s is not None], residuals)
+    pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
+    means, drifts = _slow(residuals, pairs)
+    lines = max(r.shape[2] for r in residuals)
+    scatter = np.zeros((len(trials), 2, lines))
+    for i, r in enumerate(residuals):
+        blocks = r.shape[0]
+        scatter[i] = pooled[:, :lines] / np.sqrt(blocks)
+    if pairs:
+        between = [np.abs(residuals[i].mean(0) - residuals[j].mean(0))[None] ** 2 / 2 for i, j in pairs]
+        # quiet lines of a residual are a guess: where records repeat each other, that counts
+        scatter = np.maximum(
+            scatter if told else 0.0, np.repeat(_pooled(between, residuals)[None], len(trials), axis=0)
+        )
+    return scatter, means, drifts, told or bool(pairs)
+
+
+def repeats(a: Trial, b: Trial) -> bool:
+    """True if two records have the same inputs."""
+    same = a.rows.shape == b.rows.shape and a.start == b.start and a.length == b.length
+    near = same and abs(a.speed - b.speed) < 0.5 and abs(a.pressure - b.pressure) < 5e3
+    return bool(near and np.array_equal(a.rows[:, 2:], b.rows[:, 2:]))
+
+
+def _within(residual: np.ndarray) -> np.ndarray | None:
+    """Squared scatter (1, 2, lines) of a block's complex line, from blocks."""
+    if residual.shape[0] < 2:
+        return None
+    return np.asarray(np.abs(np.diff(residual, axis=0)) ** 2 / 2).mean(axis=0, keepdims=True)
+
+
+def _pooled(squares: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray:
+    """Standard deviation (2, lines) of a real part: median over records and neighbours of exponential squares."""
+    lines = max(r.shape[2] for r in residuals)
+    if not squares:
+        # a record that tells nothing of itself: the quiet half of its residual's lines
+        quiet = [np.abs(r.mean(0)) ** 2 for r in residuals]
+        level = np.sqrt(np.mean([np.percentile(q[:, 1:], 30, axis=1) for q in quiet], axis=0) / 0.357 / 2)
+        return np.repeat(level[:, None], lines, axis=1)
+    out = np.zeros((2, lines))
+    for channel in range(2):
+        for k in range(lines):
+            low, high = max(1, k - NEIGHBOURS), k + NEIGHBOURS + 1
+            near = np.concatenate([s[:, channel, low:high].ravel() for s in squares])
+            out[channel, k] = np.sqrt(np.median(near) / LN2 / 2) if near.size else 0.0
+    return out
+
+
+def _slow(residuals: list[np.ndarray], pairs: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviations (records, 2) of means and drifts."""
+    steps = [r[-1, :, 0].real - r[0, :, 0].real for r in residuals if r.shape[0] > 1]
+    lines = np.array([np.sqrt(np.median(np.abs(r.mean(0)[:, 1:]) ** 2, axis=1) / 2) for r in residuals])
+    drift = np.tile(np.median(np.abs(steps), axis=0) / 0.6745 if steps else lines.mean(0) * 2, (len(residuals), 1))
+    mean = np.array([d / max(r.shape[0], 1) for d, r in zip(drift, residuals, strict=True)])
+    if pairs:
+        apart = [np.abs((residuals[i] - residuals[j]).mean(0)[:, 0].real) / np.sqrt(2) for i, j in pairs]
+        mean = np.maximum(mean, np.median(apart, axis=0) / 0.6745)
+    return mean, np.maximum(drift, mean)
+
+
+def floor(
+    trials: list[Trial], layout: Layout, scatter: np.ndarray, means: np.ndarray, drifts: np.ndarray,
+    response: np.ndarray, solver: np.ndarray, tolerance: float = TOLERANCE,
+) -> np.ndarray:  # fmt: skip
+    """Noise floor (n,) [m] of the data vector; response and solver (n,) [m] are data vectors."""
+    sigma = np.zeros(len(layout.record))
+    for i, trial in enumerate(trials):
+        for channel in range(2):
+            own = (layout.record == i) & (layout.channel == channel)
+            lines = scatter[i, channel, 1 : trial.spectra.shape[2]]
+            sigma[own] = np.concatenate([[means[i, channel], drifts[i, channel]], lines, lines])
+    size, error = modulus(layout, response), modulus(layout, solver)
+    size[layout.drift] = 0.0
+    total = sigma**2 + (tolerance * size) ** 2 + (SOLVER_SHARE * error) ** 2 + LEAST**2
+    return np.asarray(np.sqrt(total))
+
+
+def modulus(layout: Layout, vector: np.ndarray) -> np.ndarray:
+    """Magnitude (n,) of the spectral line to which each number belongs."""
+    out = np.abs(vector)
+    for i in range(layout.record.max() + 1):
+        for channel in range(2):
+            at = np.flatnonzero((layout.record == i) & (layout.channel == channel))[2:]
+            half = len(at) // 2
+            size = np.hypot(vector[at[:half]], vector[at[half:]]) / np.sqrt(2)
+            out[at] = np.concatenate([size, size])
+    return out

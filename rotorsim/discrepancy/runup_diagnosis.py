@@ -1,0 +1,153 @@
+"""Diagnosis from run-up vectors: 1X, 2X, 3X amplitude and phase over speed.
+
+The twin makes a transient run-up over the same speeds and its orders are tracked the same way: least squares over whole
+revolutions about each speed of the table. The phase of vectors belongs to the shaft angle of their mark.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.fit.parameters import contributions, setting
+from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.errors import DataError
+from rotorsim.machine import Machine
+from rotorsim.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.discrepancy.outcome.result import Diagnosis
+    from rotorsim.discrepancy.twin.response_cache import Memo
+
+RATE = 2 * np.pi * 2.0
+"""Rate [rad/s2] of a run-up whose table does not say: 120 rpm/s, slow enough for most rotors."""
+LONGEST = 15.0
+"""Longest run-up [s] that is simulated where the table says no rate."""
+FEWEST = 12
+SETTLING = 0.5
+TOLERANCE = 0.01
+"""Tolerance of vectors: how they were tracked is not known."""
+TURNS = 8
+"""Revolutions that a vector is fitted over."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep(Trial):
+    """Run-up table as a trial: speeds (k,) [rad/s], orders, measured vectors (orders, 2, k) [m]."""
+
+    speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def point(self) -> str:
+        """The range of speeds for people."""
+        return f"run-up, {min(self.speeds) * 30 / np.pi:.0f} to {max(self.speeds) * 30 / np.pi:.0f} rpm"
+
+    @cached_property
+    def inputs(self) -> str:
+        """Every part of a table is tracked at its own speeds."""
+        return hashlib.sha256(self.rows.tobytes() + self.speeds.tobytes() + repr(self.orders).encode()).hexdigest()
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """A row's number stands for its frequency: rows are no lines of one spectrum."""
+        return np.arange(self.spectra.shape[2], dtype=float)
+
+    def lines(self, displacement: np.ndarray) -> np.ndarray:
+        """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first is no mean, vectors have none."""
+        return track(displacement, self.rows[: len(displacement), 0], self.angle, self.speeds, self.orders)
+
+
+def track(
+    displacement: np.ndarray, speed: np.ndarray, angle: float, speeds: np.ndarray, orders: Sequence[int]
+) -> np.ndarray:
+    """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over TURNS."""
+    turned = angle + np.concatenate([[0.0], np.cumsum(speed)[:-1] * SAMPLE])
+    out = np.zeros((1, 2, 1 + len(orders) * len(speeds)), complex)
+    rising = speed[-1] >= speed[0]
+    for k, wanted in enumerate(speeds):
+        centre = int(np.searchsorted(speed if rising else -speed, wanted if rising else -wanted))
+        half = int(0.5 * TURNS * 2 * np.pi / max(wanted, 1.0) / SAMPLE)
+        low, high = max(0, centre - half), min(len(speed), centre + half)
+        a = turned[low:high]
+        columns = [np.ones_like(a), np.linspace(-1, 1, len(a))]
+        columns += [part(n * a) for n in orders for part in (np.cos, np.sin)]
+        x = np.linalg.lstsq(np.column_stack(columns), displacement[low:high], rcond=None)[0]
+        for i in range(len(orders)):
+            # x = c cos(n a) + s sin(n a) = Re((c - i s) exp(i n a))
+            out[0, :, 1 + i * len(speeds) + k] = x[2 + 2 * i] - 1j * x[3 + 2 * i]
+    return out
+
+
+def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
+    """Trials from a table of vectors: fitted, held-out and untouched rows; raises DataError if it is too small."""
+    speeds = np.asarray(vectors["speed"].values, float)
+    orders = tuple(int(n) for n in vectors["order"].values)
+    if len(speeds) < FEWEST:
+        raise DataError(f"{name}: {len(speeds)} speeds are too few to tell effects apart; give at least {FEWEST}")
+    pressure = float(vectors.attrs.get("pressure", 0.0))
+    if film and pressure <= 0:
+        raise DataError(f"{name}: vectors of a gas bearing need its pressure [Pa] in the attribute 'pressure'")
+    measured = vectors["amplitude"].values * np.exp(-1j * vectors["phase"].values)
+    rate = float(vectors.attrs.get("rate", 0.0)) or max(RATE, np.ptp(speeds) / LONGEST)
+    rows = ramp(speeds, rate, pressure)
+    role = np.array([("fit", "fit", "held_out", "fit", "fit", "untouched")[k % 6] for k in range(len(speeds))])
+    return [
+        _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders)
+        for which in ("fit", "held_out", "untouched")
+    ]
+
+
+def ramp(speeds: np.ndarray, rate: float, pressure: float) -> np.ndarray:
+    """Input rows (n, 6) of a run-up over the speeds [rad/s] at a rate [rad/s2], with time to settle before."""
+    low, high = min(speeds), max(speeds)
+    turns = 0.6 * TURNS * 2 * np.pi / max(low, 1.0) * rate
+    begin, end = max(low - turns - SETTLING * rate, 1.0), high + turns
+    n = int((end - begin) / rate / SAMPLE)
+    rows = np.zeros((n, 6))
+    rows[:, 0], rows[:, 1] = begin + rate * SAMPLE * np.arange(1, n + 1), pressure
+    if speeds[-1] < speeds[0]:
+        rows[:, 0] = rows[::-1, 0]
+    return rows
+
+
+def _part(
+    name: str, role: str, rows: np.ndarray, pressure: float, speeds: np.ndarray, measured: np.ndarray,
+    orders: tuple[int, ...],
+) -> Sweep:  # fmt: skip
+    """Some rows of a table as a trial; measured (rows, orders, 2) [m]."""
+    k = len(speeds)
+    spectra = np.zeros((1, 2, 1 + len(orders) * k), complex)
+    for i in range(len(orders)):
+        spectra[0, :, 1 + i * k : 1 + (i + 1) * k] = measured[:, i, :].T
+    none = np.zeros(spectra.shape[2], bool)
+    return Sweep(f"{name}, {role}", role, rows, pressure, 0.0, 0, len(rows), 1, spectra, none, orders, speeds=speeds)
+
+
+def diagnose_vectors(
+    machine: Machine,
+    opened: Sequence[tuple[str, xr.Dataset]],
+    effects: Iterable[str] | None,
+    tolerance: float,
+    progress: Callable[[str], None],
+    memo: Memo | None = None,
+) -> Diagnosis:
+    """Diagnosis of tables of vectors; of six rows one is held out and one untouched."""
+    from rotorsim.discrepancy.diagnosis import work_on
+
+    trials = [s for name, vectors in opened for s in make_sweeps(vectors, name, machine.film is not None)]
+    return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, memo=memo)
+
+
+def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:
+    """Simulated vectors (1, 2, 1 + orders x rows) [m] of the twin at a point."""
+    values = setting(twin, contributions(point.values, sweep.speed, sweep.pressure), point.fixed)
+    return sweep.lines(twin.run(values, sweep.rows, sweep.pressure)[:, :2])

@@ -1,0 +1,1 @@
+"""Search for the missing effect among the candidates, and its verdict."""

@@ -1,0 +1,118 @@
+"""Candidate effects of a diagnosis, in all forms in which they may be missing.
+
+A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
+frequency). Each effect declares its forms itself (`rotorsim.effects.diagnosis`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.effects import REGISTRY
+from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.errors import DataError
+
+NO_SOLUTION = 1e-3
+"""Lines [m] that stand for a plant without solution."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """Form in which an effect may be missing: fit parameters, fixed values, label."""
+
+    effect: str
+    label: str
+    knobs: tuple[Knob, ...]
+    fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
+    refine: tuple[Knob, ...] = ()
+    """Shape parameters that a non-linear fit may turn as well."""
+
+    @property
+    def key(self) -> str:
+        """What makes it this form: effect and which of its parameters (and injector), without shape options."""
+        return self.label.split(" @ ")[0]
+
+    @property
+    def names(self) -> set[str]:
+        """What a user may call it: the effect, the effect's parameter, and that of one injector."""
+        return {self.effect, self.key.split(" of ")[0], self.key}
+
+    def felt(self, columns: np.ndarray) -> bool:
+        """Whether sensitivities (n, knobs) [m] say that it changes anything and the plant has a solution with it."""
+        moved = np.abs(columns * [k.step for k in self.knobs])
+        return bool(np.all(np.isfinite(moved)) and 0 < moved.max() < NO_SOLUTION / 2)
+
+
+def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, ...]:
+    """Forms of all effects, or of those named ('runout', 'runout.second'), sorted by label.
+
+    Raises DataError for one that this machine cannot have.
+    """
+    forms: list[Form] = []
+    for name in sorted(n for n in twin.slots if REGISTRY[n].role != "known"):
+        forms += [f for form in REGISTRY[name].candidate_forms(twin.machine) for f in _forms(twin, name, form)]
+    if effects is not None:
+        asked = _known(effects, forms, twin.machine.name)
+        forms = [f for f in forms if f.names & asked]
+    return tuple(sorted(forms, key=lambda f: f.label))
+
+
+def _known(effects: Iterable[str], forms: Iterable[Form], machine: str) -> set[str]:
+    """The names given, all of them those of forms."""
+    asked, known = set(effects), set().union(*(f.names for f in forms))
+    for unknown in sorted(asked - known):
+        own = sorted(n for n in known if n.startswith(unknown.partition(".")[0] + "."))
+        among = ", ".join(own or sorted(n for n in known if "." not in n))
+        raise DataError(f"effects: '{unknown}' cannot be a candidate in {machine}; choose among {among}")
+    return asked
+
+
+def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
+    """A form of an effect for every option and injector; the first place belongs to the calibration if it has one."""
+    effect = REGISTRY[name]
+    table = twin.slots[name] + (effect.places > 1 and bool(effect.calibration_of(twin.machine)))
+    injectors: list[float] = [0.0]
+    names = {f.name for f in fields(effect)}
+    if "injector" in names:
+        injectors = [float(k + 1) for k in range(len(twin.machine.injectors))]
+    options: list[dict[str, float]] = [{}]
+    for parameter, values in recipe.options:
+        options = [{**o, parameter: v} for o in options for v in values]
+    forms = []
+    for k in injectors:
+        for option in options:
+            fixed = {f"{name}.{table}.{p}": v for p, v in option.items()}
+            if k:
+                fixed[f"{name}.{table}.injector"] = k
+            label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "")
+            shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
+            knobs, refine = _knobs(twin, name, table, recipe), _refine(name, table, recipe)
+            forms.append(Form(name, f"{label} @ {shape}" if shape else label, knobs, fixed, refine))
+    return forms
+
+
+def _values(recipe: CandidateForm, parameter: str) -> tuple[float, ...]:
+    return next((v for p, v in recipe.options if p == parameter), ())
+
+
+def _knobs(twin: Twin, name: str, table: int, recipe: CandidateForm) -> tuple[Knob, ...]:
+    if recipe.phase:
+        stem = f"{name}.{table}.{recipe.parameter}~{recipe.phase}"
+        return tuple(Knob(f"{stem}.{part}", recipe.step) for part in "cs")
+    base = float(getattr(twin.effect(name, table), recipe.parameter))
+    bounds = next(f.metadata["bounds"] for f in fields(REGISTRY[name]) if f.name == recipe.parameter)
+    low, high = bounds[0] - base, bounds[1] - base
+    if not recipe.signed:
+        low = max(low, 0.0 if base == 0 else low)
+    return (Knob(f"{name}.{table}.{recipe.parameter}", recipe.step, low=low, high=high),)
+
+
+def _refine(name: str, table: int, recipe: CandidateForm) -> tuple[Knob, ...]:
+    bounds = {f.name: f.metadata["bounds"] for f in fields(REGISTRY[name])}
+    wide = {p: (max(bounds[p][1] - bounds[p][0], 1e-300)) for p, _ in recipe.refine}
+    return tuple(Knob(f"{name}.{table}.{p}", step, low=-wide[p], high=wide[p]) for p, step in recipe.refine)

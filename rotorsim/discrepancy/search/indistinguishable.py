@@ -1,0 +1,40 @@
+"""Classes of effects that no campaign of a rig can distinguish; a diagnosis names the class.
+
+Each effect declares the signature of its forms. Equal ones were derived from the equations: a bow of the shaft and a
+runout at 1X both add a constant vector that turns with the shaft; delay and lag of a sensor differ at the second order
+in frequency times time; the flow through a choked seat is its area times the pressure; of two sensors' gains only the
+ratio shows beside gains of the actuators. Others are beyond any record's resolution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rotorsim.effects import REGISTRY
+from rotorsim.effects.diagnosis import CandidateForm
+
+
+def class_of(key: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Keys ('effect.parameter') among `known` that cannot be distinguished from `key`, itself included."""
+    signature, place = _signature(key)
+    if not signature:
+        return (key,)
+    return tuple(sorted(k for k in {*known} if _signature(k) == (signature, place)))
+
+
+def resembles(key: str) -> str:
+    """Known cause with the same signature that is no effect of the catalogue; empty if there is none."""
+    form = _form(key)
+    return form.resembles if form is not None else ""
+
+
+def _signature(key: str) -> tuple[str, str]:
+    """Signature of a form, and the injector that it is of."""
+    form = _form(key)
+    return (form.signature, key.partition(" of ")[2]) if form is not None else ("", "")
+
+
+def _form(key: str) -> CandidateForm | None:
+    name, _, parameter = key.partition(" of ")[0].partition(".")
+    forms = REGISTRY[name].forms if name in REGISTRY else ()
+    return next((f for f in forms if f.parameter == parameter), None)

@@ -1,0 +1,274 @@
+"""Search steps: linear screening, nonlinear re-fits, held-out points, ties, abstention."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import log
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.least_squares import Fit, fit
+from rotorsim.discrepancy.fit.parameters import Knob, within
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.localise import excess, table
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.projection import Screen, screen
+
+MOST_EFFECTS = 3
+ENOUGH = 0.95
+"""Share of the flagged excess that has to go before anything is named."""
+CLEAR = 100.0
+"""A name lowers the sum of squares by this much at least, beside k ln N: twice what makes an effect detectable. Where
+nothing is missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
+MORE = 100.0
+"""Flagged excess that explanations may leave before another effect is looked for beside them."""
+NEARLY = 0.8
+"""From this share on a hypothesis is fitted with all sensitivities renewed before it is dropped."""
+A_FIFTH = 0.2
+REFITS = 3
+"""Hypotheses of each size that are re-fitted with the plant."""
+TIE = 0.06
+"""Rivals are tied when their sums of squares differ by less than this share of what the best one explains."""
+TIE_LEAST = 16.0
+MOST_HALVINGS = 4
+FINALISTS = 10
+"""Forms whose sensitivities are renewed at the re-fitted point."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Combination of forms that explains the misfit, fitted to the plant."""
+
+    forms: tuple[Form, ...]
+    fit: Fit
+    excess: float
+    held_out: float
+    gone: float
+    """Share of the flagged excess that is gone."""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Which effects, sorted."""
+        return tuple(sorted(f.key for f in self.forms))
+
+    @property
+    def score(self) -> float:
+        """Sum of squares with priors and k ln N."""
+        return self.fit.cost + (len(self.fit.knobs)) * log(len(self.fit.residual))
+
+
+@dataclass(eq=False)
+class Search:
+    """Data of a search for missing effects; `columns` are sensitivities by form at some point."""
+
+    comparison: Comparison
+    held_out: Comparison | None
+    base: Fit
+    forms: tuple[Form, ...]
+    columns: dict[str, np.ndarray]
+    base_excess: float
+    base_held: float
+    say: Callable[[], None] = lambda: None
+    renewed: set[str] | None = None
+    nominal: Fit | None = None
+    """The base with sensitivities of where `columns` were taken; where there is none all are renewed at once."""
+    unsteady: float = 0.0
+    """Part of the excess that does not repeat from period to period: no effect takes it away."""
+
+    def screened(self, base: Fit | None = None) -> Screen:
+        """All forms, projected off the calibration as it is at the re-fitted point (or at that of another `base`)."""
+        return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
+
+    def promise(self) -> float:
+        """By how much the best form would lower the sum of squares, as far as linear sensitivities tell."""
+        if not self.forms:
+            return 0.0
+        view = self.screened(self.nominal)
+        return max((view.drop(i)[0] for i in range(len(self.forms))), default=0.0)
+
+    def renew(self, forms: Iterable[Form]) -> None:
+        """Take sensitivities of these forms at the re-fitted point."""
+        self.renewed = self.renewed or set()
+        todo = [f for f in forms if f.label not in self.renewed]
+        if not todo:
+            return
+        here = self.comparison.predict(self.base.point)
+        for form in todo:
+            point = self.base.point.holding(form.fixed)
+            self.columns[form.label] = self.comparison.jacobian(point, form.knobs, here, self.say)
+            self.renewed.add(form.label)
+
+    def hypothesis(self, forms: Sequence[Form], start: np.ndarray) -> Hypothesis:
+        """Fit forms and calibration together, from the linear estimate, renewing the forms' own columns once."""
+        own = tuple(k for f in forms for k in f.knobs)
+        fixed = {key: v for f in forms for key, v in f.fixed.items()}
+        S = np.concatenate([self.columns[f.label] for f in forms], axis=1)
+        knobs = (*self.base.knobs, *own)
+        J = np.concatenate([self.base.J, S], axis=1)
+        point = self._start(own, fixed, S, start)
+        residual = self.comparison.residual(point)
+        for _ in range(MOST_HALVINGS):
+            if float(residual @ residual) < self.base.chi2:
+                break
+            # a linear estimate that leads away from the records is no start: nearer to the calibration
+            start = 0.4 * start
+            point = self._start(own, fixed, S, start)
+            residual = self.comparison.residual(point)
+        first = fit(self.comparison, point, knobs, J, residual, say=self.say)
+        done = self._left(first) <= (1 - ENOUGH) * self.base_excess
+        if not done and first.cost < self.base.cost:
+            refine = tuple(k for f in forms for k in f.refine)
+            turned = (*own, *refine)
+            here = self.comparison.predict(first.point)
+            fresh = self.comparison.jacobian(first.point, turned, here, self.say)
+            J = np.concatenate([first.J[:, : len(self.base.knobs)], fresh], axis=1)
+            again = fit(self.comparison, first.point, (*self.base.knobs, *turned), J, first.residual, say=self.say)
+            first = again if again.cost < first.cost else first
+        found = self._found(tuple(forms), first)
+        if NEARLY <= found.gone < ENOUGH:
+            found = min(found, self.polished(found), key=lambda h: h.fit.cost)
+        return found
+
+    def polished(self, h: Hypothesis) -> Hypothesis:
+        """The hypothesis fitted once more with every sensitivity taken where it stands.
+
+        The calibration's sensitivities change with the effect at work: without them its size and uncertainty are off.
+        """
+        J = self.comparison.jacobian(h.fit.point, h.fit.knobs, say=self.say)
+        done = fit(self.comparison, h.fit.point, h.fit.knobs, J, h.fit.residual, say=self.say)
+        return self._found(h.forms, done)
+
+    def _left(self, fit: Fit) -> float:
+        """Excess that a fit leaves."""
+        return excess(table(self.comparison, fit.residual)) + self.unsteady
+
+    def _found(self, forms: tuple[Form, ...], fit: Fit) -> Hypothesis:
+        left = self._left(fit)
+        return Hypothesis(forms, fit, left, self._held(fit.point), 1 - left / max(self.base_excess, 1e-300))
+
+    def onward(self, h: Hypothesis) -> Search:
+        """A search for what is missing beside a hypothesis."""
+        taken = {f.effect for f in h.forms}
+        forms = tuple(f for f in self.forms if f.effect not in taken)
+        columns = {f.label: self.columns[f.label] for f in forms}
+        left = h.excess - self.unsteady
+        return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.say)
+
+    def _start(self, own: tuple[Knob, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
+        """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
+        values = start * np.array([k.step for k in own])
+        low, high = np.array([k.low for k in own]), np.array([k.high for k in own])
+        values = np.clip(values, low, high)
+        J, p = self.base.J, np.array([1 / k.sd for k in self.base.knobs])
+        A = np.vstack([J, np.diag(p)])
+        target = np.concatenate([self.base.residual - S @ values, -p * self.base.vector])
+        size = np.linalg.norm(A, axis=0)
+        size[size == 0] = 1.0
+        move = np.linalg.lstsq(A / size, target, rcond=1e-10)[0] / size
+        moved = within(self.base.knobs, self.base.vector + move) - self.base.vector
+        return self.base.point.holding(fixed).moved(self.base.knobs, moved).moved(own, values)
+
+    def _held(self, point: Point) -> float:
+        """Excess of the held-out records."""
+        if self.held_out is None:
+            return 0.0
+        return excess(table(self.held_out, self.held_out.residual(point)))
+
+    def singles(self) -> list[Hypothesis]:
+        """The best single forms, re-fitted; of one effect and place only its best option."""
+        if not self.forms:
+            return []
+        if self.nominal is None:
+            self.renew(self.forms)
+        else:
+            # sensitivities of forms and calibration of one point: mixed, a faint effect drowns in the difference
+            first = self.screened(self.nominal)
+            order = np.argsort([-first.drop(i)[0] for i in range(len(self.forms))])
+            self.renew(self.forms[i] for i in order[:FINALISTS] if first.drop(int(i))[0] > 0)
+        again = self.screened()
+        ranked = sorted(range(len(self.forms)), key=lambda i: -again.drop(i)[0])
+        ranked = [i for i in ranked if self.forms[i].label in (self.renewed or set())]
+        chosen = _distinct([(self.forms[i],) for i in ranked], REFITS + 3)
+        best = max((again.drop(i)[0] for i in ranked), default=0.0)
+        found: list[Hypothesis] = []
+        for rank, forms in enumerate(chosen):
+            i = self.forms.index(forms[0])
+            drop, start = again.drop(i)
+            if drop <= 0 or (rank >= REFITS and drop < (1 - 2 * TIE) * best):
+                continue
+            if found and drop < (1 - 4 * TIE) * best and passes(found[0], self):
+                continue  # the best one explains everything and this one is no rival
+            found.append(self.hypothesis(forms, start))
+        return sorted(found, key=lambda h: h.fit.cost)
+
+    def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
+        """The best pairs or triples, re-fitted."""
+        self.renew(self.forms)
+        view = self.screened()
+        pool = list(of) if of is not None else self._pool(view, 40 if size == 2 else 14)
+        combos = [c for c in combinations(pool, size) if len({self.forms[i].effect for i in c}) == size]
+        drops = sorted(((view.drop(*c)[0], c) for c in combos), key=lambda d: -d[0])
+        top = _distinct([tuple(self.forms[i] for i in c) for d, c in drops[:200] if d > 0], REFITS)
+        found = []
+        for forms in top:
+            drop, start = view.drop(*(self.forms.index(f) for f in forms))
+            if drop > 0:
+                found.append(self.hypothesis(forms, start))
+        return sorted(found, key=lambda h: h.fit.cost)
+
+    def _pool(self, view: Screen, most: int) -> list[int]:
+        """Forms worth combining: best options of every key by their own drop, and by what they add to the best one."""
+        drops = [view.drop(i)[0] for i in range(len(self.forms))]
+        best = int(np.argmax(drops))
+        adds = [view.drop(*sorted({best, i}))[0] for i in range(len(self.forms))]
+        pool: dict[str, int] = {}
+        for i in np.argsort([-a for a in adds]):
+            pool.setdefault(self.forms[i].key, int(i))
+        chosen = list(pool.values())[: most // 2]
+        own: dict[str, int] = {}
+        for i in np.argsort([-d for d in drops]):
+            own.setdefault(self.forms[i].key, int(i))
+        return sorted({*chosen, *list(own.values())[: most // 2]})
+
+
+def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, ...]]:
+    """The first sets with different keys."""
+    out: dict[tuple[str, ...], tuple[Form, ...]] = {}
+    for forms in sets:
+        out.setdefault(tuple(sorted(f.key for f in forms)), forms)
+        if len(out) >= most:
+            break
+    return list(out.values())
+
+
+def passes(h: Hypothesis, search: Search) -> bool:
+    """True if a hypothesis explains the flagged misfit, at held-out points too."""
+    price = CLEAR + (len(h.fit.knobs) - len(search.base.knobs)) * log(len(h.fit.residual))
+    better = search.base.cost - h.fit.cost > price
+    held = search.held_out is None or h.held_out <= max(0.25 * search.base_held, 0.1 * search.base_excess)
+    return bool(better and held and h.gone >= ENOUGH)
+
+
+def tied(best: Hypothesis, others: Sequence[Hypothesis], base: Fit) -> list[Hypothesis]:
+    """Hypotheses that the records cannot distinguish from the best one."""
+    margin = max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
+    return [h for h in others if h is not best and h.fit.cost - best.fit.cost < margin and h.gone >= 0.8]
+
+
+def without_idle(h: Hypothesis, search: Search) -> Hypothesis:
+    """Backward elimination of forms without which the others explain as much."""
+    while len(h.forms) > 1:
+        smaller = []
+        view = search.screened()
+        for i in range(len(h.forms)):
+            rest = tuple(f for k, f in enumerate(h.forms) if k != i)
+            drop, start = view.drop(*(search.forms.index(f) for f in rest))
+            if drop > 0:
+                smaller.append(search.hypothesis(rest, start))
+        best = min(smaller, key=lambda s: s.score, default=None)
+        if best is None or best.score > h.score + 10 or (h.gone >= ENOUGH > best.gone):
+            return h
+        h = best
+    return h

@@ -1,0 +1,104 @@
+"""Verdict of a search: named, tie, partial or unknown; named only for at least 95 % of the flagged misfit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from rotorsim.discrepancy.search.indistinguishable import class_of
+from rotorsim.discrepancy.search.search import (
+    A_FIFTH,
+    MORE,
+    MOST_EFFECTS,
+    Hypothesis,
+    Search,
+    passes,
+    tied,
+    without_idle,
+)
+
+STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """Status, best hypothesis, rivals, and all fitted hypotheses."""
+
+    status: str
+    best: Hypothesis | None = None
+    rivals: tuple[Hypothesis, ...] = ()
+    classes: tuple[tuple[str, ...], ...] = ()
+    tried: tuple[Hypothesis, ...] = field(default=(), repr=False)
+
+
+def judge(search: Search) -> Verdict:
+    """Search single effects, then pairs, then triples until one explains the flagged misfit; singles if unflagged."""
+    known = {f.key for f in search.forms}
+    tried: list[Hypothesis] = []
+    for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
+        found = search.singles() if size == 1 else search.sets(size)
+        tried += found
+        good = [h for h in found if passes(h, search)]
+        if good:
+            return _accepted(search, good[0], found, known, tried)
+        if size > 1 and not _worth_more(tried, size):
+            break
+    return _short_of_a_name(search, tried, known)
+
+
+def _worth_more(tried: list[Hypothesis], size: int) -> bool:
+    """Whether larger sets explained clearly more than smaller ones, so that still larger ones may be worth trying."""
+    best = {s: max((h.gone for h in tried if len(h.forms) == s), default=0.0) for s in (size - 1, size)}
+    return best[size] > best[size - 1] + 0.05 and best[size] > 0.5
+
+
+def _accepted(
+    search: Search, best: Hypothesis, found: list[Hypothesis], known: set[str], tried: list[Hypothesis]
+) -> Verdict:
+    if len(best.forms) > 1:
+        best = without_idle(best, search)
+    best = search.polished(best)
+    rivals = tied(best, found, search.base)
+    while len(best.forms) < MOST_EFFECTS and best.excess - search.unsteady > MORE:
+        beside = _beside(search, best, tried)
+        if not beside:
+            break
+        best, *others = beside
+        rivals += others
+    rivals = [h for h in rivals if len(h.forms) <= len(best.forms) and not set(h.keys) < set(best.keys)]
+    classes = tuple(class_of(k, known) for k in best.keys)
+    rivals = [h for h in rivals if not _same(h, best, known)]
+    several = any(len(c) > 1 for c in classes) or bool(rivals)
+    return Verdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
+
+
+def _beside(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
+    """The best hypothesis with another effect beside it that explains what it leaves, and what is tied with that."""
+    onward = search.onward(best)
+    found = onward.singles()
+    good = [h for h in found if passes(h, onward)]
+    if not good:
+        return []
+    first = onward.polished(good[0])
+    joined = [_joined(search, best, h) for h in (first, *tied(first, found, onward.base))]
+    tried += joined
+    return joined
+
+
+def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
+    """A hypothesis that was found beside another, with the forms of both."""
+    left = h.excess + search.unsteady
+    return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=1 - left / max(search.base_excess, 1e-300))
+
+
+def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
+    """Whether two hypotheses are of the same classes."""
+    return [class_of(k, known) for k in a.keys] == [class_of(k, known) for k in b.keys]
+
+
+def _short_of_a_name(search: Search, tried: list[Hypothesis], known: set[str]) -> Verdict:
+    helps = [h for h in tried if h.gone >= A_FIFTH and (search.held_out is None or h.held_out < 0.8 * search.base_held)]
+    if not helps:
+        return Verdict("unknown", None, (), (), tuple(tried))
+    best = min(helps, key=lambda h: h.score)
+    rivals = tied(best, [h for h in helps if len(h.forms) == len(best.forms)], search.base)
+    return Verdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))

@@ -1,0 +1,1 @@
+"""Simulated machine of a diagnosis, compiled with every candidate effect; cached responses."""

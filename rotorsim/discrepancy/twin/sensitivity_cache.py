@@ -1,0 +1,92 @@
+"""Disk cache of sensitivities, shared between diagnoses.
+
+They are taken at rounded speeds, pressures and angles, so that the same campaign, recorded again, finds them, and so
+that they are the same whoever computed them first. A search starts from them and renews what it goes on with.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from reynolds.jit import cache_root
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.twin.response_cache import read, sources, write
+
+
+def rounded(trial: Trial) -> Trial:
+    """Trial at rounded speed, pressure and angle, which repeated recordings share."""
+    rows = np.round(trial.rows, 9)
+    if not trial.orders:
+        rows[:, 0], rows[:, 1] = np.round(rows[:, 0], 1), np.round(rows[:, 1], -3)
+    return replace(trial, rows=rows, pressure=float(rows[0, 1]), angle=float(np.round(trial.angle, 1) % 6.3))
+
+
+def key_of(comparison: Comparison, point: Point, knob: Knob) -> str:
+    """Cache name of a column: plant with its kernels, inputs, point, fit parameter."""
+    digest = hashlib.sha256(sources() + comparison.twin.equipped[0].hash.encode())
+    digest.update(str(comparison.twin.assembly.module.__name__).encode())
+    for trial in comparison.trials:
+        digest.update(f"{trial.inputs} {trial.angle!r} {trial.lead}".encode())
+    digest.update(repr(sorted((k.name, v) for k, v in point.values.items())).encode())
+    digest.update(repr(sorted(point.fixed.items())).encode())
+    digest.update(repr((knob.key, knob.step)).encode())
+    return digest.hexdigest()[:32]
+
+
+@dataclass(eq=False)
+class Sensitivities:
+    """Sensitivity columns of a comparison at rounded points; `here` caches the reference responses."""
+
+    comparison: Comparison
+    here: list[tuple[Point, np.ndarray]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        c = self.comparison
+        self.rough = Comparison(c.twin, [rounded(t) for t in c.trials], c.threads)
+        self.folder = cache_root() / "sensitivities"
+
+    def columns(self, point: Point, knobs: Sequence[Knob], say: Callable[[], None] | None = None) -> np.ndarray:
+        """As `Comparison.jacobian`, but in metres (n, k), kept on disk column by column."""
+        comparison = self.comparison
+        share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in knobs if k.trend}
+        out = []
+        for knob in knobs:
+            if knob.key in comparison.directions:
+                out.append(comparison.directions[knob.key])
+                continue
+            column = self._column(point, Knob(knob.key, knob.step, low=knob.low, high=knob.high), say)
+            out.append(column * (share[knob][comparison.layout.record] if knob.trend else 1.0))
+        return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
+
+    def _column(self, point: Point, knob: Knob, say: Callable[[], None] | None) -> np.ndarray:
+        path = self.folder / f"{key_of(self.rough, point, knob)}.npy"
+        column = read(path, len(self.comparison.measured))
+        if column is None:
+            column = self.rough.column(point, knob, self._at(point), say)
+            write(path, column)
+        return column
+
+    def _at(self, point: Point) -> np.ndarray:
+        """The response at a point; options that are held for an effect that is off change nothing."""
+        slots, own = self.comparison.twin.slots, self.comparison.twin.machine.effects
+        at_work = {name for name, table in slots.items() if table < len(own.get(name, ()))}
+        fixed = {key: v for key, v in point.fixed.items() if key.split(".")[0] in at_work or point.values}
+        same = replace(point, fixed=fixed)
+        known = next((y for p, y in self.here if (p.values, p.fixed) == (same.values, same.fixed)), None)
+        if known is None:
+            known = self.rough.predict(same)
+            self.here.append((same, known))
+        return known
+
+
+def columns(
+    comparison: Comparison, point: Point, knobs: Sequence[Knob], say: Callable[[], None] | None = None
+) -> np.ndarray:
+    """Sensitivity columns of a comparison at one point."""
+    return Sensitivities(comparison).columns(point, knobs, say)

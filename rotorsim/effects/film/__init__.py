@@ -1,0 +1,1 @@
+"""Effects on the gas film, its gap and its sleeve."""

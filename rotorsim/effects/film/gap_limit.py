@@ -1,0 +1,24 @@
+"""Check that the effects on the gap together take at most nine tenths of the clearance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rotorsim.effects.base import Effect
+
+ROOM = 0.1
+"""Share of the clearance that must be left."""
+
+
+def closed_gap(effect: Effect, machine: Any) -> dict[str, str]:
+    """A sentence if the effects on the gap close it; `effect` is blamed where it takes the most."""
+    if machine.film is None:
+        return {}
+    shares = {id(e): e.narrowing(machine) for es in machine.effects.values() for e in es if hasattr(e, "narrowing")}
+    total, clearance = sum(shares.values()), machine.film.clearance
+    if clearance - total >= ROOM * clearance or shares[id(effect)] < max(shares.values()):
+        return {}
+    return {
+        "": f"with the other effects on the gap takes {total * 1e6:.3g} um of a clearance of {clearance * 1e6:.3g} um; "
+        "make them smaller"
+    }

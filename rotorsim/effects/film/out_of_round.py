@@ -1,0 +1,57 @@
+r"""Journal and sleeve out of round: lobes on the sleeve stand still, lobes on the journal turn.
+
+.. math:: h \mathrel{+}= a_s \cos n_s(\theta - \theta_s) - a_j \cos n_j(\theta - \varphi - \theta_j)
+
+A positive a_s is a wider sleeve at theta_s, a positive a_j a thicker journal at theta_j from the mark. Two lobes are
+ovality; a turning lobe pumps at n_j times the shaft speed. Source: Rentzepis & Sternlicht (1962); Yu & Adams (1989).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.film.gap_limit import closed_gap
+
+
+@inlined
+def out_of_round(t, angle, speed, theta, p):
+    """Change of the gap [m] and its slope along z [1]."""
+    sleeve = p.sleeve * math.cos(p.sleeve_lobes * (theta - p.sleeve_phase))
+    journal = p.journal * math.cos(p.journal_lobes * (theta - angle - p.journal_phase))
+    return sleeve - journal, 0.0
+
+
+@register
+@dataclass(frozen=True)
+class OutOfRound(Effect):
+    """Lobes on sleeve and journal; several tables for several orders."""
+
+    name = "out_of_round"
+    port = "film"
+    kernel = out_of_round
+    place = "film"
+    forms = (
+        CandidateForm("sleeve", 3e-7, "sleeve_phase", options=(("sleeve_lobes", (2.0,)),)),
+        CandidateForm("journal", 3e-7, "journal_phase", options=(("journal_lobes", (2.0,)),)),
+    )
+    sleeve: float = param("m", bounds=(0.0, 2e-5), doc="Height of the sleeve's lobes, 0-pk.")
+    sleeve_lobes: float = param("1", default=2.0, bounds=(1.0, 12.0), doc="How many, a whole number.")
+    sleeve_phase: float = param("rad", bounds=(-TURN, TURN), doc="Where the sleeve is widest.")
+    journal: float = param("m", bounds=(0.0, 2e-5), doc="Height of the journal's lobes, 0-pk.")
+    journal_lobes: float = param("1", default=2.0, bounds=(1.0, 12.0), doc="How many, a whole number.")
+    journal_phase: float = param("rad", bounds=(-TURN, TURN), doc="Where the journal is thickest, from the mark.")
+
+    def problems(self, machine: Any) -> dict[str, str]:
+        """Lobes are whole numbers and leave a gap."""
+        return closed_gap(self, machine) | {
+            name: f"{value} lobes do not close round the circumference; write e.g. {round(value)}"
+            for name, value in (("sleeve_lobes", self.sleeve_lobes), ("journal_lobes", self.journal_lobes))
+            if value != round(value)
+        }
+
+    def narrowing(self, machine: Any) -> float:
+        """What it takes from the gap at most [m]."""
+        return self.sleeve + self.journal

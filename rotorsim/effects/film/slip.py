@@ -1,0 +1,34 @@
+r"""Slip of the gas at the walls.
+
+.. math:: h^3 p \;\to\; h^3 p + 6\,\lambda_a p_a\,h^2
+
+in the pressure-driven flow, lambda_a the mean free path at ambient pressure: 68 nm in air, where the film's Knudsen
+number is a few thousandths. Source: Burgdorfer (1959), first order; lifts an assumption of the Reynolds equation.
+"""
+
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+
+@inlined
+def slip(t, speed, p):
+    """Factor on the viscosity and mean free path [m]."""
+    return 1.0, p.mean_free_path
+
+
+@register
+@dataclass(frozen=True)
+class Slip(Effect):
+    """Slip of the gas at the walls."""
+
+    name = "slip"
+    port = "gas"
+    kernel = slip
+    place = "film"
+    single = True
+    forms = (CandidateForm("mean_free_path", 6.8e-8, signed=False, signature="properties of the gas"),)
+    in_benchmark = False
+    mean_free_path: float = param("m", bounds=(0.0, 5e-6), doc="Mean free path at ambient pressure; 0.068 um in air.")

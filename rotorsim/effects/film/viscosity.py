@@ -1,0 +1,55 @@
+r"""Viscosity of a gas that is warmer than the machine file says.
+
+.. math:: \frac{\mu}{\mu_0} = \tau^{3/2}\,\frac{T_0 + S}{\tau T_0 + S}, \qquad
+          \tau = 1 + \frac{\Delta T + \Delta T_\Omega (\Omega/\Omega_0)^2}{T_0}, \quad
+          \Omega_0 = 2\pi\,100\ \mathrm{rad/s}
+
+with S = 110.4 K of air; Delta T_Omega is what the film's own friction adds at 100 Hz. Density and injectors keep T_0:
+the film is thin and its walls hold the gas near their temperature. Source: Sutherland (1893); White (2011), section
+1.9.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+NOMINAL = 2 * math.pi * 100
+SUTHERLAND = 110.4
+
+
+@inlined
+def viscosity(t, speed, p):
+    """Factor on the viscosity and mean free path [m]."""
+    ratio = speed / NOMINAL
+    warmer = (p.rise + p.heating * ratio * ratio) / p.temperature
+    tau = 1.0 + warmer
+    s = SUTHERLAND / p.temperature
+    return tau * math.sqrt(tau) * (1.0 + s) / (tau + s), 0.0
+
+
+@register
+@dataclass(frozen=True)
+class Viscosity(Effect):
+    """Viscosity of warmer gas."""
+
+    name = "viscosity"
+    port = "gas"
+    kernel = viscosity
+    place = "film"
+    single = True
+    extra = ("temperature",)
+    forms = (
+        CandidateForm("rise", 20.0, signature="properties of the gas", resembles="the gas temperature"),
+        CandidateForm("heating", 20.0, signed=False, signature="properties of the gas"),
+    )
+    in_benchmark = False
+    rise: float = param("K", bounds=(-100.0, 300.0), doc="Gas above the temperature in [gas].")
+    heating: float = param("K", bounds=(0.0, 100.0), doc="Rise by friction at 6000 rpm; grows with the square.")
+
+    def derived(self, machine: Any) -> dict[str, float]:
+        """Temperature the viscosity in [gas] belongs to."""
+        return {"temperature": machine.gas.temperature}

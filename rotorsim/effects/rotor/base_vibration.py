@@ -1,0 +1,40 @@
+r"""Vibration of the foundation: every mass feels -a(t) in the frame of the housing, where displacement is measured.
+
+.. math:: M\ddot q + \dots = f - M\,a\,\sin(2\pi f t + \psi)
+
+Source: Newton's law in an accelerated frame; ISO 10816 for sizes.
+"""
+
+import math
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+
+@inlined
+def base_vibration(t, angle, speed, acceleration, p):
+    """Acceleration (ax, ay) [m/s^2] that the whole rotor feels."""
+    wave = math.sin(p.frequency * t + p.phase)
+    return -p.x * wave, -p.y * wave
+
+
+@register
+@dataclass(frozen=True)
+class BaseVibration(Effect):
+    """Harmonic vibration of the foundation; several tables for several frequencies."""
+
+    name = "base_vibration"
+    port = "force"
+    kernel = base_vibration
+    influence = "mass"
+    forms = (
+        CandidateForm("x", 0.05, "phase", options=(("frequency", (TURN * 50, TURN * 60, TURN * 100)),)),
+        CandidateForm("y", 0.05, "phase", options=(("frequency", (TURN * 50, TURN * 60, TURN * 100)),)),
+    )
+    in_benchmark = False
+    x: float = param("m/s^2", bounds=(-100.0, 100.0), doc="Horizontal acceleration, 0-pk.")
+    y: float = param("m/s^2", bounds=(-100.0, 100.0), doc="Vertical acceleration, 0-pk.")
+    frequency: float = param("rad/s", default=50 * TURN, bounds=(0.0, 2500 * TURN), doc="Frequency, e.g. '50 Hz'.")
+    phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at the start.")

@@ -1,0 +1,50 @@
+r"""Forces of a misaligned coupling at two and three times the shaft speed.
+
+.. math:: f_x = \sum_n F_n \cos(n\varphi+\psi_n), \qquad f_y = \kappa \sum_n F_n \sin(n\varphi+\psi_n), \quad n=2, 3
+
+with constant amplitudes F_n, as a coupling with a fixed offset gives. kappa = 1 is a force turning forward, 0 one of
+fixed direction, -1 one turning backward. Source: harmonics of a misaligned coupling, Gibbons (1976) and Sekhar &
+Prabhu (1995); the thesis (E.5.2) sees their resonances at one half and one third of the critical speeds.
+"""
+
+import math
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+
+@inlined
+def coupling(t, angle, speed, acceleration, p):
+    """Force (fx, fy) [N] at shaft angle `angle` [rad]."""
+    two = 2.0 * angle + p.second_phase
+    three = 3.0 * angle + p.third_phase
+    fx = p.second * math.cos(two) + p.third * math.cos(three)
+    fy = p.ellipticity * (p.second * math.sin(two) + p.third * math.sin(three))
+    return fx, fy
+
+
+@register
+@dataclass(frozen=True)
+class Coupling(Effect):
+    """Misaligned coupling: forces at 2X and 3X."""
+
+    name = "coupling"
+    port = "force"
+    kernel = coupling
+    place = "start"
+    forms = (
+        CandidateForm("second", 1.0, "second_phase", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
+        CandidateForm("third", 1.0, "third_phase", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
+    )
+    second: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 2X, 0-pk.")
+    third: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 3X, 0-pk.")
+    second_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 2X force.")
+    third_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 3X force.")
+    ellipticity: float = param(
+        "1", default=1.0, bounds=(-1.0, 1.0), doc="1 turns forward, 0 has a fixed direction, -1 turns backward."
+    )
+    position: float | None = param(
+        "m", default=None, bounds=(-100.0, 100.0), doc="Where it acts; the left end of the shaft when not given."
+    )

@@ -1,0 +1,33 @@
+r"""Damping that turns with the shaft: material, shrink fits, splines.
+
+.. math:: F = -\beta\,K_s\,(\dot q - \Omega\,e_z \times q)
+
+with the shaft's own stiffness K_s: it damps a shaft at rest and drives forward whirl above a threshold, which for
+isotropic supports with external damping c_e is Omega = omega (1 + c_e / c_i). omega is the whirl's frequency, c_e and
+c_i its modal dampings. Source: Kimball (1924); Genta (2005), Dynamics of Rotating Systems, chapter 3.
+"""
+
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+
+@inlined
+def internal_damping(p):
+    """Ratio [s] of damping to stiffness."""
+    return p.time
+
+
+@register
+@dataclass(frozen=True)
+class InternalDamping(Effect):
+    """Internal damping of the turning shaft."""
+
+    name = "internal_damping"
+    port = "rotating"
+    kernel = internal_damping
+    single = True
+    forms = (CandidateForm("time", 1e-5, signed=False),)
+    time: float = param("s", bounds=(0.0, 1e-2), doc="Ratio of damping to stiffness.")

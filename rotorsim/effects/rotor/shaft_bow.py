@@ -1,0 +1,36 @@
+r"""Bow of the shaft: unloaded, it is bent by a half wave between its bearings, and the bend turns with it.
+
+.. math:: M\ddot q + C\dot q + K_b q + K_s\,(q - u\,e^{i\varphi}) = f, \qquad u(z) = a \sin\frac{\pi(z-z_1)}{z_2-z_1}
+
+K_s is the shaft's own stiffness, K_b its bearings'; the bow acts as the force K_s u, whose amplitude does not depend on
+the speed: far below the first critical speed the shaft turns in its bent shape, which a runout cannot be told from.
+Source: Nicholas, Gunter & Allaire (1976), Effect of residual shaft bow on unbalance response, Part I.
+"""
+
+import math
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+
+@inlined
+def shaft_bow(t, angle, speed, acceleration, p):
+    """Deflection (x, y) [m] of the unloaded shaft half-way between its bearings."""
+    return p.bow * math.cos(angle + p.phase), p.bow * math.sin(angle + p.phase)
+
+
+@register
+@dataclass(frozen=True)
+class ShaftBow(Effect):
+    """Permanent bow of the shaft."""
+
+    name = "shaft_bow"
+    port = "force"
+    kernel = shaft_bow
+    influence = "bow"
+    single = True
+    forms = (CandidateForm("bow", 2e-7, "phase", signature="vector that turns with the shaft"),)
+    bow: float = param("m", bounds=(0.0, 1e-3), doc="Deflection half-way between the outermost bearings, 0-pk.")
+    phase: float = param("rad", bounds=(-TURN, TURN), doc="Angular position on the shaft, from x towards y.")

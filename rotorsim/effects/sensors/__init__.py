@@ -1,0 +1,1 @@
+"""Effects on the sensors and their signals."""

@@ -1,0 +1,40 @@
+r"""Noise of the displacement sensors: white, normal, independent in both axes.
+
+.. math:: s = x + \sigma\,n_i
+
+n_i depends on (seed of the run, channel, number of the sample) alone; see random_numbers.py. Source: thesis 2.1, noise
+of about +-1 um at the disc.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.sensors.random_numbers import normal
+
+
+@inlined
+def noise(w, reading, state, seed, sample, p):
+    """Add noise to the displacements read."""
+    if p.sigma > 0.0:
+        for axis in range(2):
+            w[reading + axis] += p.sigma * normal(seed, axis * 1.0, sample)
+
+
+@register
+@dataclass(frozen=True)
+class Noise(Effect):
+    """Noise of the displacement sensors."""
+
+    name = "noise"
+    port = "sensor"
+    kernel = noise
+    single = True
+    role = "scatter"
+    sigma: float = param("m", bounds=(0.0, 1e-3), doc="Standard deviation.")
+
+    def scatter(self, readings: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Readings (n, 2) [m] with noise of `rng`."""
+        return readings + rng.normal(0, self.sigma, readings.shape)

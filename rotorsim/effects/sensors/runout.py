@@ -1,0 +1,88 @@
+r"""Runout: what the displacement sensors see of the disc's surface, which is not round and not everywhere alike.
+
+.. math:: s_x = x + r(-\varphi), \quad s_y = y + r(\tfrac{\pi}{2} - \varphi), \qquad
+          r(\alpha) = \sum_{n=1}^{3} a_n \cos(n\alpha + \psi_n)
+          + b \sum_{n=4}^{24} \frac{\cos(n\alpha + \psi_n)}{(21/2)^{1/2}}
+
+Both sensors look at one surface, a quarter turn apart. The roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's,
+which spread it over the turn) with g of its number `surface`, so that it is the same in every run. The sensors see the
+true angle, so this comes before an encoder. Source: thesis 2.6.2, Figs 2.12 and 2.13; API 670; Schroeder (1970).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+
+FIRST, LAST = 4, 24
+GOLDEN = 0.6180339887498949
+
+
+@inlined
+def roughness(a, surface):
+    """Sum of cos(n a + pi g n^2) over the rough orders, by turning one pointer on and on."""
+    g = 1.0 / (LAST - FIRST + 1) + GOLDEN * surface
+    first = FIRST * a + math.pi * g * (FIRST * FIRST)
+    step = a + math.pi * g * (2 * FIRST + 1)
+    x, y = math.cos(first), math.sin(first)
+    u, v = math.cos(step), math.sin(step)
+    p, q = math.cos(2.0 * math.pi * g), math.sin(2.0 * math.pi * g)
+    total = x
+    for _ in range(LAST - FIRST):
+        x, y = x * u - y * v, x * v + y * u
+        u, v = u * p - v * q, u * q + v * p
+        total += x
+    return total
+
+
+@inlined
+def runout(w, reading, state, seed, sample, p):
+    """Add the surface under each sensor to the displacements read."""
+    for axis in range(2):
+        a = axis * (0.5 * math.pi) - w[reading + 2]
+        r = p.first * math.cos(a + p.first_phase)
+        r += p.second * math.cos(2.0 * a + p.second_phase) + p.third * math.cos(3.0 * a + p.third_phase)
+        if p.roughness > 0.0:
+            r += p.roughness * roughness(a, p.surface) / math.sqrt(0.5 * (LAST - FIRST + 1))
+        w[reading + axis] += r
+
+
+@register
+@dataclass(frozen=True)
+class Runout(Effect):
+    """Mechanical and electrical runout of the disc's surface."""
+
+    name = "runout"
+    port = "sensor"
+    kernel = runout
+    forms = (
+        CandidateForm(
+            "first", 2e-7, "first_phase",
+            signature="vector that turns with the shaft", resembles="an eccentric surface under the sensors",
+        ),
+        CandidateForm("second", 2e-7, "second_phase"),
+        CandidateForm("third", 2e-7, "third_phase"),
+        CandidateForm("roughness", 1e-7, signed=False),
+    )  # fmt: skip
+    first: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 1X, 0-pk.")
+    first_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 1X.")
+    second: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 2X, 0-pk.")
+    second_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 2X.")
+    third: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 3X, 0-pk.")
+    third_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 3X.")
+    roughness: float = param("m", bounds=(0.0, 1e-4), doc="Rms of orders 4 to 24.")
+    surface: float = param("1", default=1.0, bounds=(0.0, 1e6), doc="Number of the rough surface.")
+
+    def problems(self, machine: Any) -> dict[str, str]:
+        """The surface turns with the true angle; its number is whole."""
+        found = {}
+        if self.surface != round(self.surface):
+            found["surface"] = f"{self.surface} is not a whole number; write e.g. {round(self.surface)}"
+        order = list(machine.effects)
+        ahead = "encoder" in order[: order.index(self.name)] and machine.effects["encoder"][0].counts > 0.0
+        if ahead and max(self.first, self.second, self.third, self.roughness) > 0.0:
+            found[""] = "turns with the true angle, but [effects.encoder] before it has rounded that; move it ahead"
+        return found

@@ -1,0 +1,57 @@
+r"""Delay of the displacement sensors.
+
+.. math:: s(t) = x(t - T)
+
+with the displacement linear between samples; before the run it stood where it stands at its start.
+Source: definition; the delay of converters and anti-alias filters.
+"""
+
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.sampling import SAMPLE
+
+LENGTH = 64
+"""Samples kept of each axis."""
+
+
+@inlined
+def sensor_delay(w, reading, state, seed, sample, p):
+    """Change the displacements read; states: a ring of samples of each axis, and whether it is filled."""
+    now = int(sample) % LENGTH
+    back = p.delay / SAMPLE
+    whole = int(back)
+    part = back - whole
+    first = w[state + 2 * LENGTH] == 0.0
+    w[state + 2 * LENGTH] = 1.0
+    for axis in range(2):
+        ring = state + axis * LENGTH
+        if first:
+            for n in range(LENGTH):
+                w[ring + n] = w[reading + axis]
+        w[ring + now] = w[reading + axis]
+        if back > 0.0:
+            near = w[ring + (now - whole) % LENGTH]
+            far = w[ring + (now - whole - 1) % LENGTH]
+            w[reading + axis] = near + part * (far - near)
+
+
+@register
+@dataclass(frozen=True)
+class SensorDelay(Effect):
+    """Delay of the displacement sensors."""
+
+    name = "sensor_delay"
+    port = "sensor"
+    kernel = sensor_delay
+    states = 2 * LENGTH + 1
+    memory = "short"
+    forms = (
+        CandidateForm(
+            "delay", 5e-5, signed=False,
+            signature="time that the sensors lag", resembles="a lag of the amplifiers or the actuators",
+        ),
+    )  # fmt: skip
+    delay: float = param("s", bounds=(0.0, 0.012), doc="Delay of both sensors.")

@@ -1,0 +1,49 @@
+r"""First-order lag of the displacement sensors.
+
+.. math:: T\,\dot s + s = x
+
+exact for a displacement linear between samples. Source: any text on signals; eddy-current probes reach 10 kHz.
+"""
+
+import math
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.sampling import SAMPLE
+
+
+@inlined
+def sensor_lag(w, reading, state, seed, sample, p):
+    """Change the displacements read; states: last input and output of both axes, and whether there are any."""
+    if p.time == 0.0:
+        return
+    keep = math.exp(-SAMPLE / p.time)
+    mean = (1.0 - keep) * p.time / SAMPLE
+    for axis in range(2):
+        s = state + 2 * axis
+        value = w[reading + axis]
+        if w[state + 4] > 0.0:
+            w[reading + axis] = keep * w[s + 1] + (mean - keep) * w[s] + (1.0 - mean) * value
+        w[s], w[s + 1] = value, w[reading + axis]
+    w[state + 4] = 1.0
+
+
+@register
+@dataclass(frozen=True)
+class SensorLag(Effect):
+    """Lag of the displacement sensors."""
+
+    name = "sensor_lag"
+    port = "sensor"
+    kernel = sensor_lag
+    states = 5
+    memory = "short"
+    forms = (
+        CandidateForm(
+            "time", 5e-5, signed=False,
+            signature="time that the sensors lag", resembles="a lag of the amplifiers or the actuators",
+        ),
+    )  # fmt: skip
+    time: float = param("s", bounds=(0.0, 1.0), doc="Time constant.")

@@ -1,0 +1,1 @@
+"""Effects on the gas supply and the injectors."""

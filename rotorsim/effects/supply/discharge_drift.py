@@ -1,0 +1,36 @@
+r"""Drift of the pins' discharge: another coefficient, another exponent of the opening.
+
+.. math:: \sigma \;\to\; (1 + \delta)\,\sigma\,\sigma^{\,n}
+
+sigma is the seat's opening, open / fully open; n bends the flow of a half-open seat away from proportionality, as wear
+and the laminar losses of a narrow gap do. Source: Pierart & Santos (2015) for the loss factor; all injectors alike.
+"""
+
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter, CandidateForm
+
+
+@inlined
+def discharge_drift(t, k, opening, supply, p):
+    """Opening [1] and supply pressure [Pa] of injector k."""
+    bent = opening if p.exponent == 0.0 else opening * opening**p.exponent
+    return bent * (1.0 + p.drift), supply
+
+
+@register
+@dataclass(frozen=True)
+class DischargeDrift(Effect):
+    """Drift of discharge coefficient and loss exponent."""
+
+    name = "discharge_drift"
+    port = "injector"
+    kernel = discharge_drift
+    place = "film"
+    single = True
+    forms = (CandidateForm("exponent", 0.04),)
+    calibration = (CalibrationParameter("drift", 0.02, 0.10, -0.5, 0.5, trend=(0.02, 0.015), scales=INJECTOR_FLOW),)
+    drift: float = param("1", bounds=(-0.9, 2.0), doc="Relative change of the discharge coefficient or loss factor.")
+    exponent: float = param("1", bounds=(-0.9, 3.0), doc="What is added to the exponent of the opening.")

@@ -1,0 +1,48 @@
+r"""Volume of a plenum other than in the machine file.
+
+.. math:: V_k \;\to\; V_k\,(1 + \delta)
+
+Above some 5 mm3 the rig's film and plena hammer: the damping of the first mode turns negative. Source: plenum balance,
+injector.py; Licht & Elrod (1960) for pneumatic hammer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from reynolds.jit import inlined
+from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
+from rotorsim.effects.supply.weak_injector import no_such_injector
+
+
+@inlined
+def plenum_volume(k, p):
+    """Factor on the volume of plenum k."""
+    return 1.0 + p.change if p.injector == 0.0 or p.injector == k + 1.0 else 1.0
+
+
+@register
+@dataclass(frozen=True)
+class PlenumVolume(Effect):
+    """Other volume of the plena, or of one."""
+
+    name = "plenum_volume"
+    port = "plenum"
+    kernel = plenum_volume
+    place = "film"
+    forms = (CandidateForm("change", 0.3),)
+    calibration = (CalibrationParameter("change", 0.05, 0.20, -0.7, 3.0, trend=(0.05, 0.05)),)
+    places = 2
+    change: float = param("1", bounds=(-0.95, 50.0), doc="Relative change of the volume.")
+    injector: float = param("1", bounds=(0.0, 64.0), doc="Number of the injector, from 1; 0 for all.")
+
+    @classmethod
+    def neutral(cls, machine: Any, place: int) -> PlenumVolume:
+        """All plena first, then the first one alone."""
+        return cls() if place == 0 else cls(injector=1.0)
+
+    def problems(self, machine: Any) -> dict[str, str]:
+        """The injector exists, or all are meant."""
+        return {} if self.injector == 0.0 else no_such_injector(self.injector, machine)

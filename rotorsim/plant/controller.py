@@ -1,0 +1,97 @@
+"""Controller protocol of a plant, and checks of the references that a controller returns."""
+
+from __future__ import annotations
+
+from inspect import signature
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotorsim.errors import ControllerError
+
+
+class Controller(Protocol):
+    """Anything that makes a reference [V] from a measurement [m]; called once per sample."""
+
+    def step(self, measured: np.ndarray, speed: float, pressure: float) -> ArrayLike:
+        """Reference (2,) [V] that acts from the next sample on."""
+
+
+STEP = "step(measured, speed, pressure)"
+"""What a controller must offer."""
+
+
+def check_controller(controller: Any) -> None:
+    """Raise ControllerError for an object without a method that takes measured (2,) [m], speed and pressure."""
+    step = getattr(controller, "step", None)
+    if isinstance(controller, type) or not callable(step):
+        what = "is a class" if isinstance(controller, type) else "has no such method"
+        raise ControllerError(
+            f"controller = {_short(controller)}: {what}; give an object with a method {STEP} that returns two "
+            "voltages [V], e.g. rotorsim.experiments.ProportionalLaw()"
+        )
+    try:
+        signature(step).bind(None, None, None)
+    except ValueError:  # compiled code may have none
+        return
+    except TypeError as error:
+        raise ControllerError(f"controller {name_of(controller)}: its step must be {STEP}; {error}") from error
+
+
+def ask(controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float) -> np.ndarray:
+    """Reference (2,) [V] of a controller for what was measured at `time` [s].
+
+    Parameters
+    ----------
+    controller : object
+        With a method ``step(measured, speed, pressure)``.
+    measured : array (2,)
+        Measured disc [m].
+    speed, pressure : float
+        Measured speed [rad/s] and gauge pressure [Pa].
+
+    Raises
+    ------
+    ControllerError
+        If it gives anything but two finite numbers.
+    """
+    given: Any = controller.step(np.array(measured, float), float(speed), float(pressure))
+    try:
+        reference = np.asarray(given, float)
+    except (TypeError, ValueError):
+        reference = np.zeros(0)
+    if reference.shape == (2,) and np.all(np.isfinite(reference)):
+        return reference
+    seen = ", ".join(f"{value:.4g}" for value in (*measured, speed, pressure))
+    raise ControllerError(
+        f"controller {name_of(controller)}: gave {_short(given)} at t = {time:.4f} s for measured x, y [m], speed "
+        f"[rad/s], pressure [Pa] = {seen}; its step must return two finite voltages [V], check it there"
+    )
+
+
+def check_range(controller: Controller, reference: np.ndarray, limit: float, time: float) -> None:
+    """Raise ControllerError if the references (2,) [V], external ones included, pass the range of the actuators."""
+    largest = float(np.abs(reference).max())
+    if largest > limit * (1 + 1e-12):
+        raise ControllerError(
+            f"controller {name_of(controller)}: drives the reference to {largest:.4g} V at t = {time:.4f} s, the "
+            f"actuators take {limit:g} V; limit what its step returns, or run it with experiments.controlled, which "
+            "limits the sum"
+        )
+
+
+def name_of(controller: Any) -> str:
+    """The name of a law, or the class of any other controller."""
+    name = getattr(controller, "name", None)
+    return name if isinstance(name, str) and name else type(controller).__name__
+
+
+def provenance(controller: Any) -> dict[str, Any]:
+    """Attributes of a record that was made with a controller: its class and its own attributes."""
+    about = getattr(controller, "attrs", None)
+    return {"controller": type(controller).__name__} | (about() if callable(about) else {})
+
+
+def _short(given: Any) -> str:
+    return " ".join(repr(given).split())[:60]

@@ -1,0 +1,61 @@
+"""One co-simulation step of the plant: held inputs, outputs read at the end of the sample.
+
+`serve` is the one entry point of code that runs outside Python. This file is a template as `step` is.
+"""
+
+from __future__ import annotations
+
+from reynolds.forces import friction_torque
+from reynolds.jit import inlined, kernel
+from reynolds.newton import NOT_CONVERGED
+from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.kernels.entry import set_inputs
+from rotorsim.plant.kernels.equilibrium_kernel import settle
+from rotorsim.plant.kernels.outputs import write_sample
+from rotorsim.plant.kernels.step import step
+from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR
+
+SETTLE, ADVANCE, LOOK = 0, 1, 2
+"""Tasks of `serve`."""
+
+
+@inlined
+def observe(w, P, out):
+    """Row 0 of `out`: the columns of a record, then friction torque [N m] and pin travel along x and y [m]."""
+    w[RIG.line] = w[RIG.line_end]
+    write_sample(w, P, out, 0)
+    extra = len(COLUMNS) + FILM.n_inj
+    out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
+    if ROTOR.has_film == 1:
+        out[0, extra] = friction_torque(w, P.film, FILM, w[ROTOR.speed])
+        for k in range(FILM.n_inj):
+            out[0, extra + 1] += P.sign_x[k] * w[RIG.pin + k]
+            out[0, extra + 2] += P.sign_y[k] * w[RIG.pin + k]
+
+
+@inlined
+def advance(w, ix, P, u, steps):
+    """Hold the inputs u over one sample of so many steps; returns 1 or NOT_CONVERGED."""
+    set_inputs(w, P, u[0], u[1], u[2], u[3], u[4], u[5])
+    w[RIG.tick] += 1.0
+    for _ in range(steps):
+        if step(w, ix, P) < 0:
+            return NOT_CONVERGED
+    return 1
+
+
+@kernel
+def serve(task, w, initial, ix, P, u, out, steps):
+    """Do a task on the workspace; u (6): a row of inputs as `run` takes them, out (1, columns + 3); returns a status.
+
+    SETTLE brings the machine to rest at the speed and supply in u, ADVANCE goes on by a sample, LOOK reads the present
+    state (and its sensors, which count one sample for it).
+    """
+    status = 1
+    if task == SETTLE:
+        status = settle(w, initial, ix, P, u[0], u[1])
+    elif task == ADVANCE:
+        status = advance(w, ix, P, u, steps)
+    if status > 0 and task != SETTLE:
+        observe(w, P, out)
+    return status

@@ -1,0 +1,267 @@
+r"""Static equilibrium of rotor, film and plena.
+
+With K_s = K + k_n Phi_b' Phi_b (k_n the nominal spring, which makes K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
+X_f = Phi_b K_s^-1 f, the journal's equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The film is settled
+by pseudo-transient continuation (reynolds.steady). Forces that depend on the motion (a bearing's clearance, a rub)
+enter with their tangent, which is renewed until the rotor rests: first without them, then with it. A bearing within
+its clearance carries nothing, and its tangent leads far off: such a pass is repeated with the rotor held to where it
+is, by a share of its own stiffness that fades with every pass that gets through (the proximal point method, Rockafellar
+1976). A supply line is settled together with the flow it carries; where the film does not carry with the flow of the
+last pass, half way back to the one before is tried.
+
+This file is a template as `step` is.
+"""
+
+from __future__ import annotations
+
+import math
+
+from reynolds.film import force
+from reynolds.jit import inlined, kernel
+from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_step
+from reynolds.transient import take_back
+from rotorsim.plant.kernels.entry import prepare
+from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
+from rotorsim.plant.kernels.modal_rotor import add_force, project
+from rotorsim.plant.kernels.step import factorise, solve_film
+from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, first_forces, motion_tangent, rotating_damping, steady_forces
+
+DAMPING = 2e3
+"""Damper [N s/m] on the journal while it settles."""
+MOST_PASSES = 120
+LONGEST = 10.0
+"""Longest step of a pass, in displacements of the rotor before it."""
+HOLD, FIRMER, FIRMEST, LOOSER, FAINT = 1.0, 4.0, 1e6, 0.25, 1e-6
+"""Share of the rotor's stiffness that holds it first, its growth, the last one tried, its fading, what is let go."""
+SETTLED, BEYOND_STROKE, NO_LIFT_OFF, RESTLESS = 1, -1, -2, -3
+"""What `settle` returns: an actuator cannot hold its pin at the bias; the film does not carry the rotor; supply line or
+motion-dependent forces find no rest."""
+
+
+@kernel
+def static_terms(w, P, speed, moving):
+    """Steady modal force into f, stiffness into KT; `moving`: motion-dependent forces too, linearised at rest at q."""
+    for e in range(ROTOR.n * ROTOR.n):
+        w[ROTOR.KT + e] = w[ROTOR.K + e]
+    if ROTOR.turning == 1:
+        factor = speed * rotating_damping(P)
+        for e in range(ROTOR.n * ROTOR.n):
+            w[ROTOR.KT + e] += factor * w[ROTOR.N + e]
+    for m in range(ROTOR.n):
+        w[ROTOR.f + m] = 0.0
+    steady_forces(w, P, speed)
+    if moving:
+        motion_tangent(w, P, speed)
+
+
+@kernel
+def narrowest(w, P):
+    """Smallest distance [m] between journal and sleeve where they stand."""
+    x, y = w[FILM.journal], w[FILM.journal + 1]
+    if w[RIG.uneven] == 0.0:
+        return P.film.clearance - math.sqrt(x * x + y * y)
+    low = 1e300
+    for i in range(FILM.n_theta):
+        line = FILM.first + i * FILM.stride
+        for j in range(FILM.half - 1, FILM.stride + FILM.half - 1):
+            k = line + j
+            low = min(low, w[FILM.clearance + k] - x * w[FILM.cos + k] - y * w[FILM.sin + k])
+    return low
+
+
+@inlined
+def journal_statics(w, P):
+    """Condense the rotor to the journal: static_a and static_rhs; the factors of K_s stay in T, v_mid."""
+    n = ROTOR.n
+    B = ROTOR.journal
+    k = P.nominal_stiffness
+    for c in range(n):
+        for r in range(n):
+            spring = k * (w[B + r] * w[B + c] + w[B + n + r] * w[B + n + c])
+            w[ROTOR.T + c * n + r] = w[ROTOR.KT + c * n + r] + spring
+    factor_matrix(w, ROTOR.T, ROTOR.v_mid, n)
+    for m in range(n):
+        w[ROTOR.q_mid + m] = w[B + m]
+        w[ROTOR.q_rhs + m] = w[B + n + m]
+        w[ROTOR.v_rhs + m] = w[ROTOR.f + m]
+    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q_mid, n)
+    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q_rhs, n)
+    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.v_rhs, n)
+    cxx, cyx = project(w, ROTOR, B, ROTOR.q_mid)
+    cxy, cyy = project(w, ROTOR, B, ROTOR.q_rhs)
+    x, y = project(w, ROTOR, B, ROTOR.v_rhs)
+    inverse = 1.0 / (cxx * cyy - cxy * cyx)
+    hxx, hxy, hyx, hyy = cyy * inverse, -cxy * inverse, -cyx * inverse, cxx * inverse
+    a, b = FILM.static_a, FILM.journal_b
+    w[a], w[a + 1], w[a + 2], w[a + 3] = hxx - k, hxy, hyx, hyy - k
+    w[b], w[b + 1], w[b + 2], w[b + 3] = 1.0, 0.0, 0.0, 1.0
+    w[FILM.static_rhs], w[FILM.static_rhs + 1] = hxx * x + hxy * y, hyx * x + hyy * y
+
+
+@inlined
+def keep_film(w):
+    """Note pressures and plena before a step that may fail."""
+    for k in range(FILM.length):
+        w[FILM.p_1 + k] = w[FILM.p + k]
+    for k in range(FILM.n_inj):
+        w[FILM.plenum_1 + k] = w[FILM.plenum + k]
+
+
+@inlined
+def rest_film(w):
+    """Give the film a past at rest and no rates."""
+    for k in range(FILM.length):
+        w[FILM.p_1 + k] = w[FILM.p_2 + k] = w[FILM.p_3 + k] = w[FILM.p + k]
+        w[FILM.m_old + k] = w[FILM.m + k]
+        w[FILM.rate + k] = 0.0
+    for k in range(FILM.n_inj):
+        plenum = w[FILM.plenum + k]
+        w[FILM.plenum_1 + k] = w[FILM.plenum_2 + k] = w[FILM.plenum_3 + k] = w[FILM.plenum_old + k] = plenum
+    for k in range(8):
+        w[FILM.convergence + k] = 0.0
+
+
+@inlined
+def lift_rotor(w, P):
+    """Add the force of the film, and of the nominal spring that K_s has too much, to q."""
+    k = P.nominal_stiffness
+    fx, fy = w[FILM.force] + k * w[FILM.journal], w[FILM.force + 1] + k * w[FILM.journal + 1]
+    add_force(w, ROTOR, ROTOR.journal, fx, fy, ROTOR.q)
+
+
+@inlined
+def place_rotor(w, P):
+    """Put the rotor where steady forces and film hold it, by the factors of its stiffness."""
+    for m in range(ROTOR.n):
+        w[ROTOR.q + m] = w[ROTOR.f + m]
+    if ROTOR.has_film == 1:
+        lift_rotor(w, P)
+    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
+
+
+@inlined
+def copy_displacement(w, source, target):
+    """Copy one displacement of the rotor over another."""
+    for m in range(ROTOR.n):
+        w[target + m] = w[source + m]
+
+
+@inlined
+def free_statics(w):
+    """The factors of K in T, v_mid for a rotor without film."""
+    for e in range(ROTOR.n * ROTOR.n):
+        w[ROTOR.T + e] = w[ROTOR.KT + e]
+    factor_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.n)
+
+
+@inlined
+def restart(w, initial):
+    """Everything as it is before any state is put in, but the displacement, which is kept in q_old too."""
+    for k in range(ROTOR.q):
+        w[k] = initial[k]
+    for k in range(ROTOR.q + ROTOR.n, initial.shape[0]):
+        w[k] = initial[k]
+    copy_displacement(w, ROTOR.q, ROTOR.q_old)
+
+
+@inlined
+def hold_rotor(w, share):
+    """Add a spring, `share` of the rotor's stiffness, that is relaxed where the rotor was."""
+    for r in range(ROTOR.n):
+        for c in range(ROTOR.n):
+            k = share * w[ROTOR.K + c * ROTOR.n + r]
+            w[ROTOR.KT + c * ROTOR.n + r] += k
+            w[ROTOR.f + r] += k * w[ROTOR.q_old + c]
+
+
+@inlined
+def led_off(w):
+    """Whether a pass led far off, as it does where the tangent is almost singular."""
+    moved, size = 0.0, 0.0
+    for m in range(ROTOR.n):
+        moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
+        size = max(size, abs(w[ROTOR.q_old + m]))
+    # written so that a step that is not a number leads off
+    return size > 0.0 and not moved <= LONGEST * size
+
+
+@inlined
+def rests(w, flow, before):
+    """Whether the last pass moved neither the rotor nor the flow in the supply line."""
+    moved, size = 0.0, 0.0
+    for m in range(ROTOR.n):
+        moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
+        size = max(size, abs(w[ROTOR.q + m]))
+    still = moved <= 1e-9 * size or RIG.n_motion == 0
+    return still and (abs(flow - before) <= 1e-9 * flow or RIG.n_supply == 0)
+
+
+@kernel
+def settle(w, initial, ix, P, speed, supply):
+    """Fill w with the machine at rest in equilibrium at `speed` [rad/s] and supply [Pa, absolute].
+
+    `initial` is the workspace before any state is put into it. Returns SETTLED or why not. All in
+    one function, because every further layer over the film's solver is compiled with it once more.
+    """
+    flow, through, hold, fallen = 0.0, 0.0, 0.0, False
+    for m in range(ROTOR.n):
+        w[ROTOR.q + m] = 0.0
+    for number in range(MOST_PASSES):
+        restart(w, initial)
+        if prepare(w, P, speed, supply, flow) == 0:
+            return BEYOND_STROKE
+        static_terms(w, P, speed, number > 0)
+        if hold > 0.0:
+            hold_rotor(w, hold)
+        carries = True
+        if ROTOR.has_film == 0:
+            free_statics(w)
+        else:
+            journal_statics(w, P)
+            step, converged = FIRST_STEP, False
+            for _ in range(MOST_STEPS):
+                last = step >= LAST_STEP
+                iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, ROUGH)
+                x, y = w[FILM.journal], w[FILM.journal + 1]
+                keep_film(w)
+                begin_pseudo_step(w, P.film, FILM, iadt, DAMPING)
+                factorise(w, ix, P, speed, iadt)
+                converged = solve_film(w, ix, P, speed, iadt, tolerance) > 0
+                force(w, FILM)
+                if last:
+                    break
+                if converged:
+                    step *= GROWTH
+                else:
+                    take_back(w, FILM)
+                    w[FILM.journal], w[FILM.journal + 1] = x, y
+                    step *= RETREAT
+            # written so that a gap that is not a number is no gap
+            carries = step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
+            if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
+                return NO_LIFT_OFF
+            rest_film(w)
+        place_rotor(w, P)
+        if not carries or (RIG.n_motion > 0 and led_off(w)):
+            fallen = fallen or not carries
+            hold = max(HOLD, FIRMER * hold)
+            if hold > FIRMEST:
+                break
+            flow = 0.5 * (through + flow)
+            copy_displacement(w, ROTOR.q_old, ROTOR.q)
+            continue
+        hold = LOOSER * hold if hold > FAINT else 0.0
+        through, flow = flow, 0.0
+        for k in range(FILM.n_inj):
+            flow += w[FILM.film_flow + k]
+        if hold == 0.0 and rests(w, flow, through) and (number > 0 or RIG.n_motion == 0):
+            copy_displacement(w, ROTOR.q, ROTOR.q_old)
+            # the acceleration with which what turns with the shaft starts to act
+            first_forces(w, P, speed)
+            return SETTLED
+    if not fallen:
+        return RESTLESS
+    # the load is told without what held the rotor
+    static_terms(w, P, speed, False)
+    journal_statics(w, P)
+    return NO_LIFT_OFF

@@ -1,0 +1,225 @@
+r"""Modal rotor in an implicit step, condensed exactly to the journal's 2 x 2 compliance.
+
+In modal coordinates (mass matrix I, 2n modes; see fe_shaft.reduction)  q' = v,  v' = f + Phi_b' F - (C + Omega G) v -
+K q. A stage of TR-BDF2 is  q = q_r + a dt v,  v = v_r + a dt v'  with right-hand sides q_r, v_r, hence with T = (I +
+a dt (C + Omega G) + (a dt)^2 K)^-1
+
+.. math:: v = T (v_r + a\,\Delta t\,f - a\,\Delta t\,K q_r) + a\,\Delta t\,T \Phi_b' F, \qquad X = \Phi_b q = X_0 + W F,
+
+W = (a dt)^2 Phi_b T Phi_b': what the film needs to know of the rotor is X_0 and W. T is formed again when the speed has
+moved by `SPEED_STEP`.
+
+Damping that turns with the shaft, a time beta times its stiffness K_s, acts on the velocity in the turning frame,
+-beta K_s (v - Omega e_z x q): it adds beta K_s to C and the circulatory Omega beta N to K.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from reynolds.jit import inlined
+from reynolds.ring import invert_block
+from reynolds.transient import MID, OLD, TO_MID
+
+SPEED_STEP = 0.1
+"""Change of speed [rad/s] after which the stage matrix is formed again."""
+
+VECTORS = ("q", "v", "q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rhs", "f", "free")
+MATRICES = ("K", "C", "G", "T", "TK", "KT", "KS", "N")
+SCALARS = (
+    "time", "angle", "turns", "speed", "acceleration", "order", "matrix_speed", "matrix_step",
+    "disc_fx", "disc_fy", "contact", "touched", "contact_fx", "contact_fy", "substeps",
+)  # fmt: skip
+
+
+class RotorLayout(NamedTuple):
+    """Sizes and offsets (in doubles) of the rotor's part of a workspace."""
+
+    n: int
+    n_shaft: int
+    has_film: int
+    n_contact: int
+    turning: int
+    q: int
+    v: int
+    q_old: int
+    v_old: int
+    a_old: int
+    q_mid: int
+    v_mid: int
+    q_rhs: int
+    v_rhs: int
+    f: int
+    free: int
+    K: int
+    C: int
+    G: int
+    T: int
+    TK: int
+    KT: int
+    KS: int
+    N: int
+    to_journal: int
+    journal: int
+    disc: int
+    time: int
+    angle: int
+    turns: int
+    speed: int
+    acceleration: int
+    order: int
+    matrix_speed: int
+    matrix_step: int
+    disc_fx: int
+    disc_fy: int
+    contact: int
+    touched: int
+    contact_fx: int
+    contact_fy: int
+    substeps: int
+    contact_k: int
+    shapes: int
+    size: int
+
+
+def make_rotor_layout(
+    n_modes: int,
+    base: int,
+    n_shapes: int,
+    has_film: bool,
+    n_contact: int,
+    n_supports: int = 0,
+    turning: bool = False,
+) -> RotorLayout:
+    """Layout from offset `base`; n_modes counts both planes, `shapes` holds (2, n) rows for each effect.
+
+    Every resonance of a support adds two modal coordinates behind the shaft's; `turning`: the shaft has damping in its
+    own frame.
+    """
+    n_shaft, n_modes = n_modes, n_modes + 2 * n_supports
+    sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
+    sizes |= {"to_journal": 2 * n_modes, "journal": 2 * n_modes, "disc": 2 * n_modes}
+    sizes |= dict.fromkeys(SCALARS, 1) | {
+        "contact_k": 4,
+        "shapes": 2 * n_modes * max(n_shapes, 1),
+    }
+    offsets, at = {}, base
+    for name, size in sizes.items():
+        offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
+    flags = {"has_film": int(has_film), "n_contact": n_contact, "turning": int(turning)}
+    return RotorLayout(n=n_modes, n_shaft=n_shaft, size=at, **flags, **offsets)
+
+
+@inlined
+def build_support(w, R, dof, omega, zeta, gain):
+    """Modal coordinates dof (x) and dof + 1 (y) of a resonance under the sleeve, which moves by `gain` times them."""
+    n = R.n
+    for axis in range(2):
+        d = dof + axis
+        w[R.K + d * n + d] = omega * omega
+        w[R.C + d * n + d] = 2.0 * zeta * omega
+        w[R.journal + axis * n + d] = -gain
+
+
+@inlined
+def form_matrix(w, R, FL, speed, beta, adt):
+    """Form T, a dt T K, the journal's columns a dt T Phi_b' and W (into the film's journal_b)."""
+    n = R.n
+    for e in range(n * n):
+        w[R.KT + e] = w[R.K + e]
+        w[R.T + e] = adt * (w[R.C + e] + speed * w[R.G + e])
+    if R.turning == 1:
+        for e in range(n * n):
+            w[R.KT + e] += speed * beta * w[R.N + e]
+            w[R.T + e] += adt * beta * w[R.KS + e]
+    for e in range(n * n):
+        w[R.T + e] += adt * adt * w[R.KT + e]
+    for c in range(n):
+        w[R.T + c * n + c] += 1.0
+    invert_block(w, R.T, n)
+    for c in range(n):
+        for r in range(n):
+            value = 0.0
+            for m in range(n):
+                value += w[R.T + m * n + r] * w[R.KT + c * n + m]
+            w[R.TK + c * n + r] = adt * value
+    for b in range(2):
+        for r in range(n):
+            value = 0.0
+            for m in range(n):
+                value += w[R.T + m * n + r] * w[R.journal + b * n + m]
+            w[R.to_journal + b * n + r] = adt * value
+    if R.has_film == 1:
+        for a in range(2):
+            for b in range(2):
+                value = 0.0
+                for m in range(n):
+                    value += w[R.journal + a * n + m] * w[R.to_journal + b * n + m]
+                w[FL.journal_b + 2 * a + b] = adt * value
+    w[R.matrix_speed] = speed
+    w[R.matrix_step] = adt
+
+
+@inlined
+def project(w, R, row, vector):
+    """(x, y) of the (2, n) rows at offset `row` times the modal vector at offset `vector`."""
+    x = 0.0
+    y = 0.0
+    for m in range(R.n):
+        x += w[row + m] * w[vector + m]
+        y += w[row + R.n + m] * w[vector + m]
+    return x, y
+
+
+@inlined
+def add_force(w, R, row, fx, fy, target):
+    """Add the modal force of (fx, fy) acting through the (2, n) rows at offset `row`."""
+    for m in range(R.n):
+        w[target + m] += fx * w[row + m] + fy * w[row + R.n + m]
+
+
+@inlined
+def rotor_rhs(w, R, stage, adt):
+    """Right-hand sides q_rhs and v_rhs of a stage."""
+    for m in range(R.n):
+        if stage == TO_MID:
+            w[R.q_rhs + m] = w[R.q_old + m] + adt * w[R.v_old + m]
+            w[R.v_rhs + m] = w[R.v_old + m] + adt * w[R.a_old + m]
+        else:
+            w[R.q_rhs + m] = MID * w[R.q_mid + m] + OLD * w[R.q_old + m]
+            w[R.v_rhs + m] = MID * w[R.v_mid + m] + OLD * w[R.v_old + m]
+
+
+@inlined
+def free_velocity(w, R, adt):
+    """Velocity at the stage's end without film force, into `free`."""
+    n = R.n
+    for r in range(n):
+        w[R.free + r] = 0.0
+    for c in range(n):
+        a = w[R.v_rhs + c] + adt * w[R.f + c]
+        b = w[R.q_rhs + c]
+        for r in range(n):
+            w[R.free + r] += w[R.T + c * n + r] * a - w[R.TK + c * n + r] * b
+
+
+@inlined
+def move_rotor(w, R, adt, fx, fy):
+    """Velocity and displacement at the stage's end for the journal force (fx, fy) [N]."""
+    for m in range(R.n):
+        v = w[R.free + m] + fx * w[R.to_journal + m] + fy * w[R.to_journal + R.n + m]
+        w[R.v + m] = v
+        w[R.q + m] = w[R.q_rhs + m] + adt * v
+
+
+@inlined
+def end_rotor_stage(w, R, stage, adt):
+    """Keep what the stage found: at gamma dt, or at the step's end together with the acceleration."""
+    for m in range(R.n):
+        if stage == TO_MID:
+            w[R.q_mid + m] = w[R.q + m]
+            w[R.v_mid + m] = w[R.v + m]
+        else:
+            w[R.a_old + m] = (w[R.v + m] - w[R.v_rhs + m]) / adt
+            w[R.q_old + m] = w[R.q + m]
+            w[R.v_old + m] = w[R.v + m]

@@ -1,0 +1,81 @@
+"""Memory layout of drive, supply line, actuators, sensors and the effects' own states."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "clearance", "uneven", "held_x", "held_y")
+READINGS = 5
+"""Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa]."""
+
+
+class RigLayout(NamedTuple):
+    """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port; `driven`: piezos move the pins.
+
+    seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
+    supply pressure [Pa, absolute] at both ends of the sample; clearance [m], mean gap of the film; uneven,
+    whether effects shape it; held: reference [V].
+    """
+
+    n_inj: int
+    driven: int
+    substeps: int
+    n_motion: int
+    n_film: int
+    n_gas: int
+    n_injector: int
+    n_plenum: int
+    n_supply: int
+    n_sensor: int
+    n_stroke_states: int
+    seed: int
+    tick: int
+    begin: int
+    command: int
+    ripple: int
+    line: int
+    line_end: int
+    clearance: int
+    uneven: int
+    held_x: int
+    held_y: int
+    pin: int
+    nodes: int
+    rates: int
+    volt: int
+    stroke: int
+    lead: int
+    travel: int
+    rest: int
+    table: int
+    old: int
+    new: int
+    reading: int
+    motion: int
+    states: int
+    size: int
+
+
+def make_rig_layout(
+    base: int,
+    n_inj: int,
+    driven: int,
+    substeps: int,
+    ports: dict[str, int],
+    n_stroke_states: int,
+    n_states: int,
+) -> RigLayout:
+    """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all."""
+    n = max(n_inj, 1)
+    sizes = dict.fromkeys(SCALARS, 1) | dict.fromkeys(("pin", "volt", "stroke", "lead", "travel", "rest"), n)
+    sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
+    sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
+    sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "states": max(n_states, 1)}
+    offsets, at = {}, base
+    for name, size in sizes.items():
+        offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
+    counts = {f"n_{port}": ports[port] for port in ("motion", "film", "gas", "injector", "plenum", "supply", "sensor")}
+    return RigLayout(
+        n_inj=n_inj, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, size=(at + 7) // 8 * 8,
+        **counts, **offsets,
+    )  # fmt: skip

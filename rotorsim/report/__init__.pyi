@@ -1,0 +1,26 @@
+from .figures.figures import (
+    against_time as against_time,
+    bode as bode,
+    deceleration_curve as deceleration_curve,
+    excitation as excitation,
+    film_pressure as film_pressure,
+    filtered_orbits as filtered_orbits,
+    frequency_response as frequency_response,
+    full_spectrum as full_spectrum,
+    hysteresis_loops as hysteresis_loops,
+    orbits as orbits,
+    ring_down as ring_down,
+    runout_profile as runout_profile,
+    sensor_noise as sensor_noise,
+    spectra as spectra,
+    static_gain as static_gain,
+    waterfall as waterfall,
+)
+from .figures.image import save_png as save_png
+from .figures.shaft_plots import (
+    critical_speed_map as critical_speed_map,
+    sag as sag,
+    shaft_campbell as shaft_campbell,
+    unbalance_response as unbalance_response,
+)
+from .pages.experiment import write_report as write_report

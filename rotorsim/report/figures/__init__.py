@@ -1,0 +1,1 @@
+"""Figures with plotly and pyvista in one common style."""

@@ -1,0 +1,99 @@
+"""Figures of the control study: impact energies, impact sizes, waterfalls, reachable speeds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.report.figures.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
+
+RPM = 30 / np.pi
+
+
+def ratios_figure(ratios: dict[str, np.ndarray]) -> go.Figure:
+    """Closed over open impact energies (points, 2) by law: a dot for each point, a bar for the mean."""
+    figure = go.Figure()
+    for axis, name in enumerate("xy"):
+        colour = AXIS_COLOURS[name]
+        offset = 0.18 * (2 * axis - 1)
+        at = np.arange(len(ratios))
+        means = np.array([r[:, axis].mean() for r in ratios.values()])
+        figure.add_trace(go.Bar(x=at + offset, y=compact(means), width=0.32, marker_color=colour, opacity=0.35,
+                                name=f"hits along {name}, mean"))  # fmt: skip
+        xs = np.concatenate([np.full(len(r), k + offset) for k, r in enumerate(ratios.values())])
+        ys = np.concatenate([r[:, axis] for r in ratios.values()])
+        figure.add_trace(go.Scatter(x=xs, y=compact(ys), mode="markers", marker={"color": colour, "size": 5},
+                                    name=f"along {name}, points"))  # fmt: skip
+    figure.add_hline(y=1, line={"color": INK, "width": 1, "dash": "dot"})
+    figure.update_xaxes(tickvals=list(range(len(ratios))), ticktext=list(ratios))
+    figure.update_yaxes(title_text="closed over open loop", type="log", tickvals=[0.3, 0.5, 0.7, 1, 2, 5, 10])
+    return style(figure, 440)
+
+
+def sizes_figure(rows: dict[str, list[dict[str, Any]]]) -> go.Figure:
+    """Closed over open loop over the size of the hit, a panel per law, a line per operating point."""
+    figure = make_subplots(1, len(rows), subplot_titles=list(rows), shared_yaxes=True)
+    for column, told in enumerate(rows.values(), 1):
+        points = list(dict.fromkeys((row["speed"], row["pressure"]) for row in told))
+        for k, (speed, pressure) in enumerate(points):
+            at = [row for row in told if (row["speed"], row["pressure"]) == (speed, pressure)]
+            ratio = [max(c / o for c, o in zip(row["closed"], row["open"], strict=True)) for row in at]
+            name = f"{speed * RPM:.0f} rpm, {pressure / 1e6:.1f} MPa"
+            figure.add_trace(go.Scatter(x=[row["peak"] for row in at], y=ratio, name=name, legendgroup=name,
+                                        showlegend=column == 1, line={"color": PIN_COLOURS[k]}), 1, column)  # fmt: skip
+        figure.add_hline(y=1, line={"color": INK, "width": 1, "dash": "dot"}, row=1, col=column)
+    figure.update_xaxes(title_text="peak of the hit [N]", type="log", tickvals=[1, 2, 5, 10, 20])
+    figure.update_yaxes(title_text="closed over open, worse axis", col=1)
+    return style(figure, 380)
+
+
+def waterfalls_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
+    """Spectra of y over speed, a panel per law, one colour scale; where the circle was left is a line."""
+    columns = 3
+    count = -(-len(runs) // columns)
+    figure = make_subplots(count, columns, subplot_titles=list(runs), shared_xaxes=True, shared_yaxes=True,
+                           vertical_spacing=0.2 / count, horizontal_spacing=0.03)  # fmt: skip
+    top = 5.0
+    for k, told in enumerate(runs.values()):
+        at = {"row": k // columns + 1, "col": k % columns + 1}
+        spectra = told["spectra"]
+        rpm = np.array(spectra["speed"]) * RPM / 1000
+        figure.add_trace(go.Heatmap(x=compact(np.array(spectra["frequency"])), y=compact(rpm),
+                                    z=compact(np.array(spectra["heights"]), 3), zmin=0, zmax=top,
+                                    colorscale=SPECTRUM_SCALE, showscale=k == 0,
+                                    colorbar={"title": "µm", "len": 0.5}), **at)  # fmt: skip
+        line = {"color": INK, "width": 1, "dash": "dot"}
+        figure.add_trace(go.Scatter(x=compact(rpm * 1000 / 60), y=compact(rpm), mode="lines", name="shaft speed",
+                                    showlegend=k == 0, line=line), **at)  # fmt: skip
+        for value, name, colour in ((told["speed"] if told["left"] else None, "circle left", AXIS_COLOURS["y"]),
+                                    (told["onset"], "onset of whirl", NEUTRAL)):  # fmt: skip
+            height = [np.nan if value is None else value * RPM / 1000] * 2
+            figure.add_trace(go.Scatter(x=[0, 400], y=height, mode="lines", name=name, legendgroup=name,
+                                        showlegend=k == 0, line={"color": colour, "width": 1.5}), **at)  # fmt: skip
+    last = max(max(told["spectra"]["speed"]) for told in runs.values()) * RPM / 1000
+    figure.update_xaxes(range=[0, 400])
+    figure.update_yaxes(range=[0, last])
+    for k in range(max(len(runs) - columns, 0), len(runs)):
+        figure.update_xaxes(title_text="frequency [Hz]", showticklabels=True, row=k // columns + 1, col=k % columns + 1)
+    figure.update_yaxes(title_text="speed [krpm]", col=1)
+    return style(figure, 300 * count + 80)
+
+
+def reach_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
+    """Shaft speed [Hz] at which the circle was left and at which whirl set on, by law."""
+    figure = go.Figure()
+    names = list(runs)
+    hertz = 1 / (2 * np.pi)
+    ends = [told["speed"] * hertz for told in runs.values()]
+    figure.add_trace(go.Bar(x=ends, y=names, orientation="h", marker_color=AXIS_COLOURS["x"], opacity=0.6,
+                            name="circle left, or end of the run-up (hatched)",
+                            marker_pattern_shape=["" if t["left"] else "/" for t in runs.values()]))  # fmt: skip
+    onset = [np.nan if t["onset"] is None else t["onset"] * hertz for t in runs.values()]
+    figure.add_trace(go.Scatter(x=onset, y=names, mode="markers", name="onset of whirl",
+                                marker={"symbol": "diamond", "size": 11, "color": NEUTRAL}))  # fmt: skip
+    figure.update_xaxes(title_text="shaft speed [Hz]", gridcolor=GRID)
+    figure.update_yaxes(autorange="reversed")
+    return style(figure, 90 + 36 * len(runs))

@@ -1,0 +1,113 @@
+"""Figures of a diagnosis: flagged line groups, gap by record, spectra with noise floor, waterfalls."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+
+COLOURS = {"nominal": "#b0b7be", "re-calibrated": AXIS_COLOURS["y"], "with effect": AXIS_COLOURS["x"]}
+UM = 1e6
+
+
+def flag_map(diagnosis: Diagnosis) -> go.Figure:
+    """Flagged groups of lines over operating points: size of the residual over the floor."""
+    flags = diagnosis.localisation
+    points = list(dict.fromkeys(f"{f.record}: {f.point}" for f in sorted(flags, key=lambda f: f.number)))
+    groups = list(dict.fromkeys(f"{f.group}, {f.channel}" for f in sorted(flags, key=lambda f: (f.group, f.channel))))
+    z = np.full((len(points), len(groups)), np.nan)
+    for f in flags:
+        z[points.index(f"{f.record}: {f.point}"), groups.index(f"{f.group}, {f.channel}")] = f.rms / f.floor
+    figure = go.Figure(
+        go.Heatmap(
+            z=compact(z), x=groups, y=points, colorscale=SPECTRUM_SCALE, zmin=0,
+            colorbar={"title": "residual<br>over floor"},
+            hovertemplate="%{y}<br>%{x}<br>%{z:.3g} times the floor<extra></extra>",
+        )
+    )  # fmt: skip
+    figure = style(figure, 160 + 34 * len(points))
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    figure.update_xaxes(automargin=True)
+    return figure
+
+
+def gap_bars(diagnosis: Diagnosis) -> go.Figure:
+    """Gap of every record and both channels together: nominal, re-calibrated, with the effect, and the scatter."""
+    gap = diagnosis.gap
+    total = np.sqrt((gap["gap"].values ** 2).sum(axis=1)) * UM
+    order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
+    names: list[str] = []
+    for i in order:
+        name = f"{gap['role'].values[i].replace('_', ' ')}: {gap['point'].values[i]}"
+        again = sum(n.startswith(name) for n in names)
+        names.append(f"{name}, again" + ("" if again == 1 else f" ({again})") if again else name)
+    figure = go.Figure()
+    for s, (stage, colour) in enumerate(COLOURS.items()):
+        if stage == "with effect" and not diagnosis.effects:
+            continue
+        figure.add_bar(y=names, x=compact(total[order, s]), name=stage, marker_color=colour, orientation="h")
+    figure.add_scatter(
+        y=names, x=compact(total[order, 3]), name="scatter of repeats", mode="markers",
+        marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": INK}},
+    )  # fmt: skip
+    figure = style(figure, 120 + 46 * len(names), barmode="group")
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    figure.update_xaxes(title="gap, um rms")
+    return figure
+
+
+def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
+    """Lines of one record: measured, residual re-calibrated and with the effect, floor."""
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, subplot_titles=("disc x", "disc y"), vertical_spacing=0.1)
+    f = compact(shown["frequency"])
+    for c in range(2):
+        first = c == 0
+        lines = [("measured", shown["measured"][c], "#b0b7be", 1), ("re-calibrated", shown["stages"][1][c],
+                 COLOURS["re-calibrated"], 1.4)]  # fmt: skip
+        if with_effect:
+            lines.append(("with effect", shown["stages"][2][c], COLOURS["with effect"], 1.4))
+        lines.append(("floor", shown["floor"][c], NEUTRAL, 1.4))
+        for name, y, colour, width in lines:
+            figure.add_scatter(
+                x=f, y=compact(y * UM), name=name, showlegend=first, legendgroup=name, mode="lines",
+                line={"color": colour, "width": width, "dash": "dot" if name == "floor" else "solid"}, row=c + 1, col=1,
+            )  # fmt: skip
+    figure = style(figure, 560)
+    figure.update_yaxes(type="log", title="um 0-pk", exponentformat="power")
+    figure.update_xaxes(title="Hz", row=2, col=1)
+    return figure
+
+
+def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
+    """Residual spectra of all records over the speed, before and after, disc x."""
+    every = sorted((s for part in diagnosis.spectra.values() for s in part), key=lambda s: s["speed"])
+    columns = 2 if with_effect else 1
+    titles = ("re-calibrated", "with effect")[:columns]
+    figure = make_subplots(rows=1, cols=columns, shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.05)
+    top = max(float(s["stages"][1].max()) for s in every) * UM
+    for k in range(columns):
+        for n, s in enumerate(every):
+            size = np.hypot(*s["stages"][k + 1]) * UM
+            height = n + 1.6 * size / top
+            figure.add_scatter(
+                x=compact(s["frequency"]), y=compact(height), mode="lines", showlegend=False, fill=None,
+                line={"color": list(COLOURS.values())[k + 1], "width": 1}, hovertext=s["point"], row=1, col=k + 1,
+            )  # fmt: skip
+        figure.update_xaxes(title="Hz", row=1, col=k + 1)
+    figure = style(figure, 140 + 38 * len(every))
+    figure.update_yaxes(
+        tickvals=list(range(len(every))),
+        ticktext=[f"{s['speed'] * 30 / np.pi:.0f}" for s in every],
+        title="",
+        col=1,
+        row=1,
+    )
+    figure.update_yaxes(title="rpm", col=1)
+    return figure

@@ -1,0 +1,54 @@
+"""PNG export of figures, and the run-up picture of the README."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
+
+from rotorsim.errors import DataError
+from rotorsim.report.figures.curves import add_order_lines, colour_axis, order_traces, spectrum_trace
+from rotorsim.report.figures.theme import style
+from rotorsim.report.pages.run import analyse
+
+ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
+
+
+def save_png(figure: go.Figure, path: str | Path, width: int = 1400, height: int = 700) -> None:
+    """Write a figure as PNG of width x height px; raises DataError if kaleido or its browser is missing."""
+    try:
+        figure.write_image(str(path), format="png", width=width, height=height)
+    except (ImportError, ValueError, RuntimeError) as error:
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise DataError(
+            f"{path}: no picture without kaleido and a Chrome browser ({reason}); "
+            "'pip install kaleido', or open the HTML report and save the picture there"
+        ) from error
+
+
+def readme_figure(record: xr.Dataset) -> go.Figure:
+    """Amplitude of disc y at 1X, 2X, 3X against speed, beside the waterfall of disc y."""
+    run = analyse(record)
+    titles = ["Disc y: amplitude of the orders", "Disc y: spectra"]
+    figure = make_subplots(1, 2, horizontal_spacing=0.09, subplot_titles=titles)
+    for order in run.tracked["order"].values:
+        amplitude, _ = order_traces(run, int(order), "y")
+        figure.add_trace(
+            amplitude.update(name=f"{order}X", line={"color": ORDER_COLOURS[int(order)], "width": 3}), 1, 1
+        )
+    figure.add_trace(spectrum_trace(run, "frequency", run.spectra["amplitude"].sel(axis="y").values), 1, 2)
+    add_order_lines(figure, run, (1, 2, 3), 1, 2)
+    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], range=run.reach)
+    figure.update_yaxes(title_text="amplitude [µm 0-pk]", rangemode="tozero", col=1)
+    figure.update_yaxes(title_text="frequency [Hz]", range=[0, float(run.spectra["frequency"][-1])], col=2)
+    style(figure, 700, coloraxis=colour_axis(run), width=1400)
+    figure.update_layout(font_size=18, margin={"l": 80, "r": 40, "t": 60, "b": 70})
+    figure.update_layout(
+        legend={"x": 0.02, "yref": "paper", "xanchor": "left", "y": 0.98, "yanchor": "top", "orientation": "v"}
+    )
+    figure.update_annotations(font_size=20)
+    figure.update_xaxes(showgrid=False, col=2)
+    figure.update_yaxes(showgrid=False, col=2)
+    return figure

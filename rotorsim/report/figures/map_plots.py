@@ -1,0 +1,175 @@
+"""Figures of an operating map: contours with unsafe region, Campbell diagram, film coefficients, onsets."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
+
+from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
+
+RPM, HZ, MPA = 30 / np.pi, 1 / (2 * np.pi), 1e-6
+UNSAFE = "#7a3b3b"
+MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
+"""Light enough for numbers on the lines and for the shade above."""
+DASHES = ("solid", "dash", "dot", "dashdot")
+
+Panel = tuple[str, str, float, dict[str, int | str]]
+CONTOURS: tuple[Panel, ...] = (
+    ("eccentricity ratio", "eccentricity_ratio", 1.0, {}),
+    ("smallest film [µm]", "h_min", 1e6, {}),
+    ("gas [mg/s]", "mass_flow", 1e6, {"injector": "sum"}),
+    ("lower natural frequency [Hz]", "wn", HZ, {"mode": 0}),
+    ("upper natural frequency [Hz]", "wn", HZ, {"mode": 1}),
+    ("least damping ratio", "zeta_least", 1.0, {}),
+    ("gain x by x [µm/V]", "static_gain", 1e6, {"axis": 0, "reference": 0}),
+    ("gain y by y [µm/V]", "static_gain", 1e6, {"axis": 1, "reference": 1}),
+    ("gain x by y [µm/V]", "static_gain", 1e6, {"axis": 0, "reference": 1}),
+    ("delay x [ms]", "delay", 1e3, {"axis": 0}),
+    ("delay y [ms]", "delay", 1e3, {"axis": 1}),
+    ("whirl of the lower mode, -1 backward", "whirl_ratio", 1.0, {"mode": 0}),
+)
+
+
+def plane(found: xr.Dataset) -> xr.Dataset:
+    """The map over pressure and speed alone: the first value of every further axis that has a `pressure` beside it."""
+    extra = [d for d in found["lifted"].dims if d not in ("pressure", "speed")]
+    return found.isel({d: 0 for d in extra})
+
+
+def contour_figure(found: xr.Dataset) -> go.Figure:
+    """A panel for each quantity over speed [rpm] and pressure [MPa]; shaded where it is not safe."""
+    panels = [panel for panel in CONTOURS if _has(found, panel)]
+    columns = 3
+    rows = -(-len(panels) // columns)
+    figure = make_subplots(rows, columns, shared_xaxes="all", shared_yaxes="all", horizontal_spacing=0.045,
+                           vertical_spacing=0.6 / (rows * 5), subplot_titles=[p[0] for p in panels])  # fmt: skip
+    x, y = found["speed"].values * RPM, found["pressure"].values * MPA
+    for k, (title, name, scale, index) in enumerate(panels):
+        row, column = k // columns + 1, k % columns + 1
+        values = _values(found, name, index) * scale
+        figure.add_trace(
+            go.Contour(x=compact(x), y=compact(y), z=compact(values), colorscale=MAP_SCALE, showscale=False,
+                       contours={"showlabels": True, "labelfont": {"size": 10, "color": INK}}, line={"width": 0.8},
+                       hovertemplate=f"%{{x:.0f}} rpm, %{{y:.3g}} MPa: %{{z:.4g}}<extra>{title}</extra>",
+                       ncontours=9), row, column)  # fmt: skip
+        figure.add_trace(_shade(found, x, y), row, column)
+        figure.update_xaxes(range=[x[0], x[-1]], row=row, col=column)
+        figure.update_yaxes(range=[y[0], y[-1]], row=row, col=column)
+        if row == rows:
+            figure.update_xaxes(title_text="speed [rpm]", row=row, col=column)
+        if column == 1:
+            figure.update_yaxes(title_text="pressure [MPa]", row=row, col=column)
+    return style(figure, 300 * rows, hovermode="closest")
+
+
+def _has(found: xr.Dataset, panel: Panel) -> bool:
+    _, name, _, index = panel
+    return name in found and bool(np.isfinite(_values(found, name, index)).any())
+
+
+def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.ndarray:
+    data = found[name]
+    for dim, at in index.items():
+        data = data.sum(dim, skipna=False) if at == "sum" else data.isel({dim: at})
+    return np.asarray(data.transpose("pressure", "speed").values)
+
+
+def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
+    """What is not safe, half way to the next safe point; a contour, because plotly draws those over heat maps."""
+    unsafe = 1.0 - found["safe"].transpose("pressure", "speed").values
+    clear, colour = faint(UNSAFE, 0.0), faint(UNSAFE, 0.42)
+    return go.Contour(x=compact(x), y=compact(y), z=unsafe, showscale=False, hoverinfo="skip", zmin=0, zmax=1,
+                      colorscale=[[0, clear], [0.5, clear], [0.5, colour], [1, colour]], line={"width": 0},
+                      contours={"start": 0.5, "end": 0.5, "size": 1, "coloring": "fill"})  # fmt: skip
+
+
+def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
+    """Natural frequencies and damping ratios over speed at a few pressures, with 1X, 2X, 3X and the forbidden band."""
+    chosen = np.unique(np.linspace(0, found.sizes["pressure"] - 1, pressures).round().astype(int))
+    figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
+    speed = found["speed"].values * RPM
+    for k, i in enumerate(chosen):
+        _add_modes(figure, found.isel(pressure=int(i)), speed, PIN_COLOURS[k % len(PIN_COLOURS)])
+    top = np.nanmax(found["wn"].values[..., :2]) * HZ * 1.08
+    for order in (1, 2, 3):
+        figure.add_trace(go.Scatter(x=compact(speed), y=compact(order * np.abs(speed) / 60), mode="lines",
+                                    name=f"{order}X", hoverinfo="skip", legendgroup="orders",
+                                    line={"color": INK, "width": 1, "dash": DASHES[order]}), 1, 1)  # fmt: skip
+    _add_crossings(figure, found)
+    low = np.nanmin(found["wn"].values[..., :2]) * HZ * 0.92
+    figure.update_yaxes(title_text="natural frequency [Hz]", range=[low, top], row=1, col=1)
+    figure.update_yaxes(title_text="damping ratio", row=2, col=1)
+    figure.add_hline(y=0, line={"color": INK, "width": 1}, row=2)
+    figure.update_xaxes(title_text="speed [rpm]", range=[speed.min(), speed.max()], row=2, col=1)
+    figure.update_xaxes(range=[speed.min(), speed.max()], row=1, col=1)
+    return style(figure, 620)
+
+
+def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: str) -> None:
+    label = f"{float(one['pressure']) * MPA:.3g} MPa"
+    for mode in range(2):
+        sense = [_sense(v) for v in one["whirl_ratio"].isel(mode=mode).values]
+        look = {"color": colour, "width": 2, "dash": DASHES[mode]}
+        for row, name, scale in ((1, "wn", HZ), (2, "zeta", 1.0)):
+            figure.add_trace(
+                go.Scatter(x=compact(speed), y=compact(one[name].isel(mode=mode).values * scale), mode="lines+markers",
+                           name=f"{label}, {'lower' if mode == 0 else 'upper'} mode", legendgroup=f"{label}{mode}",
+                           showlegend=row == 1, line=look, text=sense,
+                           marker={"symbol": ["triangle-up" if s == "forward" else "triangle-down" if s == "backward"
+                                              else "circle" for s in sense], "size": 7},
+                           hovertemplate="%{x:.0f} rpm: %{y:.4g}, %{text}<extra></extra>"), row, 1)  # fmt: skip
+
+
+def _sense(ratio: float) -> str:
+    return "mixed" if not abs(ratio) >= 0.02 else "forward" if ratio > 0 else "backward"
+
+
+def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
+    """Marks where orders meet modes, as far as they were computed."""
+    if "crossing_speed" not in found:
+        return
+    crossings = found["crossing_speed"].transpose("order", ...)
+    for order in crossings["order"].values:
+        x = crossings.sel(order=order).values.ravel() * RPM
+        good = np.isfinite(x)
+        figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * x[good] / 60), mode="markers",
+                                    name=f"{order}X crossings", marker={"symbol": "x-thin", "size": 9,
+                                    "line": {"width": 1.6, "color": INK}},
+                                    hovertemplate="%{x:.0f} rpm<extra></extra>"), 1, 1)  # fmt: skip
+
+
+def film_figure(found: xr.Dataset) -> go.Figure:
+    """Film stiffness and damping over pressure at the middle speed of the map, at each whirl frequency."""
+    one = found.isel(speed=found.sizes["speed"] // 2)
+    figure = make_subplots(1, 2, horizontal_spacing=0.09,
+                           subplot_titles=["stiffness K [MN/m]", "damping C [kN s/m]"])  # fmt: skip
+    x = one["pressure"].values * MPA
+    for a in range(one.sizes["at"]):
+        for column, (name, scale) in enumerate((("film_stiffness", 1e-6), ("film_damping", 1e-3)), 1):
+            for k, (i, j) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
+                values = one[name].isel(at=a, axis=i, to=j).values * scale
+                figure.add_trace(
+                    go.Scatter(x=compact(x), y=compact(values), mode="lines+markers",
+                               name=f"{'xy'[i]}{'xy'[j]}, {one['at'].values[a]}", legendgroup=f"{a}{k}",
+                               showlegend=column == 1, marker={"size": 5},
+                               line={"color": PIN_COLOURS[k], "dash": DASHES[a % 4]}), 1, column)  # fmt: skip
+                figure.update_xaxes(title_text="pressure [MPa]", row=1, col=column)
+    return style(figure, 480)
+
+
+def onset_figure(found: xr.Dataset) -> go.Figure:
+    """Whirl onset over pressure and lift-off pressure over speed, as far as they were computed."""
+    figure = go.Figure()
+    if "onset_speed" in found:
+        figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * RPM), mode="lines+markers",
+                                    y=compact(found["pressure"].values * MPA), name="whirl onset",
+                                    line={"color": UNSAFE}))  # fmt: skip
+    if "lift_off_pressure" in found:
+        figure.add_trace(go.Scatter(x=compact(found["speed"].values * RPM), mode="lines+markers", name="lift-off",
+                                    y=compact(found["lift_off_pressure"].values * MPA),
+                                    line={"color": PIN_COLOURS[0]}))  # fmt: skip
+    figure.update_xaxes(title_text="speed [rpm]")
+    figure.update_yaxes(title_text="pressure [MPa]", rangemode="tozero")
+    return style(figure, 420)

@@ -1,0 +1,109 @@
+"""Orbits of disc and journal at the resonances and at the end of a run, with keyphasor marks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.experiments.tracking import UM, displacement_name
+from rotorsim.report.figures.theme import GRID, INK, NEUTRAL, compact, faint, style
+from rotorsim.report.pages.run import Run
+
+TURNS, MOST_POINTS, MOST_ORBITS = 4, 1500, 4
+COLOURS = {"disc": "#0072B2", "journal": NEUTRAL}
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A moment worth an orbit: why, time [s] and speed [rpm]."""
+
+    label: str
+    time: float
+    rpm: float
+
+
+def instants(run: Run) -> list[Instant]:
+    """The largest resonances at distinct speeds, in order of speed, then the end of the run."""
+    speeds = run.summary["speed_rpm"]
+    chosen: list[Instant] = []
+    for peak in sorted(run.summary["peaks"], key=lambda p: -p["um"]):
+        apart = all(abs(peak["rpm"] - other.rpm) > 0.07 * abs(speeds["max"]) for other in chosen)
+        if peak["local_maximum"] and apart and len(chosen) < MOST_ORBITS - 1:
+            chosen.append(Instant(f"{peak['order']}X peak", peak["time_s"], peak["rpm"]))
+    return [*sorted(chosen, key=lambda i: i.rpm), Instant("end", run.time_reach[1], speeds["last"])]
+
+
+def orbits(run: Run) -> go.Figure:
+    """Four revolutions of the disc about its mean, and of the journal within its clearance circle [um]."""
+    moments = instants(run)
+    rows = [displacement_name(run.record)] + ["journal"] * ("journal" in run.record)
+    titles = [f"{i.label}, {i.rpm:.0f} rpm" for i in moments] + [""] * len(moments) * (len(rows) - 1)
+    figure = make_subplots(
+        len(rows), len(moments), subplot_titles=titles, vertical_spacing=0.13, horizontal_spacing=0.08
+    )
+    for column, moment in enumerate(moments, 1):
+        for row, name in enumerate(rows, 1):
+            _add_orbit(figure, run, name, moment, row, column)
+    for row, name in enumerate(rows, 1):
+        figure.update_yaxes(title_text=f"{name.split('_')[0]} y [µm]", row=row, col=1)
+        figure.update_xaxes(title_text=f"{name.split('_')[0]} x [µm]", row=row)
+    return style(figure, 100 + 330 * len(rows), showlegend=False)
+
+
+def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int, column: int) -> None:
+    d, angle = cut(run, name, moment)
+    if name != "journal":
+        d = d - (d.max(axis=0) + d.min(axis=0)) / 2
+    dots = marks(d, angle)
+    step = 1 + len(d) // MOST_POINTS
+    colour = COLOURS["journal" if name == "journal" else "disc"]
+    shown = {"showlegend": False, "hovertemplate": "x %{x:.2f} µm, y %{y:.2f} µm<extra></extra>"}
+    if name == "journal":
+        _add_clearance(figure, run, row, column)
+    line = {"color": colour, "width": 1.5, "simplify": False}
+    figure.add_trace(go.Scatter(x=compact(d[::step, 0]), y=compact(d[::step, 1]), mode="lines", line=line, **shown),
+                     row, column)  # fmt: skip
+    figure.add_trace(go.Scatter(x=compact(dots[:, 0]), y=compact(dots[:, 1]), mode="markers",
+                                marker={"color": INK, "size": 5}, **shown), row, column)  # fmt: skip
+    number = (row - 1) * len(instants(run)) + column
+    square_axes(figure, number, row, column)
+
+
+def square_axes(figure: go.Figure, number: int, row: int, column: int) -> None:
+    """The same scale on both axes of panel `number`, counted from 1."""
+    figure.update_xaxes(constrain="domain", row=row, col=column)
+    figure.update_yaxes(scaleanchor=f"x{number}" if number > 1 else "x", constrain="domain", row=row, col=column)
+
+
+def cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement [um] (n, 2) and angle [rad] of some revolutions about a moment, within the record."""
+    n = run.record.sizes["time"]
+    first = float(run.record["time"].isel(time=0))
+    rate = (n - 1) / run.summary["duration_s"]
+    turn = min(60 / abs(moment.rpm) if moment.rpm else 1.0, 10.0)
+    count = int(min(n, max(2, round(TURNS * turn * rate) + 1)))
+    start = int(np.clip(round((moment.time - first) * rate) - count // 2, 0, n - count))
+    part = run.record.isel(time=slice(start, start + count))
+    return np.asarray(part[name].values, float) * UM, np.asarray(part["angle"].values, float)
+
+
+def marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Positions (k, 2) where the shaft has turned whole revolutions."""
+    turns = angle / (2 * np.pi)
+    i = np.flatnonzero(np.diff(np.floor(turns)))
+    share = (np.maximum(np.floor(turns[i]), np.floor(turns[i + 1])) - turns[i]) / (turns[i + 1] - turns[i])
+    return d[i] + share[:, None] * (d[i + 1] - d[i])
+
+
+def _add_clearance(figure: go.Figure, run: Run, row: int, column: int) -> None:
+    """Circle of the radial clearance, which the journal's centre cannot leave without contact."""
+    if run.machine is None or run.machine.film is None:
+        return
+    c, turn = run.machine.film.clearance * UM, np.linspace(0, 2 * np.pi, 121)
+    line = {"color": "#8a949e", "width": 1.5, "dash": "dash"}
+    figure.add_trace(go.Scatter(x=compact(c * np.cos(turn)), y=compact(c * np.sin(turn)), mode="lines", line=line,
+                                fill="toself", fillcolor=faint(GRID, 0.35),
+                                hoverinfo="skip", showlegend=False), row, column)  # fmt: skip

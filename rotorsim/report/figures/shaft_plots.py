@@ -1,0 +1,78 @@
+"""Figures of `fe_shaft` results: Campbell diagram, critical speed map, unbalance response, sag."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
+
+from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
+
+RPM, HZ = 30 / np.pi, 1 / (2 * np.pi)
+SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
+
+
+def shaft_campbell(found: xr.Dataset) -> go.Figure:
+    """Natural frequencies and logarithmic decrements over speed; triangles up whirl forward, down backward."""
+    figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
+    speed = found["speed"].values * RPM
+    for k in range(found.sizes["branch"]):
+        one = found.isel(branch=k)
+        marks = [SYMBOLS[str(sense)] for sense in one["whirl"].values]
+        colour = PIN_COLOURS[k % len(PIN_COLOURS)]
+        for row, name, scale in ((1, "wn", HZ), (2, "log_dec", 1.0)):
+            figure.add_trace(
+                go.Scatter(x=compact(speed), y=compact(one[name].values * scale), mode="lines+markers",
+                           name=f"mode {k + 1}", legendgroup=str(k), showlegend=row == 1,
+                           line={"color": colour, "dash": "solid" if k < len(PIN_COLOURS) else "dot"},
+                           marker={"symbol": marks, "size": 6}), row, 1)  # fmt: skip
+    figure.add_trace(go.Scatter(x=compact(speed), y=compact(speed / 60), mode="lines", name="1X", hoverinfo="skip",
+                                line={"color": INK, "width": 1, "dash": "dash"}), 1, 1)  # fmt: skip
+    top = float(np.nanmax(found["wn"].values)) * HZ
+    figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
+    figure.update_yaxes(title_text="log. decrement", row=2, col=1)
+    figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
+    return style(figure, 640)
+
+
+def critical_speed_map(found: xr.Dataset) -> go.Figure:
+    """Undamped critical speeds over the stiffness of the bearings, both logarithmic."""
+    figure = go.Figure()
+    for k in range(found.sizes["mode"]):
+        figure.add_trace(go.Scatter(x=compact(found["stiffness"].values), y=compact(found["wn"].values[k] * RPM),
+                                    mode="lines", name=f"mode {k + 1}",
+                                    line={"color": PIN_COLOURS[k % len(PIN_COLOURS)]}))  # fmt: skip
+    figure.update_xaxes(title_text="stiffness of a bearing [N/m]", type="log", exponentformat="power")
+    figure.update_yaxes(title_text="critical speed [rpm]", type="log", dtick=1)
+    return style(figure, 460)
+
+
+def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) -> go.Figure:
+    """Half axis and phase of the whirl over speed at `nodes`; without them at the one that moves most."""
+    chosen = nodes or (int(found["major"].values.max(axis=1).argmax()),)
+    figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
+    speed = found["frequency"].values * RPM
+    for k, node in enumerate(chosen):
+        one = found.isel(node=node)
+        colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {float(one['z']) * 1e3:.0f} mm"
+        phase = np.rad2deg(np.unwrap(np.angle(one["x"].values)))
+        for row, values in ((1, one["major"].values * 1e6), (2, phase)):
+            figure.add_trace(go.Scatter(x=compact(speed), y=compact(values), mode="lines", name=name, legendgroup=name,
+                                        showlegend=row == 1, line={"color": colour}), row, 1)  # fmt: skip
+    figure.update_yaxes(title_text="major half axis [µm]", type="log", row=1, col=1)
+    figure.update_yaxes(title_text="phase of x [deg]", row=2, col=1)
+    figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
+    return style(figure, 560)
+
+
+def sag(found: xr.Dataset) -> go.Figure:
+    """The bent shaft at rest in x and y."""
+    figure = go.Figure()
+    for axis, colour in zip("xy", PIN_COLOURS, strict=False):
+        figure.add_trace(go.Scatter(x=compact(found["z"].values * 1e3), y=compact(found[axis].values * 1e6),
+                                    mode="lines+markers", name=axis, marker={"size": 5},
+                                    line={"color": colour}))  # fmt: skip
+    figure.update_xaxes(title_text="position along the shaft [mm]")
+    figure.update_yaxes(title_text="displacement [µm]")
+    return style(figure, 380)

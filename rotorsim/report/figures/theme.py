@@ -1,0 +1,49 @@
+"""Common style of all figures, with colours safe for colour-blind readers (Okabe and Ito)."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+
+AXIS_COLOURS = {"x": "#0072B2", "y": "#D55E00"}
+NEUTRAL, INK, GRID = "#009E73", "#24303c", "#e4e8ec"
+PIN_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"
+SPECTRUM_SCALE = [[0, "#ffffff"], [0.2, "#dbe9f4"], [0.45, "#8fbfdf"], [0.7, "#2f79b5"], [1, "#08264d"]]
+"""Lightness falls steadily, so the scale also works in grey."""
+PRESSURE_SCALE = [[0, "#fff9ec"], [0.25, "#fdd49e"], [0.5, "#f79a5e"], [0.75, "#d1422f"], [1, "#67000d"]]
+
+
+def faint(colour: str, opacity: float = 0.25) -> str:
+    """A '#rrggbb' colour as rgba with an opacity."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity})"
+
+
+def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:
+    """Give a figure the common look and a height in px; returns it."""
+    figure.update_layout(
+        height=height,
+        font={"family": FONT, "size": 13, "color": INK},
+        paper_bgcolor="white",
+        plot_bgcolor="white",
+        margin={"l": 70, "r": 30, "t": 60, "b": 55},
+        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": 1, "yref": "container", "yanchor": "top"},
+        hoverlabel={"font": {"family": FONT}},
+        **layout,
+    )
+    look = {"showline": True, "linecolor": "#8a949e", "gridcolor": GRID, "zeroline": False, "ticks": "outside",
+            "tickcolor": "#8a949e", "ticklen": 4, "title": {"standoff": 8}}  # fmt: skip
+    figure.update_xaxes(**look)
+    figure.update_yaxes(**look)
+    figure.update_annotations(font={"size": 14, "color": INK})
+    return figure
+
+
+def compact(values: np.ndarray, digits: int = 5) -> np.ndarray:
+    """Values rounded to significant digits as float32: what a screen can show, in half the bytes."""
+    values = np.asarray(values, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(values))))
+        rounded = np.round(values * scale) / scale
+    return np.where(np.isfinite(rounded), rounded, values).astype(np.float32)

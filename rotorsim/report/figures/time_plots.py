@@ -1,0 +1,72 @@
+"""Overview of a run over time: envelopes of speed, disc, film thickness, mass flow, pressure and contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.experiments.tracking import RPM, UM, displacement_name
+from rotorsim.report.figures.envelope import Envelope, envelopes
+from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, compact, faint, style
+from rotorsim.report.pages.run import Run
+
+PANELS = {
+    "speed": ("speed<br>[rpm]", RPM),
+    "disc": ("disc<br>[µm]", UM),
+    "disc_measured": ("disc<br>[µm]", UM),
+    "h_min": ("smallest film<br>[µm]", UM),
+    "mass_flow": ("mass flow<br>[mg/s]", 1e6),
+    "pressure": ("injection<br>[MPa gauge]", 1e-6),
+    "contact": ("contact<br>[% of time]", 100.0),
+}
+
+
+def overview(run: Run) -> go.Figure:
+    """Envelopes against time, one panel per variable; contact only if there was any."""
+    skipped = {"disc", "disc_measured"} - {displacement_name(run.record)}
+    if not (run.summary["contact"] or {}).get("samples"):
+        skipped.add("contact")
+    if run.fastest == 0:
+        skipped.add("speed")
+    names = [name for name in PANELS if name in run.record and name not in skipped]
+    data = envelopes(run.record, names)
+    figure = make_subplots(len(names), 1, shared_xaxes=True, vertical_spacing=0.03)
+    for row, name in enumerate(names, 1):
+        label, scale = PANELS[name]
+        for trace in _panel(name, data[name], scale):
+            figure.add_trace(trace, row, 1)
+        figure.update_yaxes(title_text=label, nticks=4, row=row, col=1)
+        if name in ("speed", "pressure", "contact"):
+            figure.update_yaxes(rangemode="tozero", row=row, col=1)
+    figure.update_xaxes(range=run.time_reach)
+    figure.update_xaxes(title_text="time [s]", row=len(names), col=1)
+    return style(figure, 90 + 125 * len(names))
+
+
+def _panel(name: str, data: Envelope, scale: float) -> list[go.Scatter]:
+    if name == "contact":
+        return [_line(data.time, data.mean > 0, data.mean * scale, "#CC3311")]
+    if data.least.ndim == 2:
+        return [t for i, axis in enumerate("xy") for t in _band(data, scale, AXIS_COLOURS[axis], axis, i)]
+    return _band(data, scale, NEUTRAL, "", ...)
+
+
+def _line(time: np.ndarray, shown: np.ndarray, values: np.ndarray, colour: str) -> go.Scatter:
+    return go.Scatter(x=compact(time), y=compact(np.where(shown, values, 0)), mode="lines", fill="tozeroy",
+                      line={"color": colour, "width": 1}, showlegend=False, name="contact",
+                      hovertemplate="%{y:.1f} % of the time at %{x:.2f} s<extra></extra>")  # fmt: skip
+
+
+def _band(data: Envelope, scale: float, colour: str, axis: str, index: Any) -> list[go.Scatter]:
+    """The stretch between least and largest value."""
+    low, high = (v[:, index] if axis else v for v in (data.least, data.most))
+    common = {"x": compact(data.time), "mode": "lines", "line": {"color": colour, "width": 1}, "legendgroup": axis,
+              "hovertemplate": "%{y:.4g} at %{x:.2f} s<extra></extra>"}  # fmt: skip
+    return [
+        go.Scatter(y=compact(low * scale), showlegend=False, **common),
+        go.Scatter(y=compact(high * scale), showlegend=bool(axis), name=f"disc {axis}", fill="tonexty",
+                   fillcolor=faint(colour), **common),
+    ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""HTML pages: runs, experiments, designs, diagnoses, maps, studies, verifications."""

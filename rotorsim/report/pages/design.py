@@ -1,0 +1,88 @@
+"""Report of a controller design: sensitivities, damping over the operating range, root locus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.control.designs.plants import sampled_plant
+from rotorsim.control.law import Law
+from rotorsim.control.loop.analysis import fine_axes, overview
+from rotorsim.control.loop.sampled_loop import law_system, loop_of, root_locus, sweep
+from rotorsim.control.numerics.systems import largest
+from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, style
+from rotorsim.report.pages.study import Block, save_study_page
+
+RPM = 30 / np.pi
+
+
+def write_design(law: Law, model: Any, path: Path) -> Path:
+    """Write the page; raises DataError where it cannot be written."""
+    speeds, pressures = fine_axes(law, model)
+    corners = [(w, p) for w in {speeds[0], speeds[-1]} for p in {pressures[0], pressures[-1]}]
+    told = [
+        (key.replace("_", " "), f"{v:.5g}" if isinstance(v, float) else v) for key, v in overview(law, model).items()
+    ]
+    blocks = [
+        Block("The loop", "With the identified model, one sample of delay and the hold.", ("", ""), told),
+        Block("Sensitivities", "Largest singular values at the corners of the range: disc to disc (S), disc to "
+              "reference (KS), disturbance at the reference to disc, closed (solid) and open (dotted).",
+              figure=sensitivity_figure(law, model, sorted(corners))),
+        Block("Damping over the range", "Smallest damping ratio of the closed loop below 600 Hz.",
+              figure=damping_figure(law, model, speeds, pressures)),
+        Block("Root locus", "Poles of the loop at the range's middle for the law times 0 to 2: crosses 0, dots 1.",
+              figure=locus_figure(law, model, float(np.mean(speeds)), float(np.mean(pressures)))),
+    ]  # fmt: skip
+    save_study_page(f"Design {law.name}", "A control law on its identified model.", blocks, path)
+    return path
+
+
+def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) -> go.Figure:
+    """S, KS and GS over frequency."""
+    figure = make_subplots(1, 3, subplot_titles=["S", "KS [V/µm]", "GS, G [µm/V]"])
+    for k, (w, p) in enumerate(points):
+        loop = loop_of(sampled_plant(model, w, p, law.Ts), law_system(law, w, p), law.Ts)
+        name, colour = f"{w * RPM:.0f} rpm, {p / 1e6:.2f} MPa", PIN_COLOURS[k % len(PIN_COLOURS)]
+        curves = ((1, loop.So, "solid"), (2, loop.KS, "solid"), (3, loop.GS, "solid"), (3, loop.G, "dot"))
+        for column, matrices, dash in curves:
+            figure.add_trace(go.Scatter(x=compact(loop.frequency), y=compact(largest(matrices)), name=name,
+                                        legendgroup=name, showlegend=column == 1,
+                                        line={"color": colour, "dash": dash, "width": 1.5}), 1, column)  # fmt: skip
+    figure.update_xaxes(title_text="frequency [Hz]", type="log")
+    figure.update_yaxes(type="log")
+    return style(figure, 440)
+
+
+def damping_figure(law: Law, model: Any, speeds: np.ndarray, pressures: np.ndarray) -> go.Figure:
+    """Smallest damping ratio over speed and pressure."""
+    found = sweep(law, model, speeds, pressures)
+    figure = go.Figure(
+        go.Heatmap(x=compact(speeds * RPM), y=compact(pressures / 1e6), z=compact(found.damping.T, 3),
+                   colorscale="Blues", colorbar={"title": "ζ"})
+    )  # fmt: skip
+    figure.update_xaxes(title_text="speed [rpm]")
+    figure.update_yaxes(title_text="pressure [MPa]")
+    return style(figure, 360)
+
+
+def locus_figure(law: Law, model: Any, speed: float, pressure: float) -> go.Figure:
+    """Poles z for gains 0 to 2 times the law's."""
+    gains = np.linspace(0, 2, 81)
+    rows = root_locus(sampled_plant(model, speed, pressure, law.Ts), law_system(law, speed, pressure), gains)
+    figure = go.Figure()
+    turn = np.linspace(0, 2 * np.pi, 200)
+    figure.add_trace(go.Scatter(x=compact(np.cos(turn)), y=compact(np.sin(turn)), mode="lines", name="unit circle",
+                                line={"color": NEUTRAL, "width": 1}))  # fmt: skip
+    for k in range(rows.shape[1]):
+        figure.add_trace(go.Scatter(x=compact(rows[:, k].real), y=compact(rows[:, k].imag), mode="markers",
+                                    marker={"size": 3, "color": AXIS_COLOURS["x"]}, showlegend=False))  # fmt: skip
+    for index, symbol, name in ((0, "x", "open loop"), (40, "circle", "the law")):
+        figure.add_trace(go.Scatter(x=compact(rows[index].real), y=compact(rows[index].imag), mode="markers", name=name,
+                                    marker={"size": 8, "symbol": symbol, "color": AXIS_COLOURS["y"]}))  # fmt: skip
+    figure.update_xaxes(range=[0.6, 1.05], title_text="Re z")
+    figure.update_yaxes(range=[-0.3, 0.3], title_text="Im z")
+    return style(figure, 460)

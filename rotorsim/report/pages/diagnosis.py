@@ -1,0 +1,191 @@
+"""Report of a diagnosis: self-contained HTML page for readers new to the method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import plotly.graph_objects as go
+import plotly.io as pio
+from plotly.offline import get_plotlyjs
+
+from rotorsim.base.files import write_text
+from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.report.figures import diagnosis_plots as plots
+from rotorsim.report.pages.page import POLICY, TOOLS
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+
+UM = 1e6
+INTRODUCTION = (
+    "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
+    "What the two differ by is compared with a floor: the scatter of repeats, the declared tolerance of the model and "
+    "the proven error of its solver. First the machine's calibration was fitted anew, so that ordinary errors of "
+    "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
+    "operating points helped to choose; untouched records took no part in anything and are the test."
+)
+MEANING = {
+    "no_disagreement": "The file describes the machine as well as these records can tell. Nothing needs to be added.",
+    "named": "One explanation accounts for at least 95 % of what was beyond the floor, also at held-out points, and no "
+    "other effect of the catalogue does.",
+    "tie": "Several explanations fit these records equally well; the machine file holds the first. No name is given: "
+    "choose by what is known, or record the next experiment below.",
+    "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
+    "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
+    "explain it is given below.",
+}
+
+
+def write_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
+    """Write the report, complete or not at all; raises WriteError."""
+    write_text(path, page(diagnosis))
+
+
+def page(diagnosis: Diagnosis) -> str:
+    """The page's text."""
+    style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
+    name = escape(diagnosis.machine.name)
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        f"<title>{name}: diagnosis</title><style>{style}</style><script>{get_plotlyjs()}</script></head><body>"
+        f"<header><h1>{name}: diagnosis</h1><p>{escape(diagnosis.sentence)}</p></header>"
+        f"{_cards(diagnosis)}<section><h2>What this says</h2><p>{MEANING[diagnosis.status]}</p>"
+        f"<p>{INTRODUCTION}</p></section>{''.join(_sections(diagnosis))}</body></html>\n"
+    )
+
+
+def _cards(d: Diagnosis) -> str:
+    cards = [(d.status.replace("_", " "), "verdict"), (f"{len(d.localisation)}", "groups of lines beyond the floor")]
+    share = reduction(d.gap)
+    if d.effects and np.isfinite(share):
+        cards.append((f"{100 * share:.0f} %", "of the gap gone on untouched records"))
+    return f'<div class="key">{"".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in cards)}</div>'
+
+
+def _sections(d: Diagnosis) -> Iterator[str]:
+    if d.effects:
+        yield _effects(d)
+    if d.next_experiment:
+        yield _table("Next experiment", (("what", "value"),), [(k, _text(v)) for k, v in d.next_experiment.items()])
+    yield _figure(
+        "The gap, record by record",
+        "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
+        "effect. The black tick is the scatter of repeats, below which nothing can be seen.",
+        plots.gap_bars(d),
+    )
+    yield _gap_table(d)
+    if d.localisation:
+        yield _figure(
+            "Where it disagrees",
+            "Groups of lines whose residual, after re-calibration, is beyond the floor; the darker, the farther. 1X is "
+            "the speed of the shaft, 'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' "
+            "what does not repeat from period to period.",
+            plots.flag_map(d),
+        )
+        yield from _spectra(d)
+    if d.unknown:
+        yield _unknown(d)
+    if d.notes:
+        said = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
+        yield f"<section><h2>What these records cannot tell</h2>{said}</section>"
+    yield _tried(d)
+    rows = [(k, f"{v:.4g}", f"{s:.2g}") for k, (v, s) in d.calibration.items()]
+    yield _table("Re-calibration", (("knob", "change", "sd"),), rows)
+    if d.effects:
+        yield (
+            "<details><summary>Machine file: what was added</summary><pre>"
+            f"{escape(difference(d.machine, d.apply()))}</pre></details>"
+        )
+
+
+def _effects(d: Diagnosis) -> str:
+    rows = [(f.form, p, value, sd or "held") for f in d.effects for p, value, sd in f.sizes()]
+    said = "".join(
+        f"<p>No record tells {escape(f.form)} from {escape(', '.join(k for k in f.tie_class if k != f.form))}.</p>"
+        for f in d.effects
+        if len(f.tie_class) > 1
+    )
+    said += "".join(f"<p>Fits as well: {escape(' with '.join(t))}.</p>" for t in d.ties)
+    return _table("What is missing", (("effect", "parameter", "value", "standard deviation"),), rows, said)
+
+
+def _spectra(d: Diagnosis) -> Iterator[str]:
+    named = bool(d.effects)
+    worst = d.localisation[0].record
+    chosen = [s for part in d.spectra.values() for s in part if s["record"] == worst]
+    untouched = d.spectra.get("untouched", [])
+    for title, shown in [("Spectrum where it disagrees most", c) for c in chosen] + [
+        ("Spectrum of an untouched record", s) for s in untouched[:1]
+    ]:
+        yield _figure(
+            f"{title}: {shown['point']}", "Lines of measured and of what is left.", plots.spectra(shown, named)
+        )
+    yield _figure(
+        "What is left over the speed", "Residual spectra of all records, one scale.", plots.waterfall(d, named)
+    )
+
+
+def _gap_table(d: Diagnosis) -> str:
+    rows = []
+    for i, record in enumerate(d.gap["record"].values):
+        for a, axis in enumerate("xy"):
+            g = d.gap["gap"].values[i, a] * UM
+            rows.append(
+                (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
+                 f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
+            )  # fmt: skip
+    head = ("role", "record", "point", "axis", "nominal", "re-calibrated", "with effect", "scatter")
+    return f"<details><summary>The gap as numbers, um rms</summary>{_rows((head,), rows)}</details>"
+
+
+def _unknown(d: Diagnosis) -> str:
+    rows = [
+        (x["point"], f"{x['frequency_hz']:.4g} Hz" + (", unsteady" if x["unsteady"] else ""),
+         "" if x["order"] is None else f"{x['order']:.2f} X",
+         f"{x['force_n']:.3g} N", x["direction"], f"{x['residual_um']:.3g} um")
+        for x in d.unknown["lines"]
+    ]  # fmt: skip
+    growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in d.unknown["growth"].items())
+    said = f"<p>Acting {escape(d.unknown['where'])}. It grows with {escape(growth or 'nothing that was varied')}.</p>"
+    head = ("point", "frequency", "order", "force", "direction", "residual")
+    return _table("Equivalent force of what is not explained", (head,), rows, said)
+
+
+def _tried(d: Diagnosis) -> str:
+    rows = [
+        (" with ".join(t["effects"]), f"{100 * t['gone']:.0f} %", f"{t['cost']:.0f}", f"{t['held_out']:.0f}")
+        for t in sorted(d.tried, key=lambda t: t["cost"])
+    ]
+    if not rows:
+        return ""
+    head = ("explanation", "excess gone", "sum of squares", "excess at held-out points")
+    return f"<details><summary>Everything that was re-fitted</summary>{_rows((head,), rows)}</details>"
+
+
+def _table(title: str, head: tuple[tuple[str, ...], ...], rows: Iterable[tuple[str, ...]], after: str = "") -> str:
+    return f"<section><h2>{title}</h2>{_rows(head, rows)}{after}</section>"
+
+
+def _rows(head: tuple[tuple[str, ...], ...], rows: Iterable[tuple[str, ...]]) -> str:
+    top = "".join("<tr>" + "".join(f"<th>{escape(h)}</th>" for h in line) + "</tr>" for line in head)
+    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+    return f"<table>{top}{body}</table>"
+
+
+def _figure(title: str, caption: str, figure: go.Figure) -> str:
+    drawn = pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS)
+    return f"<section><h2>{escape(title)}</h2><p>{escape(caption)}</p>{drawn}</section>"
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return " ".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -1,0 +1,31 @@
+"""Report of any experiment: `write_report` turns a record into an HTML page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rotorsim.experiments.tracking import open_record
+from rotorsim.report.pages.page import save_page
+from rotorsim.report.pages.run import analyse
+
+
+def write_report(record_path: str | Path, html_path: str | Path) -> None:
+    """Write the report of a record as one HTML file, complete or not at all.
+
+    The attribute `experiment` chooses the figures; what cannot be made of the record is named with the reason. A record
+    without that attribute, or of a rig with nothing but time and displacement, gets all figures that it suffices for.
+
+    Parameters
+    ----------
+    record_path : path
+        NetCDF file of the schema (`identification.records.schema`); read in blocks, however long.
+    html_path : path
+        The page; with plotly.js inside some 6 MB.
+
+    Raises
+    ------
+    DataError
+        If the record cannot be read, has no displacement of the disc, or the page cannot be written.
+    """
+    with open_record(record_path) as record:
+        save_page(analyse(record), html_path)

@@ -1,0 +1,56 @@
+"""Figures of each experiment's report, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from rotorsim.report.compute.missing import MissingError
+from rotorsim.report.pages import sections as s
+from rotorsim.report.pages.run import Run
+from rotorsim.report.pages.sections import Section
+
+SWEPT = (s.BODE, s.WATERFALL, s.FULL, s.ORBITS, s.OVERVIEW)
+BROADBAND = (s.PER_VOLT, s.EXCITATION, s.SPECTRUM, s.OVERVIEW)
+EXPECTED: dict[str, tuple[Section, ...]] = {
+    "runup": SWEPT,
+    "coastdown": (s.COAST, *SWEPT),
+    "staircase": (s.GAIN, s.LOOPS, s.EXCITATION, s.OVERVIEW),
+    "prbs": BROADBAND,
+    "chirp": BROADBAND,
+    "multisine": BROADBAND,
+    "impact": (s.RING_DOWN, s.PER_NEWTON, s.EXCITATION, s.OVERVIEW),
+    "steady": (s.SPECTRUM, s.FILTERED, s.WATERFALL, s.OVERVIEW),
+    "slow_roll": (s.RUNOUT, s.SPECTRUM, s.OVERVIEW),
+    "controlled": (s.EXCITATION, s.SPECTRUM, s.WATERFALL, s.FULL, s.ORBITS, s.OVERVIEW),
+}
+"""Where one of these cannot be made, the report says why."""
+POSSIBLE = (s.GAIN, s.LOOPS, s.RING_DOWN, s.PER_NEWTON, s.PER_VOLT, s.EXCITATION, s.SPECTRUM, s.FILTERED)
+"""Shown as well, if they can be made, for a record that does not say what it is."""
+ADDED = (s.SENSORS, s.FILM_MAPS, s.FILM_ROUND)
+"""Shown if they can be made, whatever the experiment."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A section with what it shows, or with `why` it is left out; empty where nobody would expect it."""
+
+    section: Section
+    data: Any = None
+    why: str | None = None
+
+
+def found_sections(run: Run) -> Iterator[Found]:
+    """Sections of a run's report in order, those left out with their reason."""
+    expected = EXPECTED.get(run.kind, SWEPT)
+    possible = () if run.kind in EXPECTED else POSSIBLE
+    levels = False
+    for section in (*expected, *possible, *ADDED):
+        if section is s.PER_VOLT and levels and section in possible:
+            continue
+        try:
+            yield Found(section, section.find(run))
+            levels |= section is s.GAIN
+        except MissingError as missing:
+            yield Found(section, why=str(missing) if section in expected else "")

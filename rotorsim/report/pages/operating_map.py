@@ -1,0 +1,92 @@
+"""Report of an operating map: self-contained page of figures and a table."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.report.figures.map_plots import (
+    HZ,
+    MPA,
+    RPM,
+    campbell_figure,
+    contour_figure,
+    film_figure,
+    onset_figure,
+    plane,
+)
+from rotorsim.report.pages.study import Block, save_study_page
+
+HEADS = ("rpm", "MPa", "eccentricity", "f1 Hz", "zeta1", "f2 Hz", "zeta2", "Gxx um/V", "Gyy um/V", "safe")
+MOST_ROWS = 400
+
+
+def save_map_page(found: xr.Dataset, path: Path) -> None:
+    """Write the page; of further axes the first value is drawn. Raises DataError where it cannot be written."""
+    one = plane(found)
+    save_study_page(f"{_name(found)}: operating map", _about(found), blocks(one), path)
+
+
+def blocks(one: xr.Dataset) -> list[Block]:
+    """Sections that the map allows."""
+    margin = 100 * float(one.attrs.get("safe_margin", 0.15))
+    out = []
+    if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1:
+        shaded = (
+            f"Shaded: not carried by the film, unstable, or within {margin:g} % of a speed that equals a natural "
+            "frequency (interpolated in this map, or extrapolated by at most a fifth beyond its highest speed)."
+        )
+        out.append(Block("Operating map", shaded, figure=contour_figure(one)))
+    if one.sizes["speed"] > 1:
+        text = "Triangles up whirl forward at the disc, down backward. Crosses: orders of the speed meet a mode."
+        out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
+    if "onset_speed" in one or "lift_off_pressure" in one:
+        text = "Between the lines the film carries and damps: right of the onset a mode grows, below lift-off it falls."
+        out.append(Block("Whirl onset and lift-off", text, figure=onset_figure(one)))
+    if one.sizes["pressure"] > 1 and "film_stiffness" in one and np.isfinite(one["film_stiffness"].values).any():
+        rpm = float(one["speed"].values[one.sizes["speed"] // 2]) * RPM
+        text = f"At {rpm:.0f} rpm, at whirl frequency 0 and those of the two lowest modes unless given otherwise."
+        out.append(Block("Film coefficients", text, figure=film_figure(one)))
+    rows = _rows(one)
+    said = "" if len(rows) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(rows)} points; all are in the file."
+    return [*out, Block("Point by point", said, HEADS, rows[:MOST_ROWS])]
+
+
+def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
+    rows: list[tuple[object, ...]] = []
+    for i, pressure in enumerate(one["pressure"].values):
+        for j, speed in enumerate(one["speed"].values):
+            p = one.isel(pressure=i, speed=j)
+            if float(p["lifted"]) != 1:
+                rows.append((f"{speed * RPM:.0f}", f"{pressure * MPA:.3g}", "not lifted", *[""] * 6, "no"))
+                continue
+            wn, zeta, gain = p["wn"].values * HZ, p["zeta"].values, p["static_gain"].values * 1e6
+            numbers = (float(p["eccentricity_ratio"]), *(float(v) for v in (wn[0], zeta[0], wn[1], zeta[1])))
+            ends = (float(gain[0, 0]), float(gain[1, 1]), "yes" if float(p["safe"]) == 1 else "no")
+            rows.append((f"{speed * RPM:.0f}", f"{pressure * MPA:.3g}", *numbers, *ends))
+    return rows
+
+
+def _name(found: xr.Dataset) -> str:
+    try:
+        return str(tomllib.loads(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
+    except tomllib.TOMLDecodeError:
+        return "Unnamed machine"
+
+
+def _about(found: xr.Dataset) -> str:
+    lifted, points = int(found["lifted"].sum()), int(found["lifted"].size)
+    extra = [d for d in found["lifted"].dims if d not in ("pressure", "speed")]
+    more = ""
+    if extra:
+        first = ", ".join(f"{found[d].attrs.get('long_name', d)} = {found[d].values[0]:g} "
+                          f"{found[d].attrs.get('units', '')}" for d in extra)  # fmt: skip
+        more = f" Drawn at {first}; the file holds all values."
+    cut = "" if found.attrs.get("ended") == "complete" else " The map was interrupted and is not complete."
+    return (
+        f"Linear analysis of film, injectors and rotor together at {points} operating points, {lifted} of them lifted."
+        f"{more}{cut} This is a simulation; numbers of a machine file marked calibrated were fitted."
+    )

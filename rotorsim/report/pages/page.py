@@ -1,0 +1,126 @@
+"""HTML page of a run's report, self-contained: no resources are loaded from elsewhere."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import plotly.io as pio
+from plotly.offline import get_plotlyjs
+
+from rotorsim.base.files import write_text
+from rotorsim.report.pages.figure_lists import Found, found_sections
+from rotorsim.report.pages.run import RUNS, Run
+from rotorsim.report.text import tables
+from rotorsim.report.text.captions import CONVENTION
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+"""Tells the browser to fetch nothing at all."""
+SIMULATED = "This is a simulation. Numbers of a machine file marked calibrated were fitted; see its comments."
+ORDERS = (
+    CONVENTION,
+    "Amplitudes of orders are least-squares fits over whole revolutions, at least 8 and at least 0.25 s at a time; "
+    "a run-up's peaks lag a little behind those of constant speed.",
+)
+NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random excitation", "impact": "impact test",
+         "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
+TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
+
+
+def save_page(run: Run, html_path: str | Path) -> None:
+    """Write the report of an analysed run, complete or not at all; raises WriteError."""
+    write_text(html_path, page(run))
+
+
+def page(run: Run) -> str:
+    """The page's text."""
+    name, description = machine_title(run)
+    found = list(found_sections(run))
+    style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        f"<title>{escape(name)}: {escape(kind_of(run))}</title><style>{style}</style>"
+        f"<script>{get_plotlyjs()}</script></head><body>"
+        f"<header><h1>{escape(name)}</h1><p>{escape(kind_of(run).capitalize())}. {escape(description)}</p></header>"
+        f"{_warning(run)}{_key_numbers(run)}"
+        f"<section><h2>Results</h2>{_table(tables.results(run))}</section>"
+        f"{''.join(_figures(run, found))}{_left_out(found)}"
+        f'<div class="tables">{_told("Settings", tables.settings(run))}'
+        f"{_told('Provenance', tables.provenance(run))}</div>"
+        f"{_notes(run)}{_machine(run)}</body></html>\n"
+    )
+
+
+def machine_title(run: Run) -> tuple[str, str]:
+    """Name and description of the machine, as far as its text can be read."""
+    try:
+        told = tomllib.loads(str(run.record.attrs.get("machine", "")))
+    except tomllib.TOMLDecodeError:
+        told = {}
+    return str(told.get("name", "Unnamed machine")), str(told.get("description", ""))
+
+
+def kind_of(run: Run) -> str:
+    """The experiment's name for people."""
+    return NAMES.get(run.kind, run.kind.replace("_", " ") or "record")
+
+
+def _warning(run: Run) -> str:
+    ended = str(run.record.attrs.get("ended", "complete"))
+    return "" if ended == "complete" else f'<p class="warning">The run did not reach its end: {escape(ended)}.</p>'
+
+
+def _key_numbers(run: Run) -> str:
+    """The few numbers one looks for first."""
+    s = run.summary
+    orbit = s["largest_orbit"]
+    cards = []
+    if run.speed_known:
+        cards.append((f"{max(s['speed_rpm']['max'], -s['speed_rpm']['min']):.0f} rpm", "highest speed"))
+    label = "largest orbit, 0-pk" if run.kind in RUNS else "largest distance of the disc from its mean"
+    cards.append((f"{orbit['um']:.3g} µm", label))
+    if s["smallest_film"]:
+        cards.append((f"{s['smallest_film']['um']:.3g} µm", "smallest film thickness"))
+    if s["contact"]:
+        cards.append((f"{s['contact']['samples']}", "samples with contact"))
+    if s["mass_flow"]:
+        cards.append((f"{s['mass_flow']['mean_nl_min']:.3g} Nl/min", "mean gas consumption"))
+    return f'<div class="key">{"".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in cards)}</div>'
+
+
+def _told(title: str, rows: tables.Rows) -> str:
+    return f"<section><h2>{title}</h2>{_table(rows)}</section>" if rows else ""
+
+
+def _table(rows: tables.Rows) -> str:
+    return "<table>" + "".join(f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in rows) + "</table>"
+
+
+def _figures(run: Run, found: list[Found]) -> Iterator[str]:
+    for one in found:
+        if one.why is not None:
+            continue
+        drawn = pio.to_html(one.section.draw(run, one.data), full_html=False, include_plotlyjs=False, config=TOOLS)
+        caption = escape(one.section.say(run, one.data))
+        yield f"<section><h2>{one.section.title}</h2><p>{caption}</p>{drawn}</section>"
+
+
+def _left_out(found: list[Found]) -> str:
+    """Figures that a reader would look for, and why they are not there."""
+    return _told("Not shown", [(one.section.title, one.why) for one in found if one.why])
+
+
+def _notes(run: Run) -> str:
+    notes = [SIMULATED] * run.simulated + list(ORDERS) * (run.tracked.sizes["window"] > 0)
+    said = "".join(f"<p>{escape(note)}</p>" for note in notes)
+    return f"<section><h2>Notes</h2>{said}</section>" if said else ""
+
+
+def _machine(run: Run) -> str:
+    text = str(run.record.attrs.get("machine", ""))
+    return f"<details><summary>Machine file</summary><pre>{escape(text)}</pre></details>" if text else ""

@@ -1,0 +1,161 @@
+"""Catalogue of report sections: data, figure and caption of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from rotorsim.experiments.tracking import displacement_name
+from rotorsim.report.compute import hysteresis, impact
+from rotorsim.report.compute.deceleration import deceleration_of
+from rotorsim.report.compute.gain import static_gain
+from rotorsim.report.compute.holds import rest
+from rotorsim.report.compute.missing import need
+from rotorsim.report.compute.prepare import sampling_time
+from rotorsim.report.compute.runout import runout_of
+from rotorsim.report.compute.sensors import difference_of
+from rotorsim.report.compute.spectrum import spectrum_of
+from rotorsim.report.compute.transfer import Transfer, welch_transfer
+from rotorsim.report.figures import curves, film3d, orbit_plots, time_plots
+from rotorsim.report.figures.decay_plots import ring_down_figure
+from rotorsim.report.figures.excitation_plots import excitation_figure
+from rotorsim.report.figures.filtered_orbit_plots import filtered_orbits
+from rotorsim.report.figures.gain_plots import gain_figure, loop_figure
+from rotorsim.report.figures.runout_plots import runout_figure
+from rotorsim.report.figures.spectrum_plots import difference_figure, spectrum_figure
+from rotorsim.report.figures.speed_plots import deceleration_figure
+from rotorsim.report.figures.transfer_plots import transfer_figure
+from rotorsim.report.pages.run import Run
+from rotorsim.report.text import captions as c, experiment_captions as e
+
+RESPONSE_REACH = 500.0
+"""Highest frequency [Hz] of a frequency response."""
+SHORTEST = 0.5
+"""A waterfall takes so many seconds, for two spectra."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A figure of the report: its title, `find` makes what it shows or raises, `draw` and `say` use it."""
+
+    title: str
+    find: Callable[[Run], Any]
+    draw: Callable[[Run, Any], go.Figure]
+    say: Callable[[Run, Any], str]
+
+
+def _simple(
+    title: str, check: Callable[[Run], Any], draw: Callable[[Run], go.Figure], say: Callable[[Run], str]
+) -> Section:
+    """A section whose figure and caption need nothing but the run."""
+    return Section(title, check, lambda run, _: draw(run), lambda run, _: say(run))
+
+
+def _orders(run: Run) -> None:
+    _moving(run)
+    run.need_turning()
+    told = f"The shaft turns {run.revolutions:.2g} revolutions; orders are fitted over 8 within 0.25 to 30 s."
+    need(run.tracked.sizes["window"] > 0, told)
+
+
+def _moving(run: Run) -> None:
+    d = run.record[displacement_name(run.record)]
+    need(bool(np.ptp(d.isel(time=slice(0, 50_000)).values, axis=0).any() or run.summary["largest_orbit"]["um"] > 0),
+         "The disc does not move.")  # fmt: skip
+
+
+def _spectra(run: Run) -> None:
+    seconds = run.record.sizes["time"] * sampling_time(run.record)
+    need(seconds >= SHORTEST, f"The record of {seconds:.2g} s is too short for spectra that follow the time.")
+    _moving(run)
+
+
+def _turns(run: Run) -> None:
+    run.need_turning()
+    _moving(run)
+
+
+def _steady(run: Run) -> None:
+    need(not run.swept, "The speed changes.")
+    _orders(run)
+
+
+def _film(run: Run) -> None:
+    need(run.has_snapshots, "The record holds no film pressures.")
+
+
+def _steady_spectrum(run: Run) -> Any:
+    need(not run.swept, "The speed changes; see the waterfall.")
+    _moving(run)
+    return spectrum_of(run.record, run.output, run.highest_frequency)
+
+
+def _per_volt(run: Run) -> Transfer:
+    need("reference" in run.record, "The record has no reference of the actuators.")
+    need("reference" in run.driven, "The reference of the actuators does not change.")
+    return welch_transfer(run.record, run.driven["reference"], "reference", run.output, _reach(run))
+
+
+def _per_newton(run: Run) -> Transfer:
+    return impact.impact_transfer(run.record, run.output, _reach(run))
+
+
+def _reach(run: Run) -> float:
+    return min(RESPONSE_REACH, 0.4 / sampling_time(run.record))
+
+
+def _gain(run: Run) -> Any:
+    gains = static_gain(rest(run.record, run.output))
+    need(bool(gains), "Neither reference rests at three levels.")
+    return gains
+
+
+def _loops(run: Run) -> Any:
+    need("pin" in run.record, "The record has no pin positions.")
+    holds = rest(run.record, run.output)
+    found = hysteresis.loops(holds, static_gain(holds))
+    need(bool(found), "The pins do not move.")
+    return found
+
+
+def _runout(run: Run) -> Any:
+    run.need_turning()
+    return runout_of(run.record, run.output, run.revolutions)
+
+
+def _turning(run: Run) -> float:
+    """1X [Hz] to be marked; 0 where it is unknown or changes."""
+    return 0.0 if run.swept else abs(run.mean_speed) / (2 * np.pi)
+
+
+def _excitation(run: Run) -> None:
+    need(bool(run.driven) or run.kind == "controlled", "Neither reference nor force changes.")
+
+
+COAST = Section("Speed and deceleration", lambda r: deceleration_of(r.record), lambda _, d: deceleration_figure(d),
+                e.deceleration_caption)  # fmt: skip
+BODE = _simple("Amplitude and phase of the orders", _orders, curves.bode, c.bode_caption)
+WATERFALL = _simple("Waterfall", _spectra, curves.waterfall_map, c.waterfall_caption)
+FULL = _simple("Forward and backward whirl", _spectra, curves.full_spectrum_map, c.full_spectrum_caption)
+ORBITS = _simple("Orbits", _turns, orbit_plots.orbits, c.orbits_caption)
+OVERVIEW = _simple("The run against time", lambda _: None, time_plots.overview, c.overview_caption)
+FILM_MAPS = _simple("Film pressure, unrolled", _film, film3d.film_maps, c.film_caption)
+FILM_ROUND = _simple("Film pressure round the journal", _film, film3d.film_surface, c.surface_caption)
+EXCITATION = _simple("Excitation and response", _excitation, excitation_figure, e.excitation_caption)
+GAIN = Section("Static gain", _gain, lambda _, d: gain_figure(d), e.gain_caption)
+LOOPS = Section("Hysteresis of the actuators", _loops, lambda _, d: loop_figure(d), e.loop_caption)
+PER_VOLT = Section("Frequency response of the disc to the reference", _per_volt, lambda _, d: transfer_figure(d),
+                   e.transfer_caption)  # fmt: skip
+PER_NEWTON = Section("Frequency response of the disc to the force", _per_newton, lambda _, d: transfer_figure(d),
+                     e.transfer_caption)  # fmt: skip
+RING_DOWN = Section("Impact and ring-down", lambda r: impact.ring_downs(r.record, r.output),
+                    lambda _, d: ring_down_figure(d), e.ring_down_caption)  # fmt: skip
+SPECTRUM = Section("Spectra", _steady_spectrum, lambda r, d: spectrum_figure(d, _turning(r)), e.spectrum_caption)
+FILTERED = _simple("Orbit, and its parts at 1X and 2X", _steady, filtered_orbits, e.filtered_caption)
+RUNOUT = Section("Runout", _runout, lambda _, d: runout_figure(d), e.runout_caption)
+SENSORS = Section("Measured against true displacement", lambda r: difference_of(r.record, r.highest_frequency),
+                  lambda r, d: difference_figure(d, _turning(r)), e.difference_caption)  # fmt: skip

@@ -1,0 +1,120 @@
+"""Report of a verification: criteria, impact energies, run-up, safe speed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
+from rotorsim.report.pages.study import Block, save_study_page
+from rotorsim.sampling import SAMPLE
+from rotorsim.verify import Verification
+from rotorsim.verify.running import Run
+
+RPM = 30 / np.pi
+LOUD = 10.0
+"""End [um] of a waterfall's colour scale: what is far into the whirl would hide all else."""
+OPEN, CLOSED = "#8a949e", AXIS_COLOURS["x"]
+
+
+def write_verification(result: Verification, path: Path) -> Path:
+    """Write the page; raises DataError where it cannot be written."""
+    words = {True: "pass", False: "FAIL", None: "not judged"}
+    rows = [
+        (r.check, f"{r.measured:.4g} {r.unit}", "" if r.bound is None else f"{r.bound:.4g}", words[r.passed], r.remark)
+        for r in result.rows
+    ]
+    verdict = "passed" if result.passed else "FAILED"
+    blocks = [
+        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.",
+              ("criterion", "measured", "bound", "verdict", "remark"), rows),
+        Block("Impact energies", "Norm of the disc's answer over that of the force during 0.1 s, along x and along y, "
+              "at every operating point; the imbalance is taken out by a twin run without the hit.",
+              figure=energies_figure(result)),
+    ]  # fmt: skip
+    if "runup" in result.runs:
+        text = "Distance of the disc from its moving mean, largest in each tenth of a second, up and down again."
+        blocks.append(Block("Run-up and coast-down", text, figure=runup_figure(*result.runs["runup"])))
+    if "safe_speed" in result.runs:
+        alone, held = result.runs["safe_speed"]
+        text = (
+            f"Open loop: {alone.speed * RPM:.0f} rpm, {alone.why}. Closed loop: {held.speed * RPM:.0f} rpm, "
+            f"{held.why}. "
+            f"Spectra of y over speed; one colour scale for both, which ends at {LOUD:g} um."
+        )
+        blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
+    about = [(str(key), str(value)) for key, value in result.law.about.items()]
+    blocks.append(
+        Block("The law", "", ("", ""), [("order", result.law.order), ("fingerprint", result.law.hash), *about])
+    )
+    save_study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks, path)
+    return path
+
+
+def energies_figure(result: Verification) -> go.Figure:
+    """Open and closed impact energies by point, and the closed over the open one."""
+    figure = make_subplots(1, 2, subplot_titles=["hits along x", "hits along y"], shared_yaxes=True)
+    names = [
+        [f"{e.speed / 1000 * RPM:.3g} krpm" for e in result.open],
+        [f"{e.pressure / 1e6:.2f}" for e in result.open],
+    ]
+    for axis in range(2):
+        for label, values, colour in (("open loop", result.open, OPEN), ("closed loop", result.closed, CLOSED)):
+            heights = [e.response[axis] for e in values]
+            figure.add_trace(go.Bar(x=names, y=heights, name=label, marker_color=colour, legendgroup=label,
+                                    showlegend=axis == 0), 1, axis + 1)  # fmt: skip
+    figure.update_xaxes(title_text="pressure [MPa], speed", tickfont={"size": 10})
+    figure.update_yaxes(title_text="energy [µm/N]", col=1)
+    return style(figure, 460, barmode="group")
+
+
+def runup_figure(alone: Run, held: Run) -> go.Figure:
+    """Vibration over time, with the speed."""
+    figure = make_subplots(specs=[[{"secondary_y": True}]])
+    window = round(0.1 / SAMPLE)
+    for name, run, colour in (("open loop", alone, OPEN), ("closed loop", held, CLOSED)):
+        n = len(run.table) // window
+        disc = run.disc[: n * window].reshape(n, window, 2)
+        height = np.linalg.norm(disc - disc.mean(axis=1, keepdims=True), axis=2).max(axis=1) * 1e6
+        figure.add_trace(go.Scatter(x=compact(run.time[: n * window : window]), y=compact(height), name=name,
+                                    line={"color": colour}))  # fmt: skip
+    speed = alone.column("speed")[::window] * RPM
+    figure.add_trace(go.Scatter(x=compact(alone.time[::window]), y=compact(speed), name="speed",
+                                line={"color": NEUTRAL, "dash": "dot"}), secondary_y=True)  # fmt: skip
+    figure.update_xaxes(title_text="time [s]")
+    figure.update_yaxes(title_text="vibration [µm]", secondary_y=False)
+    figure.update_yaxes(title_text="speed [rpm]", secondary_y=True, showgrid=False, dtick=1000)
+    return style(figure, 420)
+
+
+def waterfall_figure(alone: Run, held: Run, highest: float = 400.0) -> go.Figure:
+    """Spectra of y over speed for both runs."""
+    figure = make_subplots(1, 2, subplot_titles=["open loop", "closed loop"], shared_xaxes=True, shared_yaxes=True)
+    spectra = [spectra_of(run, highest) for run in (alone, held)]
+    top = min(max(float(np.percentile(s[2], 99.8)) for s in spectra), LOUD)
+    for k, (speed, frequency, heights) in enumerate(spectra):
+        rpm = compact(speed * RPM)
+        figure.add_trace(go.Heatmap(x=compact(frequency), y=rpm, z=compact(heights, 3), zmin=0, zmax=top,
+                                    colorscale=SPECTRUM_SCALE, showscale=k == 1, colorbar={"title": "µm"}),
+                         1, k + 1)  # fmt: skip
+        figure.add_trace(go.Scatter(x=compact(speed / (2 * np.pi)), y=rpm, mode="lines", name="1X",
+                                    showlegend=k == 0, line={"color": INK, "width": 1, "dash": "dot"}), 1,
+                         k + 1)  # fmt: skip
+    figure.update_xaxes(title_text="frequency [Hz]", range=[0, highest])
+    figure.update_yaxes(title_text="speed [rpm]", col=1)
+    return style(figure, 520)
+
+
+def spectra_of(run: Run, highest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean speeds (k,) [rad/s], frequencies (f,) [Hz], amplitudes (k, f) [um] of y in stretches of 0.2 s."""
+    window = round(0.2 / SAMPLE)
+    n = max(len(run.table) // window, 1)
+    y = run.disc[: n * window, 1].reshape(n, -1) * 1e6
+    y = (y - y.mean(axis=1, keepdims=True)) * np.hanning(y.shape[1])
+    heights = np.abs(np.fft.rfft(y, axis=1)) * 4 / y.shape[1]
+    frequency = np.fft.rfftfreq(y.shape[1], SAMPLE)
+    keep = frequency <= highest
+    return run.column("speed")[: n * window].reshape(n, -1).mean(axis=1), frequency[keep], heights[:, keep]

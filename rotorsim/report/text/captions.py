@@ -1,0 +1,138 @@
+"""Captions of run-up figures, written from the numbers of the run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rotorsim.experiments.tracking import RPM, UM
+from rotorsim.report.figures.film3d import snapshots
+from rotorsim.report.figures.orbit_plots import TURNS, instants
+from rotorsim.report.pages.run import Run
+
+CONVENTION = (
+    "Displacements are Re(A exp(i n α)) with the shaft angle α; amplitudes are 0-pk and a positive phase lag means "
+    "that the maximum comes after the mark. On a round forward orbit y lags x by 90 degrees."
+)
+
+
+def bode_caption(run: Run) -> str:
+    """Where the orders peak."""
+    if not run.summary["peaks"]:
+        return "The shaft did not turn long enough for whole revolutions to be tracked."
+    return " ".join(_order_sentence(run, int(n)) for n in run.tracked["order"].values)
+
+
+def _order_sentence(run: Run, order: int) -> str:
+    peaks = [p for p in run.peaks if p["order"] == order]
+    if not peaks:
+        return f"{order}X stays below a thousandth of the largest order."
+    resonant = [p for p in peaks if p["local_maximum"]]
+    if resonant:
+        return f"{order}X peaks at " + " and ".join(_place(p) for p in _first_of_each_axis(resonant)) + "."
+    if not run.swept:
+        return f"{order}X is at most " + " and ".join(_place(p) for p in peaks) + "."
+    where = " and ".join(_place(p) for p in peaks)
+    return f"{order}X passes no resonance; its largest value lies at an end of the speed range: {where}."
+
+
+def _first_of_each_axis(peaks: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [next(p for p in peaks if p["axis"] == axis) for axis in sorted({p["axis"] for p in peaks})]
+
+
+def _place(peak: dict[str, Any]) -> str:
+    return f"{peak['rpm']:.0f} rpm ({peak['axis']}: {peak['um']:.3g} µm)"
+
+
+def waterfall_caption(run: Run) -> str:
+    """The strongest line, and whether anything below 1X stands out."""
+    size = run.spectra["amplitude"]
+    line, k, axis = (int(v) for v in np.unravel_index(int(size.values.argmax()), size.shape))
+    frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * RPM
+    where = f"{frequency:.0f} Hz (disc {'xy'[axis]}" + (f", {rpm:.0f} rpm)" if run.speed_known else ")")
+    text = f"The strongest line is {float(size.max()) * UM:.3g} µm at {where}."
+    return f"{text} {sub_synchronous_text(run)}" if run.self_excitable else text
+
+
+def sub_synchronous_text(run: Run) -> str:
+    """A sentence on motion below 1X."""
+    found = run.summary["sub_synchronous"]
+    if found is None:
+        return "Below 1X nothing stands out of the spectra: no sub-synchronous whirl."
+    turn = "forward" if found["frequency_hz"] > 0 else "backward"
+    return (
+        f"Below 1X the largest component is {found['um']:.3g} µm at {abs(found['frequency_hz']):.0f} Hz, {turn}, "
+        f"{found['ratio']:.2f} times the shaft speed, at {found['rpm']:.0f} rpm."
+    )
+
+
+def full_spectrum_caption(run: Run) -> str:
+    """How much of the motion turns forward at the fastest tracked window."""
+    if run.tracked.sizes["window"] == 0:
+        return "Spectrum of x + i y."
+    i = int(np.abs(run.tracked["speed"].values).argmax())
+    rpm = float(run.tracked["speed"][i]) * RPM
+    f, b = (abs(complex(run.tracked[k].sel(order=1).values[i])) * UM for k in ("forward", "backward"))
+    return (
+        f"Spectrum of x + i y. At {rpm:.0f} rpm the 1X orbit is made of {f:.3g} µm forward and {b:.3g} µm backward: "
+        f"semi-axes {f + b:.3g} and {abs(f - b):.3g} µm."
+    )
+
+
+def orbits_caption(run: Run) -> str:
+    """What the dots are, and the largest orbit."""
+    largest, count = run.summary["largest_orbit"], len(instants(run))
+    text = (
+        f"{TURNS} revolutions at {count} instant{'s' * (count > 1)}, the disc about its middle; dots mark whole turns "
+        "of the shaft. The largest distance of the disc from its mean is "
+        f"{largest['um']:.3g} µm at {largest['rpm']:.0f} rpm."
+    )
+    if "journal" in run.record and run.machine and run.machine.film:
+        text += f" The dashed circle is the radial clearance, {run.machine.film.clearance * UM:.3g} µm."
+    return text
+
+
+def overview_caption(run: Run) -> str:
+    """Film thickness, contact and flow in a sentence each."""
+    film, contact, flow = (run.summary[k] for k in ("smallest_film", "contact", "mass_flow"))
+    said = ["Bands span the least and the largest value of each stretch of time."]
+    if film:
+        said.append(f"The film is thinnest at {film['time_s']:.2f} s, {film['rpm']:.0f} rpm, with {film['um']:.3g} µm.")
+    if contact:
+        said.append(contact_text(contact))
+    if flow:
+        said.append(f"The injectors take {flow['mean_nl_min']:.3g} normal litres per minute on average.")
+    return " ".join(said)
+
+
+def contact_text(contact: dict[str, Any]) -> str:
+    """Whether and when the journal touched its sleeve."""
+    if not contact["samples"]:
+        return "The journal never touches the sleeve."
+    return (
+        f"The journal touches the sleeve in {contact['samples']} samples, first at {contact['first_time_s']:.2f} s, "
+        f"{contact['first_rpm']:.0f} rpm."
+    )
+
+
+def film_caption(run: Run) -> str:
+    """Range of the pressure over the snapshots and where it is highest."""
+    p = run.record["film_pressure"].isel(snapshot=snapshots(run))
+    at = p.isel(p.argmax(...))
+    return (
+        f"Pressures range from {float(p.min()) * 1e-6:.3g} to {float(p.max()) * 1e-6:.3g} MPa absolute, highest at "
+        f"{float(np.degrees(at['theta'])):.0f} deg. Circles are the injectors; colours run smoothly between the "
+        f"{p.sizes['theta']} × {p.sizes['z']} cells of the grid."
+    )
+
+
+def surface_caption(run: Run) -> str:
+    """What the picture exaggerates."""
+    p = run.record["film_pressure"].isel(snapshot=-1)
+    rpm = float(run.record["snapshot_speed"][-1]) * RPM
+    spread = float(p.max() - p.min()) * 1e-6
+    return (
+        f"The film at {rpm:.0f} rpm round the shaft; its height, much exaggerated, is the pressure, which differs by "
+        f"{spread:.3g} MPa. Drag to turn."
+    )

@@ -1,0 +1,99 @@
+"""Tables of a report: settings, results and provenance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rotorsim.experiments.tracking import RPM
+from rotorsim.report.pages.run import Run
+
+Rows = list[tuple[str, str]]
+SETTINGS = {
+    "experiment": ("Experiment", "{}", 1.0),
+    "start_speed": ("Start speed", "{:.0f} rpm", RPM),
+    "stop_speed": ("Stop speed", "{:.0f} rpm", RPM),
+    "rate": ("Rate", "{:.4g} rpm/s", RPM),
+    "pressure": ("Injection pressure", "{:.4g} MPa gauge", 1e-6),
+    "sample_rate_hz": ("Sample rate", "{:.6g} Hz", 1.0),
+    "ended": ("Ended", "{}", 1.0),
+}
+PROVENANCE = {"machine_hash": "Machine's hash", "seed": "Seed"}
+
+
+def settings(run: Run) -> Rows:
+    """What was asked for, in units for people."""
+    rows = [("Duration", f"{run.summary['duration_s']:.4g} s, {run.summary['samples']} samples")]
+    for key, (label, form, scale) in SETTINGS.items():
+        if key in run.record.attrs:
+            rows.append((label, _shown(run.record.attrs[key], form, scale)))
+    return rows
+
+
+def provenance(run: Run) -> Rows:
+    """Hash, seed, versions and whatever else the record says about itself."""
+    rows = []
+    for key, value in run.record.attrs.items():
+        if key in SETTINGS or key in ("machine", "assumed"):
+            continue
+        label = PROVENANCE.get(key, str(key).replace("_", " ").capitalize())
+        rows.append((label, _shown(value, "{:.10g}", 1.0)))
+    return rows
+
+
+def _shown(value: Any, form: str, scale: float) -> str:
+    if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
+        return form.format(float(value) * scale)
+    return str(value)[:300]
+
+
+def results(run: Run) -> Rows:
+    """The numbers of the summary."""
+    s = run.summary
+    rows = [("Speed", _speed(s["speed_rpm"]) if run.speed_known else "not in the record")]
+    for peak in run.peaks if not run.driven else ():
+        kind = "peak" if peak["local_maximum"] else ("largest, at an end of the range" if run.swept else "largest")
+        rows.append(
+            (f"{peak['order']}X, disc {peak['axis']}, {kind}", f"{peak['um']:.3g} µm 0-pk at {peak['rpm']:.0f} rpm")
+        )
+    rows.append(("Largest distance of the disc from its mean", _where(run, s["largest_orbit"])))
+    if s["smallest_film"]:
+        rows.append(("Smallest film thickness", _where(run, s["smallest_film"])))
+    if s["contact"]:
+        rows.append(("Contact", _contact(s["contact"])))
+    if s["mass_flow"]:
+        rows.append(("Mass flow of all injectors", _flow(s["mass_flow"])))
+    if run.self_excitable:
+        rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
+    return rows
+
+
+def _speed(found: dict[str, float]) -> str:
+    first, last = f"{found['first']:.0f}", f"{found['last']:.0f}"
+    return f"{first} rpm" if first == last else f"{first} to {last} rpm"
+
+
+def _where(run: Run, found: dict[str, float]) -> str:
+    at = f"{found['rpm']:.0f} rpm, " if run.speed_known else ""
+    return f"{found['um']:.3g} µm at {at}{found['time_s']:.2f} s"
+
+
+def _contact(found: dict[str, Any]) -> str:
+    if not found["samples"]:
+        return "none"
+    first = f"first at {found['first_time_s']:.2f} s, {found['first_rpm']:.0f} rpm"
+    return f"{found['samples']} samples, {first}"
+
+
+def _flow(found: dict[str, float]) -> str:
+    least, mean, most = (found[f"{k}_kg_s"] * 1e6 for k in ("min", "mean", "max"))
+    return f"{mean:.4g} mg/s ({least:.4g} to {most:.4g}), {found['mean_nl_min']:.3g} Nl/min"
+
+
+def _below(found: dict[str, float] | None) -> str:
+    if found is None:
+        return "none above 1 % of the largest line"
+    return (
+        f"{found['um']:.3g} µm at {abs(found['frequency_hz']):.0f} Hz ({found['ratio']:.2f} X), {found['rpm']:.0f} rpm"
+    )

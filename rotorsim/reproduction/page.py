@@ -1,0 +1,135 @@
+"""Report sections of the studies, built from results, and their JSON form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.report.pages.study import Block
+from rotorsim.reproduction.claims.judge import MET, NOT_MET
+
+if TYPE_CHECKING:
+    from rotorsim.reproduction.claims.targets import Target
+    from rotorsim.reproduction.control import ControlStudy
+    from rotorsim.reproduction.identification_vs_physics import Study
+
+HZ = 1 / (2 * np.pi)
+VERDICTS = {True: "pass", False: "FAIL", None: "not judged"}
+
+
+def identification_blocks(found: Study, reached: Sequence[Target]) -> list[Block]:
+    """Sections of identification against physics."""
+    from rotorsim.reproduction.figures import figures
+    from rotorsim.reproduction.table import HEADS, rows, summary
+
+    aims = [
+        (t.figure, f"{t.value:.3g} {t.unit}", f"{t.bound:g} {t.unit}", MET if t.met else NOT_MET, t.remark)
+        for t in reached
+    ]
+    errors = [(kind, name, value) for kind, table in summary(found).items() for name, value in table.items()]
+    says = "Hz, um/V, ms, %. A delay of Model 3 holds actuators and film, the physics' the film alone."
+    blocks = [
+        Block("Aims of identification", "", ("figure", "value", "bound", "verdict", "remark"), aims),
+        Block("Identified models against the physics", "Errors over the grid in per cent. One lag for actuators and "
+              "film lowers the damping and raises the gain of Model 3; Model 2 knows the pins.",
+              ("model", "error", "%"), errors),
+        *(Block(title, text, figure=figure) for title, text, figure in figures(found)),
+        Block("Model 3, point by point", says, HEADS, rows(found)),
+        Block("Model 2, point by point", "Hz, um/V, ms, %.", HEADS, rows(found, "2")),
+    ]  # fmt: skip
+    if found.failed:
+        blocks.append(Block("Records that could not be identified", "", ("",), [(text,) for text in found.failed]))
+    return blocks
+
+
+def control_blocks(found: ControlStudy) -> list[Block]:
+    """Sections of the study of control."""
+    from rotorsim.report.figures.control_plots import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
+
+    ratios = {name: found.ratio(name) for name in found.impacts if name != "open loop"}
+    runs = {"open loop": found.safe["open loop"]} | found.safe
+    blocks = [
+        Block("Hits", "Energies of the answers to hits of 20 N over those of the open loop: twenty operating points, "
+              "two directions.", figure=ratios_figure(ratios)),
+        Block("Hits in numbers", "Mean of the twenty points, the worst, how many of them got worse, control energy.",
+              ("law", "x", "y", "worst", "above 1", "effort x, y [V/N]", "smallest damping"), _energies(found)),
+        Block("Hits at points held out", "Neither the twenty nor those that the weights were chosen at.",
+              ("law", "x", "y", "worst", "above 1", "effort x, y [V/N]"), _held_out(found)),
+        Block("Hits of other sizes", "A linear loop would draw level lines.", figure=sizes_figure(found.by_size)),
+        Block("How far a run-up reaches", "At 0.3 MPa, 2000 rpm in a second, up to 600 Hz: where the disc leaves a "
+              "circle of 20 um about its equilibrium for three samples, and from where on whirl below 0.7 of the "
+              "shaft's speed stays the largest part.", figure=reach_figure(runs)),
+        Block("Safe speed and whirl", "", ("law", "circle left", "gain", "onset of whirl", "postponed by", "end"),
+              _reach(found)),
+        Block("Waterfalls", "Spectra of y over shaft speed; the colour scale ends at 5 um.",
+              figure=waterfalls_figure(runs)),
+        Block("Loops on the model", "Over the model's range; sensitivity and margins at the law's own point.",
+              ("law", "order", "gamma", "unstable", "smallest damping", "peak of S", "disk margin"), _loops(found)),
+    ]  # fmt: skip
+    for name, told in found.verified.items():
+        rows = [(r["check"], f"{r['measured']:.4g} {r['unit']}", "" if r["bound"] is None else f"{r['bound']:.4g}",
+                 VERDICTS[r["passed"]], r["remark"]) for r in told["rows"]]  # fmt: skip
+        text = "Passed." if told["passed"] else "FAILED."
+        blocks.append(Block(f"Verification of {name}", text, ("criterion", "measured", "bound", "", "remark"), rows))
+    if found.refused:
+        blocks.append(Block("Refused designs", "", ("design", "why"), list(found.refused.items())))
+    return blocks
+
+
+def _energies(found: ControlStudy) -> list[tuple[str, ...]]:
+    return [(*_energy(name, found.ratio(name), found.effort(name)), f"{found.damping(name):.3f}")
+            for name in found.impacts if name != "open loop"]  # fmt: skip
+
+
+def _held_out(found: ControlStudy) -> list[tuple[str, ...]]:
+    return [_energy(name, found.held_ratio(name), found.held_effort(name)) for name in found.held_out
+            if name != "open loop"]  # fmt: skip
+
+
+def _energy(name: str, ratio: np.ndarray, effort: np.ndarray) -> tuple[str, ...]:
+    above = np.count_nonzero(~(ratio.max(axis=1) <= 1))
+    return (name, f"{ratio[:, 0].mean():.3f}", f"{ratio[:, 1].mean():.3f}", f"{ratio.max():.3f}",
+            f"{above} of {len(ratio)}", f"{effort[0]:.3f}, {effort[1]:.3f}")  # fmt: skip
+
+
+def _reach(found: ControlStudy) -> list[tuple[str, ...]]:
+    alone = found.safe["open loop"]
+    rows: list[tuple[str, ...]] = []
+    for name, told in ({"open loop": alone} | found.safe).items():
+        mark, first, own = "" if told["left"] else "> ", alone["onset"], told["onset"]
+        onset = "none" if own is None else f"{own * HZ:.0f} Hz"
+        later = "" if first is None else "beyond the end" if own is None else f"{(own - first) * HZ:+.0f} Hz"
+        rows.append((name, f"{mark}{told['speed'] * HZ:.0f} Hz", f"{mark}{told['speed'] / alone['speed']:.2f}",
+                     onset, later, told["why"]))  # fmt: skip
+    return rows
+
+
+def _loops(found: ControlStudy) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for name, told in found.overview.items():
+        if told:
+            gamma = f"{told['gamma']:.4g}" if "gamma" in told else ""
+            damping = f"{told['smallest_damping_open']:.3f} -> {told['smallest_damping_closed']:.3f}"
+            rows.append((name, str(found.laws[name].order), gamma, str(told["unstable_points"]), damping,
+                         f"{told['peak_sensitivity']:.2f}", f"{told['disk_margin']:.2f}"))  # fmt: skip
+    return rows
+
+
+def plain_blocks(blocks: Sequence[Block]) -> list[dict[str, Any]]:
+    """Sections as plain JSON."""
+    told = []
+    for block in blocks:
+        figure = None if block.figure is None else block.figure.to_json()
+        rows = [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in block.rows]
+        told.append({"title": block.title, "text": block.text, "heads": list(block.heads), "rows": rows,
+                     "figure": figure})  # fmt: skip
+    return told
+
+
+def blocks_of(told: Sequence[dict[str, Any]]) -> list[Block]:
+    """Sections from plain JSON."""
+    from rotorsim.report.pages.study import figure_of
+
+    return [Block(t["title"], t["text"], t["heads"], t["rows"], figure_of(t["figure"])) for t in told]

@@ -1,0 +1,128 @@
+"""Campaign plans of the identification study (thesis, section 2.5; claim I6)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import pi
+from pathlib import Path
+from signal import SIGINT
+from typing import TYPE_CHECKING
+
+from rotorsim.errors import DataError
+from rotorsim.reproduction.claims.rules import points
+
+if TYPE_CHECKING:
+    from rotorsim.campaign import Plan
+    from rotorsim.machine import Machine
+
+RPM = pi / 30
+HELD = ("validation", "hold_out", "centre", "claim", "claim_second")
+"""Roles of records that no surface is fitted to."""
+COUNTED = ("identification", "centre", "claim")
+"""Roles of records that local models are made of."""
+CLAIMED = ("rest", "turning", "runout", "orders")
+"""Points of the rules that have records of their own where the grid has none."""
+KEPT = ("reference", "disc", "disc_measured", "pin", "angle_measured", "speed_measured", "pressure_measured")
+"""Variables that identification and the noise-free fit need; the rest would double the files."""
+_HEAD = """name = "{name}"
+machine = "machine"
+time_limit = "30 min"
+keep = {kept}
+"""
+_PRBS = """
+[experiments.{name}]
+kind = "prbs"
+amplitude = "1 V"
+duration = "{duration:g} s"
+sequence = {number}
+seed = {number}
+"""
+_STEADY = """
+[experiments.unexcited]
+kind = "steady"
+duration = "2 s"
+seed = 9
+"""
+_AXIS = """
+[axes.{name}]
+list = {values}
+"""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Grid of speeds [rad/s] and pressures [Pa], duration of a record [s]; the thesis' by default."""
+
+    speeds: tuple[float, ...] = tuple(1000 * RPM * k for k in range(7))
+    pressures: tuple[float, ...] = (0.3e6, 0.4e6, 0.5e6, 0.6e6, 0.7e6)
+    duration: float = 10.0
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """Name and text of each plan: the grid with a second record, the centres of its cells, the thesis' points."""
+        yield "grid", self._text("grid", ("identification", "validation"), 1, self.speeds, self.pressures)
+        yield "centres", self._text("centres", ("centre",), 3, _middles(self.speeds), _middles(self.pressures))
+        for speed, pressure in self.claimed():
+            name = f"claim-{speed / RPM:.0f}rpm-{pressure * 1e-6:.2f}MPa"
+            yield name, self._text(name, ("claim", "claim_second"), 4, (speed,), (pressure,))
+
+    def claimed(self) -> list[tuple[float, float]]:
+        """The thesis' points [rad/s, Pa] that are not on the grid."""
+        grid = {_rounded(w, p) for w in self.speeds for p in self.pressures}
+        named = dict.fromkeys(_rounded(*q) for name in CLAIMED for q in points(name))
+        return [q for q in named if q not in grid]
+
+    def _text(
+        self, name: str, roles: tuple[str, ...], first: int, speeds: tuple[float, ...], pressures: tuple[float, ...]
+    ) -> str:
+        text = _HEAD.format(name=name, kept=list(KEPT))
+        for number, role in enumerate(roles, first):
+            text += _PRBS.format(name=role, duration=self.duration, number=number)
+        text += _STEADY + _AXIS.format(name="speed", values=[f"{w / RPM:.9g} rpm" for w in speeds])
+        return text + _AXIS.format(name="pressure", values=[f"{p:.9g} Pa" for p in pressures])
+
+
+QUICK = Layout(tuple(k * RPM for k in (0.0, 3000.0, 6000.0)), (0.3e6, 0.5e6, 0.7e6))
+
+
+def _rounded(speed: float, pressure: float) -> tuple[float, float]:
+    """An operating point to a thousandth of a turn per minute and a Pascal, to compare it."""
+    return round(speed / RPM, 3) * RPM, round(pressure)
+
+
+def _middles(values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple((a + b) / 2 for a, b in pairwise(values))
+
+
+def plans(machine: Machine, layout: Layout) -> dict[str, Plan]:
+    """Plans by name, of any machine."""
+    from rotorsim.campaign.plan.parse import make_plan
+
+    return {name: make_plan(text, machines={"machine": machine.text}) for name, text in layout.texts()}
+
+
+def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]:
+    """Folders of the campaigns below `out`, run now or gone on with.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If Ctrl-C stopped a campaign.
+    DataError
+        If another signal did, or records are missing at its end.
+    StoreError
+        If a folder holds a campaign of another plan or machine.
+    """
+    from rotorsim.campaign import Settings, run_campaign
+
+    folders = []
+    for name, plan in plans(machine, layout).items():
+        folder = out / name
+        outcome = run_campaign(plan, folder, Settings(workers=workers, show=True))
+        if outcome.stopped == SIGINT:
+            raise KeyboardInterrupt
+        if outcome.stopped or outcome.pending:
+            raise DataError(f"{folder}: stopped with {outcome.pending} records left; the same command goes on")
+        folders.append(folder)
+    return folders

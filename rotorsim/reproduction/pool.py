@@ -1,0 +1,75 @@
+"""Parallel cases with cached results: one file per case, named by a hash of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from rotorsim.processes import Processes
+from rotorsim.reproduction.cache import find, keep
+
+Told = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A function "module:name" of plain arguments whose result is plain JSON; stage and key name its file."""
+
+    stage: str
+    name: str
+    key: str
+    function: str
+    arguments: tuple[Any, ...]
+
+
+def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> dict[str, Any]:
+    """Results by the cases' names; what is in `folder` already is read, all else is run and written as it ends."""
+    listed = list(cases)
+    found = {case.name: find(folder, case.stage, case.key) for case in listed}
+    left = [case for case in listed if found[case.name] is None]
+    done = len(listed) - len(left)
+    if workers <= 1 or len(left) <= 1:
+        for case in left:
+            told(case.name, done, len(listed))
+            found[case.name] = keep(folder, case.stage, case.key, run_case(case.function, case.arguments))
+            done += 1
+        return found
+    with Processes(min(workers, len(left))) as pool:
+        running = {pool.submit(run_case, case.function, case.arguments): case for case in left}
+        for case, result in _as_they_end(running):
+            found[case.name] = keep(folder, case.stage, case.key, result)
+            done += 1
+            told(case.name, done, len(listed))
+    return found
+
+
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Each]:
+    """A `map` over some processes of one thread each; in this process for one worker."""
+    if workers <= 1:
+        yield map
+        return
+    with Processes(workers) as pool:
+        yield pool.map
+
+
+def run_case(function: str, arguments: tuple[Any, ...]) -> Any:
+    """The result of a case."""
+    module, name = function.split(":")
+    return getattr(import_module(module), name)(*arguments)
+
+
+def _as_they_end(running: dict[Future[Any], Case]) -> Iterable[tuple[Case, Any]]:
+    left = set(running)
+    while left:
+        ended, left = wait(left, return_when=FIRST_COMPLETED)
+        for future in ended:
+            yield running[future], future.result()

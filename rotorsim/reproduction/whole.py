@@ -1,0 +1,147 @@
+"""Complete reproduction from a machine file: campaign, identification, designs, verification, claims, report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from identification import load_model
+from identification.lpv.model import LpvModel
+from rotorsim.base.files import write_text
+from rotorsim.errors import DataError
+from rotorsim.plant import Plant
+from rotorsim.report.pages.study import Block, save_study_page
+from rotorsim.reproduction.cache import find, keep, key_of
+from rotorsim.reproduction.claims.hysteresis import hysteresis_numbers
+from rotorsim.reproduction.claims.judge import Judged
+from rotorsim.reproduction.claims.verdicts import claims_blocks, markdown, verdicts
+from rotorsim.reproduction.control import ControlStudy, control_study
+from rotorsim.reproduction.page import blocks_of, control_blocks, plain_blocks
+from rotorsim.reproduction.plans import QUICK, Layout, run
+from rotorsim.reproduction.pool import Case, Told, run_cases
+
+DESIGN_MODEL = "model_2.json"
+"""Laws are designed on Model 2: it has the right gain at rest, which Model 3 has not (docs/identification.md)."""
+
+
+@dataclass
+class Whole:
+    """Verdicts on all claims, the report's sections, aims of identification, wall time [s] of the stages."""
+
+    claims: list[Judged] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
+    targets: list[dict[str, Any]] = field(default_factory=list)
+    control: ControlStudy = field(default_factory=ControlStudy)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def whole_study(plant: Plant, out: Path, told: Told, workers: int = 2, quick: bool = False) -> Whole:
+    """Everything that is not yet in `out`, then claims and sections; the report is written to `out`.
+
+    Raises
+    ------
+    DataError
+        If a campaign was stopped before its end.
+    StoreError
+        If `out` holds campaigns of another machine.
+    """
+    if plant.machine.actuators is None or plant.assembly.film_model is None:
+        raise DataError(
+            f"{plant.machine.name}: has no actuators in a gas film; there is nothing to identify or control"
+        )
+    found, stages, clock = Whole(), out / "stages", _Clock()
+    out.mkdir(parents=True, exist_ok=True)
+    folders = run(plant.machine, QUICK if quick else Layout(), out, workers)
+    clock.lap("campaign")
+    kept = _identification(plant, folders, stages, workers, told)
+    for name, text in kept["models"].items():
+        write_text(out / name, text)
+    clock.lap("identification")
+    model = load_model(out / DESIGN_MODEL)
+    assert isinstance(model, LpvModel)
+    found.control = control_study(plant, model, stages, told, workers, quick)
+    clock.lap("designs and verification")
+    found.claims = verdicts(kept["numbers"] | _hysteresis(plant, stages, told) | _control(found.control, model))
+    write_text(out / "claims.md", markdown(found.claims))
+    found.targets, found.seconds = kept["targets"], clock.laps
+    clock.lap("claims")
+    times = [(name, f"{seconds:.0f} s") for name, seconds in clock.laps.items()]
+    found.blocks = [
+        *claims_blocks(found.claims),
+        *control_blocks(found.control),
+        *blocks_of(kept["blocks"]),
+        Block("Time", "Of this run; what an earlier one has left is not made again.", ("stage", "wall time"), times),
+    ]
+    title, text = f"Study of {plant.machine.name}", "A virtual rig against a thesis. All records are simulated."
+    save_study_page(title, text, found.blocks, out / "report.html")
+    return found
+
+
+class _Clock:
+    """Wall time between laps."""
+
+    def __init__(self) -> None:
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.laps[name], self._last = now - self._last, now
+
+
+def _records(folders: Iterable[Path]) -> Sequence[str]:
+    """Names of all records, which are hashes of what they follow from."""
+    return sorted(path.name for folder in folders for path in folder.rglob("*.nc"))
+
+
+def _identification(plant: Plant, folders: list[Path], stages: Path, workers: int, told: Told) -> dict[str, Any]:
+    """Numbers, aims, sections and models, from `stages` or made now."""
+    key = key_of(plant.machine.hash, *_records(folders), kind="identification")
+    known = find(stages, "identification", key)
+    return known if known else keep(stages, "identification", key, _identify(plant, folders, workers, told))
+
+
+def _identify(plant: Plant, folders: list[Path], workers: int, told: Told) -> dict[str, Any]:
+    import json
+
+    from rotorsim.reproduction.claims.identification_numbers import identification_numbers
+    from rotorsim.reproduction.claims.targets import targets
+    from rotorsim.reproduction.identification_vs_physics import study
+    from rotorsim.reproduction.page import identification_blocks
+    from rotorsim.reproduction.plans import COUNTED
+    from rotorsim.reproduction.sources import sources_of
+
+    sources = sources_of(folders)
+    total, done = sum(source.role in COUNTED for source in sources), [0]
+
+    def count() -> None:
+        done[0] += 1
+        told("operating point", done[0], total)
+
+    found = study(plant, sources, workers, 2, count)
+    reached = targets(found)
+    models = {"model.json": found.refined, DESIGN_MODEL: found.lpv_2}
+    return {
+        "numbers": identification_numbers(found),
+        "targets": [asdict(t) for t in reached],
+        "blocks": plain_blocks(identification_blocks(found, reached)),
+        "models": {name: json.dumps(model.to_dict(), indent=1) + "\n" for name, model in models.items()},
+    }
+
+
+def _hysteresis(plant: Plant, stages: Path, told: Told) -> dict[str, dict[str, float]]:
+    """Numbers of claim I13, which is of the actuators and not of the campaign's records."""
+    key = key_of(plant.machine.hash, plant.assembly.module.__name__, kind="hysteresis")
+    case = Case(
+        "hysteresis", "hysteresis", key, "rotorsim.reproduction.claims.hysteresis:hysteresis", (plant.machine.text,)
+    )
+    return {"I13": hysteresis_numbers(run_cases(stages, [case], 1, told)["hysteresis"])}
+
+
+def _control(found: ControlStudy, model: LpvModel) -> dict[str, dict[str, float]]:
+    from rotorsim.reproduction.claims.control_numbers import control_numbers
+
+    return control_numbers(found, model)

@@ -1,1 +1,0 @@
-"""Studies: a campaign on the virtual rig, what follows from its records alone, and what the physics says."""

@@ -1,0 +1,116 @@
+"""Ctrl-C: received during compiled code and imports, never lost; samples of a run are kept."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from rotorsim.base.interrupt import APART, SENTENCE, Interrupt, apart
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+PROGRAM = """
+import os, signal, sys
+from rotorsim.base.interrupt import interrupted, watched
+def ask():
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in range(1000): pass
+class Destructor:
+    def __del__(self):
+        ask()
+def destroy():
+    Destructor()
+def swallow():
+    try: ask()
+    except BaseException: pass
+with watched():
+    try:
+        {}()
+        print("lost", flush=True)
+        while True: pass
+    except KeyboardInterrupt:
+        interrupted()
+"""
+
+
+def test_a_call_apart_gives_its_result_and_its_error():
+    assert apart(divmod, 7, 2) == (3, 1)
+    with pytest.raises(ZeroDivisionError):
+        apart(divmod, 7, 0)
+
+
+@pytest.mark.parametrize("noted", [False, True], ids=["plain", "inside a run that notes it"])
+def test_ctrl_c_ends_the_wait_for_a_call_apart_and_not_the_call(noted):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def long() -> None:
+        begun.set()
+        go_on.wait()
+
+    threading.Thread(target=lambda: (begun.wait(), os.kill(os.getpid(), signal.SIGINT))).start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            if noted:
+                with Interrupt():
+                    apart(long)
+            else:
+                apart(long)
+        assert any(thread.name == APART for thread in threading.enumerate())
+    finally:
+        go_on.set()
+
+
+def test_the_first_ctrl_c_is_noted_the_second_stops_and_the_handler_comes_back():
+    before = signal.getsignal(signal.SIGINT)
+    with Interrupt() as outer:
+        with Interrupt() as interrupt:
+            signal.raise_signal(signal.SIGINT)
+            assert interrupt.asked == signal.SIGINT
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+        assert Interrupt.active is outer and not outer.asked
+    assert signal.getsignal(signal.SIGINT) is before and Interrupt.active is None
+
+
+def test_ctrl_c_during_the_first_imports_ends_a_command_silently():
+    """Python printed a traceback: nothing of the command can handle the signal before it is imported."""
+    program = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == "rotorsim.base.interrupt":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+import rotorsim.__main__
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+@pytest.mark.parametrize("place", ["destroy", "swallow"])
+def test_ctrl_c_that_a_destructor_or_a_library_swallowed_ends_the_program(place):
+    """In the first case it is sent again, in the second the program is ended after a while."""
+    program = [sys.executable, "-c", PROGRAM.format(place)]
+    done = subprocess.run(program, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 130 and done.stdout == "lost\n"
+    assert done.stderr == f"{SENTENCE}\n"
+
+
+@pytest.mark.parametrize("name", ["runup", "modes", "map"])
+def test_ctrl_c_ends_a_command_that_compiles_its_kernels(tmp_path, name):
+    """Sent when the source of the kernels is there, so before the first of them; none may be complete afterwards."""
+    cache = tmp_path / "cache"
+    command = [sys.executable, "-m", "rotorsim", name, "plain_rotor", "--out", "run"]
+    run = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                           env=os.environ | {"ROTORSIM_CACHE_DIR": str(cache)})  # fmt: skip
+    while run.poll() is None and not any(cache.glob("plants/*.py")):
+        time.sleep(0.01)
+    run.send_signal(signal.SIGINT)
+    assert run.communicate(timeout=300) == ("", f"{SENTENCE}\n")
+    assert run.returncode == 130
+    assert not any(cache.rglob("*.run-*.nbi"))
+    assert [path.name for path in tmp_path.iterdir()] == ["cache"]

@@ -1,0 +1,99 @@
+"""Machines and input rows shared by the tests of the plant."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+import tomlkit
+
+from rotorsim.effects import FILM_PORTS, REGISTRY
+from rotorsim.machine import load_machine, machine_text
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+
+SILENT = {
+    "effects.unbalance.me": "0 g*mm",
+    "effects.coupling.second": "0 N",
+    "effects.coupling.third": "0 N",
+    "actuators.mode": "ideal",
+    "effects.noise.sigma": "0 um",
+    "effects.quantisation.step": "0 um",
+    "effects.runout.first": "0 um",
+    "effects.runout.second": "0 um",
+    "effects.runout.third": "0 um",
+    "effects.runout.roughness": "0 um",
+    "effects.encoder.counts": 0,
+    "effects.pressure_transducer.sigma": "0 Pa",
+}
+
+
+def change(machine: Machine, values: Mapping[str, Any]) -> Machine:
+    """The machine with other values."""
+    for path, value in values.items():
+        machine = machine.replace(path, value)
+    return machine
+
+
+def build_rig(values: Mapping[str, Any] | None = None, n_z: int = 8, dt: float = 2e-4, n_theta: int = 32) -> Plant:
+    """The shipped rig without unbalance and coupling forces, with ideal pins and sensors, then with `values`."""
+    machine = change(load_machine("dtu_gas_bearing"), SILENT | dict(values or {}))
+    return Plant(machine, n_theta=n_theta, n_z=n_z, dt=dt)
+
+
+def held_inputs(samples: int, speed: float, pressure: float) -> np.ndarray:
+    """Input rows (samples, 6) of constant speed [rad/s] and gauge pressure [Pa], no reference, no disc force."""
+    rows = np.zeros((samples, 6))
+    rows[:, 0], rows[:, 1] = speed, pressure
+    return rows
+
+
+@pytest.fixture(scope="session")
+def changed() -> Callable[..., Machine]:
+    """Return what changes values of a machine."""
+    return change
+
+
+@pytest.fixture(scope="session")
+def rig() -> Callable[..., Plant]:
+    """Return the builder of the rig."""
+    return build_rig
+
+
+@pytest.fixture(scope="session")
+def held() -> Callable[..., np.ndarray]:
+    """Return the builder of constant inputs."""
+    return held_inputs
+
+
+@lru_cache
+def neutral_machine(name: str) -> Machine:
+    """A shipped machine with its weight and every registered effect it can have at neutral values, in two planes.
+
+    Behind the others stand those that come last in a chain: lost motion of the pins, the converters.
+    """
+    text = tomlkit.parse(machine_text(name))
+    del text["effects"]
+    film = Machine.from_text(tomlkit.dumps(text)).film
+    fitting = {n for n, effect in REGISTRY.items() if film is not None or effect.port not in FILM_PORTS}
+    last = [n for n in ("dead_zone", "quantisation", "encoder") if n in fitting]
+    tables: dict[str, Any] = {n: {} for n in [*sorted(fitting - set(last)), *last]}
+    tables["gravity"] = {"acceleration": "9.81 m/s^2"}
+    tables["unbalance"] = [{}, {"position": "150 mm"}]
+    text["effects"] = tables
+    return Machine.from_text(tomlkit.dumps(text))
+
+
+def build_neutral(values: Mapping[str, Any] | None = None, name: str = "dtu_gas_bearing", **numerics: Any) -> Plant:
+    """`neutral_machine` with `values`, which switch single effects on without compiling anew; pins are ideal."""
+    machine = neutral_machine(name)
+    if machine.actuators is not None:
+        machine = change(machine, {"actuators.mode": "ideal", "drive.dry_drag": "0 N*m"})
+    return Plant(change(machine, values or {}), **({"n_theta": 32, "n_z": 8, "dt": 2e-4} | numerics))
+
+
+@pytest.fixture(scope="session")
+def neutral() -> Callable[..., Plant]:
+    """Return the builder of machines with every effect in them, switched off."""
+    return build_neutral

@@ -1,0 +1,104 @@
+"""Invalid effects: values beyond limits, unknown names, impossible combinations."""
+
+from dataclasses import fields
+
+import pytest
+import tomlkit
+
+from rotorsim.effects import REGISTRY
+from rotorsim.errors import MachineFileError
+from rotorsim.machine import machine_text
+from rotorsim.machine.schema import Machine
+from rotorsim.machine.units import show
+
+SHIPPED = sorted(n for n, e in REGISTRY.items() if e.__module__.startswith("rotorsim.effects."))
+
+
+def problems(tables, name="dtu_gas_bearing"):
+    """Sentences that a shipped machine with these tables of effects gets; none if it is good."""
+    text = tomlkit.parse(machine_text(name))
+    text["effects"] = tables
+    try:
+        Machine.from_text(tomlkit.dumps(text))
+    except MachineFileError as error:
+        return error.problems
+    return []
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_value_beyond_a_limit_gets_the_limit_and_an_unknown_name_the_known_ones(name):
+    assert problems({name: {"nonsense": 1}})[0].startswith(f"effects.{name}.nonsense: unknown field; known fields: ")
+    for field in fields(REGISTRY[name]):
+        (low, high), unit = field.metadata["bounds"], field.metadata["unit"]
+        for beyond, word in ((low - 0.01 * (high - low), "below"), (high + 0.01 * (high - low), "above")):
+            found = problems({name: {field.name: beyond if unit == "1" else show(beyond, unit)}})
+            assert len(found) == 1
+            assert (
+                found[0].startswith(f"effects.{name}.{field.name}: ") and f"is {word} the limit; write at" in found[0]
+            )
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_an_effect_that_a_machine_has_once_is_refused_twice(name):
+    found = [p for p in problems({name: [{}, {}]}) if "a machine has one" in p]
+    assert found == (
+        [f"effects.{name}: there are 2 of them, and a machine has one; keep one table"] if REGISTRY[name].single else []
+    )
+
+
+G = {"gravity": {"acceleration": "9.81 m/s^2"}}
+CASES = [
+    ({"crack": {"loss": "1 MN/m"}},
+     "effects.crack: the weight opens and closes a crack, but there is none; add [effects.gravity]"),
+    ({"base_vibration": {"x": "1 m/s^2"}, "pedestal": {"mass_ratio": 0.1}},
+     "effects.pedestal: does not feel [effects.base_vibration]"),
+    ({"dead_zone": {"half_width": "1 um"}, "creep": {"gain": 0.01}},
+     "effects.dead_zone: is lost between stack and pin, but [effects.creep]"),
+    ({"encoder": {"counts": 2000}, "runout": {"first": "1 um"}},
+     "effects.runout: turns with the true angle, but [effects.encoder]"),
+    ({"clearance_growth": {"growth": "15 um"}, "out_of_round": {"sleeve": "9 um"}},
+     "effects.clearance_growth: with the other effects on the gap takes 24 um of a clearance of 25 um"),
+    ({"journal_tilt": {"x": "1.5 mrad"}}, "effects.journal_tilt: with the other effects on the gap takes 30 um"),
+    ({"contact": {"asperity": "30 um"}},
+     "effects.contact.asperity: '30 um' is not below the clearance '25 um'; make it smaller"),
+    ({"plenum_volume": {"injector": 5}},
+     "effects.plenum_volume.injector: 5 is none of the machine's injectors; write 1 to 4"),
+    ({"weak_injector": {"injector": 1.5}},
+     "effects.weak_injector.injector: 1.5 is none of the machine's injectors; write 1 to 4"),
+    ({"unequal_pressure": {"injector": 7}}, "effects.unequal_pressure.injector: 7 is none of the machine's injectors"),
+    ({"encoder": {"window": 2.5}}, "effects.encoder.window: 2.5 is not a whole number; write e.g. 2"),
+    ({"encoder": {"counts": 0.5}}, "effects.encoder.counts: 0.5 is not a whole number"),
+    ({"runout": {"surface": 0.5}}, "effects.runout.surface: 0.5 is not a whole number"),
+    ({"torque_ripple": {"order": 1.5}}, "effects.torque_ripple.order: 1.5 is not a whole number; write e.g. 2"),
+    ({"out_of_round": {"sleeve_lobes": 2.5}}, "effects.out_of_round.sleeve_lobes: 2.5 lobes do not close round"),
+    ({"rub": {"position": "240 mm"}},
+     "effects.rub.position: is inside the gas film, where [effects.contact] describes the rub"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("tables", "sentence"), CASES, ids=[s.split(":")[0] for _, s in CASES])
+def test_what_cannot_be_is_refused_with_the_way_out(tables, sentence):
+    found = problems(tables)
+    assert len(found) == 1
+    assert found[0].startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        G | {"crack": {"loss": "1 MN/m"}},
+        {"base_vibration": {}, "pedestal": {"mass_ratio": 0.1}},
+        {"creep": {"gain": 0.01}, "dead_zone": {"half_width": "1 um"}},
+        {"dead_zone": {"half_width": "1 um"}, "creep": {}},
+        {"runout": {"first": "1 um"}, "encoder": {"counts": 2000}},
+        {"encoder": {}, "runout": {"first": "1 um"}},
+        {"clearance_growth": {"growth": "15 um", "temperature": "40 K"}, "out_of_round": {"sleeve": "9 um"}},
+    ],
+)
+def test_the_same_effects_apart_in_order_or_switched_off_are_taken(tables):
+    assert problems(tables) == []
+
+
+def test_a_plain_rotor_refuses_what_acts_in_a_film_it_has_not():
+    for name in ("plenum_volume", "pedestal", "journal_tilt", "out_of_round", "creep"):
+        assert "acts in a gas film, but there is none" in problems({name: {}}, "plain_rotor")[0]

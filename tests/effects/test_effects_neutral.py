@@ -1,0 +1,45 @@
+"""Neutral effects: trajectories bit-identical to those without the effect."""
+
+import numpy as np
+import pytest
+import tomlkit
+
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import machine_text
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+
+
+def machines():
+    """The rig without any effect but its weight, and the same with every registered effect at its defaults."""
+    text = tomlkit.parse(machine_text("dtu_gas_bearing"))
+    for name in set(text["effects"]) - {"gravity"}:
+        del text["effects"][name]
+    bare = Machine.from_text(tomlkit.dumps(text)).replace("actuators.sensitivity", "4.5 um/V")
+    full = bare
+    for name in sorted(set(REGISTRY) - {"gravity"}):
+        full = full.replace(f"effects.{name}", {})
+    return bare, full
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("symmetry", ["auto", "none"])
+def test_all_effects_at_their_neutral_values_leave_every_bit_as_it_is_without_them(symmetry):
+    k = np.arange(600)
+    inputs = np.zeros((600, 6))
+    inputs[:, 0], inputs[:, 1] = 300 + 0.2 * k, 5e5 + 2e4 * np.sin(0.02 * k)
+    inputs[:, 2], inputs[:, 3] = np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)
+    inputs[100:110, 4:] = 60.0, -20.0
+    inputs[500:, 0] = np.nan
+    tables = []
+    for machine in machines():
+        plant = Plant(machine.replace("grid.symmetry", symmetry), n_theta=16, n_z=8, dt=2e-4)
+        tables.append(plant.start(300.0, 5e5, seed=3).advance(inputs))
+    assert set(plant.machine.effects) == set(REGISTRY)
+    assert tables[0].tobytes() == tables[1].tobytes()
+
+
+def test_neutral_effects_add_no_mode_to_the_linear_plant():
+    bare, full = (Plant(machine, n_theta=16, n_z=8, dt=2e-4).linearise(300.0, 5e5) for machine in machines())
+    assert len(bare.S) == len(full.S)
+    assert full.wn == pytest.approx(bare.wn, rel=1e-9) and full.zeta == pytest.approx(bare.zeta, rel=1e-6)

@@ -1,0 +1,185 @@
+"""User-defined effects: registration, allocation-free compilation, examples of the docs."""
+
+import importlib
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core.errors import NumbaError
+
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
+
+SOURCE = '''
+from dataclasses import dataclass
+
+import numpy as np
+
+from reynolds.jit import inlined
+from rotorsim.effects import Effect, param, register
+
+
+@inlined
+def own_push(t, angle, speed, acceleration, p):
+    BODY
+
+
+@register
+@dataclass(frozen=True)
+class OwnPush(Effect):
+    """A constant push."""
+
+    name = "own_push"
+    port = "force"
+    kernel = own_push
+    force: float = param("N", bounds=(-1e3, 1e3), doc="Force along x.")
+'''
+
+
+@pytest.fixture
+def own_machine(tmp_path, monkeypatch):
+    """Return the builder of a plain rotor with an effect whose kernel has the body given."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def build(body):
+        (tmp_path / "own_push_effect.py").write_text(SOURCE.replace("BODY", body))
+        sys.modules.pop("own_push_effect", None)
+        importlib.invalidate_caches()
+        importlib.import_module("own_push_effect")
+        return load_machine("plain_rotor").replace("effects.own_push.force", "5 N")
+
+    yield build
+    REGISTRY.pop("own_push", None)
+    sys.modules.pop("own_push_effect", None)
+
+
+def test_a_users_own_effect_acts_like_the_force_it_describes(own_machine, held):
+    """5 N of the effect against 5 N of disc force: same node, same instant, so the same motion but for round-off."""
+    inputs = held(300, 150.0, 0.0)
+    own = Plant(own_machine("return p.force, 0.0")).start(150.0).advance(inputs)
+    inputs[:, 4] = 5.0
+    pushed = Plant("plain_rotor").start(150.0).advance(inputs)
+    assert np.ptp(pushed[:, 0]) > 1e-6
+    assert own[:, :2] == pytest.approx(pushed[:, :2], abs=1e-15)
+
+
+def test_values_do_not_change_the_kernels_but_source_does(own_machine):
+    machine = own_machine("return p.force, 0.0")
+    first = Plant(machine).assembly.module.__name__
+    assert Plant(machine.replace("effects.own_push.force", "7 N")).assembly.module.__name__ == first
+    assert Plant(own_machine("return 2.0 * p.force, 0.0")).assembly.module.__name__ != first
+
+
+@pytest.mark.parametrize("body", ["return np.full(2, p.force).sum(), 0.0", "return sum([p.force, 0.0]), 0.0"])
+def test_a_kernel_that_allocates_does_not_compile(own_machine, held, body):
+    """The whole step is compiled without numba's runtime: an array or a list is an error that names the kernel."""
+    plant = Plant(own_machine(body))
+    with pytest.raises(NumbaError, match="own_push"):
+        plant.start(150.0).advance(held(2, 150.0, 0.0))
+
+
+def test_the_shipped_step_is_compiled_without_numbas_runtime(rig):
+    module = rig().assembly.module
+    for name in ("run", "step", "try_step", "solve_stage", "solve_film", "factorise", "settle", "serve"):
+        options = getattr(module, name).targetoptions
+        assert options["_nrt"] is False and options["nopython"] is True
+
+
+DOCS = Path(__file__).parents[2] / "docs" / "machine_files.md"
+KEPT = '''
+from dataclasses import dataclass
+
+from reynolds.jit import inlined
+from rotorsim.effects import Effect, param, register
+
+
+@inlined
+def own_mean(w, reading, state, seed, sample, p):
+    for axis in range(2):
+        w[state + axis] += p.share * (w[reading + axis] - w[state + axis])
+        if p.share > 0.0:
+            w[reading + axis] = w[state + axis]
+
+
+@register
+@dataclass(frozen=True)
+class OwnMean(Effect):
+    """A running mean."""
+
+    name, port, kernel, states = "own_mean", "sensor", own_mean, 2
+    share: float = param("1", bounds=(0.0, 1.0), doc="Weight of the newest sample.")
+'''
+
+
+@pytest.fixture
+def own_module(tmp_path, monkeypatch):
+    """Return what imports a source as a module; its effects are forgotten afterwards."""
+    monkeypatch.syspath_prepend(tmp_path)
+    before = dict(REGISTRY)
+
+    def load(name, source):
+        (tmp_path / f"{name}.py").write_text(source)
+        importlib.invalidate_caches()
+        sys.modules.pop(name, None)
+        importlib.import_module(name)
+
+    yield load
+    REGISTRY.clear()
+    REGISTRY.update(before)
+
+
+@pytest.fixture
+def documented(own_module):
+    """The effects of the page on machine files, exactly as they stand there."""
+    (block,) = re.findall(r"```python\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    own_module("documented_effects", block)
+    return block
+
+
+def test_an_effect_of_the_docs_takes_under_forty_lines(documented):
+    for kernel in documented.split("@inlined")[1:]:
+        assert len(kernel.splitlines()) < 40
+
+
+def test_the_seal_of_the_docs_drives_whirl_beyond_twice_the_critical_speed(documented, changed, held):
+    """With half of the shaft's swirl its force is c (Omega/2 - omega) forward, so it drives from 2 omega on.
+
+    The rotor's own damping, some 5 N s/m beside 50, moves the threshold to 2.2: growth at 2.4, decay without swirl.
+    """
+    base = changed(load_machine("plain_rotor"), {"effects.unbalance.me": "0 g*mm"})
+    omega = Plant(base).linearise().wn[0]
+    decay = {}
+    for swirl in (0.5, 0.0):
+        plant = Plant(changed(base, {"effects.seal.damping": "50 N*s/m", "effects.seal.swirl": swirl}))
+        rows = held(10000, 2.4 * omega, 0.0)
+        rows[:5, 4] = 20.0
+        table = plant.start(2.4 * omega).advance(rows)
+        swing = [np.hypot(*np.ptp(part, axis=0)) for part in (table[1000:2000, :2], table[-1000:, :2])]
+        decay[swirl] = swing[1] / swing[0]
+    assert decay[0.0] < 0.6
+    assert decay[0.5] > 1.0
+
+
+def test_a_groove_of_the_docs_lets_the_journal_sink(documented, rig):
+    """2 um of wear under the journal and no more clearance elsewhere: it rests lower, by less than the wear."""
+    places = [
+        rig({"effects.groove.depth": depth}, n_theta=16).equilibrium(300.0, 0.5e6).journal[1]
+        for depth in ("0 um", "2 um")
+    ]
+    assert -2e-6 < places[1] - places[0] < -2e-7
+
+
+def test_states_of_an_own_sensor_are_its_own_and_begin_at_zero(own_module, held):
+    """A running mean of a fifth beside the delay of a shipped effect, against the recursion in Python."""
+    own_module("own_mean_effect", KEPT)
+    machine = load_machine("plain_rotor").replace("effects.sensor_delay.delay", "1 ms")
+    table = Plant(machine.replace("effects.own_mean.share", 0.2)).start(150.0).advance(held(300, 150.0, 0.0))
+    true = table[:, 0]
+    late = np.concatenate([np.full(5, true[0]), true[:-5]])
+    mean = 0.0
+    for value, read in zip(late, table[:, 12], strict=True):
+        mean += 0.2 * (value - mean)
+        assert read == pytest.approx(mean, abs=1e-15)

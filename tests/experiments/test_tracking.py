@@ -1,0 +1,212 @@
+"""Order tracking, spectra and summaries against signals with known amplitudes and phases."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from identification import make_record
+from rotorsim.errors import DataError
+from rotorsim.experiments.tracking import (
+    BLOCK,
+    blocks,
+    largest_sub_synchronous,
+    open_record,
+    summarise,
+    track_orders,
+    waterfall,
+)
+
+TS = 2e-4
+AMPLITUDES = {1: (3e-6 * np.exp(-0.7j), 2e-6 * np.exp(-1.9j)), 2: (1e-6j, 0.4e-6), 3: (-0.3e-6, 0.2e-6 * np.exp(2j))}
+
+
+def ramp(duration: float, start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time [s], speed [rad/s] and angle [rad] of a linear run-up between speeds in Hz."""
+    time = np.arange(0, duration, TS)
+    rate = (stop - start) / duration
+    return time, 2 * np.pi * (start + rate * time), 2 * np.pi * (start * time + rate * time**2 / 2) + 0.3
+
+
+def record_of(
+    time: np.ndarray, speed: np.ndarray, angle: np.ndarray, disc: np.ndarray, **more: np.ndarray
+) -> xr.Dataset:
+    return make_record(time, {"disc": disc, "angle": angle, "speed": speed, **more})
+
+
+def orders_of_a_ramp() -> xr.Dataset:
+    time, speed, angle = ramp(20.0, 5.0, 90.0)
+    disc = np.array([1e-6, -20e-6]) + 1e-7 * time[:, None]
+    for n, pair in AMPLITUDES.items():
+        disc = disc + np.real(np.outer(np.exp(1j * n * angle), pair))
+    return record_of(time, speed, angle, disc)
+
+
+def test_orders_of_a_ramp_come_out_with_amplitude_and_phase() -> None:
+    """Constant amplitudes in a ramp lie in the span of the fit, so only round-off is left."""
+    tracked = track_orders(orders_of_a_ramp())
+    assert tracked.sizes["window"] > 50
+    for n, pair in AMPLITUDES.items():
+        np.testing.assert_allclose(
+            tracked["amplitude"].sel(order=n), np.tile(pair, (tracked.sizes["window"], 1)), atol=1e-15
+        )
+    np.testing.assert_allclose(tracked["mean"][:, 1], -20e-6 + 1e-7 * tracked["time"], atol=1e-15)
+
+
+def test_the_speed_of_a_window_is_that_of_its_middle() -> None:
+    tracked = track_orders(orders_of_a_ramp())
+    expected = 2 * np.pi * (5 + 85 / 20 * tracked["time"])
+    np.testing.assert_allclose(tracked["speed"], expected, rtol=1e-9)
+
+
+def test_a_round_forward_orbit_has_no_backward_part_and_y_lags_by_90_degrees() -> None:
+    time, speed, angle = ramp(2.0, 40.0, 40.0)
+    tracked = track_orders(record_of(time, speed, angle, 2e-6 * np.column_stack((np.cos(angle), np.sin(angle)))))
+    first = tracked.sel(order=1).isel(window=0)
+    assert complex(first["forward"]) == pytest.approx(2e-6, abs=1e-15)
+    assert abs(complex(first["backward"])) < 1e-15
+    assert -np.angle(first["amplitude"][1].item(), deg=True) == pytest.approx(90)
+
+
+def test_amplitudes_are_zero_to_peak() -> None:
+    time, speed, angle = ramp(2.0, 50.0, 50.0)
+    record = record_of(time, speed, angle, 4e-6 * np.column_stack((np.cos(angle), 0 * angle)))
+    assert abs(track_orders(record)["amplitude"][0, 0, 0].item()) == pytest.approx(4e-6)
+    assert float(waterfall(record)["amplitude"].max()) == pytest.approx(4e-6, rel=1e-6)
+    assert summarise(record, track_orders(record))["largest_orbit"]["um"] == pytest.approx(4, rel=1e-3)
+
+
+def test_block_size_does_not_change_the_orders() -> None:
+    record = orders_of_a_ramp()
+    whole, small = track_orders(record, block=10**9), track_orders(record, block=777)
+    xr.testing.assert_identical(whole, small)
+
+
+def test_a_sine_between_the_lines_of_the_spectrum_shows_within_the_scalloping_of_hann() -> None:
+    """Padded to twice its length, a Hann spectrum loses at most 0.36 dB = 4.1 % between two lines."""
+    time, speed, angle = ramp(6.0, 100.0, 100.0)
+    f = 37.3
+    disc = 5e-6 * np.column_stack((np.cos(2 * np.pi * f * time), np.zeros_like(time)))
+    spectra = waterfall(record_of(time, speed, angle, disc), lines=12)
+    line = spectra["amplitude"].sel(axis="x").isel(line=3)
+    assert float(spectra["frequency"][int(line.values.argmax())]) == pytest.approx(
+        f, abs=spectra.attrs["resolution_hz"] / 4 + 1e-9
+    )
+    assert 0.959 * 5e-6 < float(line.max()) <= 5.01e-6
+
+
+def test_the_full_spectrum_tells_forward_from_backward() -> None:
+    """Taking the trend off a piece of half a second leaks 1e-3 of a line into its mirror image."""
+    time, speed, angle = ramp(4.0, 100.0, 100.0)
+    whirl = 3e-6 * np.exp(2j * np.pi * 50 * time) + 1e-6 * np.exp(-2j * np.pi * 80 * time)
+    spectra = waterfall(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag))))
+    line = spectra["full"].isel(line=2)
+    for f, size in ((50, 3e-6), (-80, 1e-6), (-50, 0), (80, 0)):
+        assert float(line.sel(signed_frequency=f, method="nearest")) == pytest.approx(size, abs=5e-9)
+
+
+def test_sub_synchronous_whirl_is_found_with_its_ratio() -> None:
+    time, speed, angle = ramp(4.0, 100.0, 100.0)
+    whirl = 3e-6 * np.exp(1j * angle) + 0.5e-6 * np.exp(0.48j * angle)
+    found = largest_sub_synchronous(waterfall(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag)))))
+    assert found is not None
+    assert found["ratio"] == pytest.approx(0.48, abs=0.01)
+    assert found["um"] == pytest.approx(0.5, rel=0.01)
+
+
+def test_synchronous_motion_alone_has_nothing_below_1x() -> None:
+    assert largest_sub_synchronous(waterfall(orders_of_a_ramp())) is None
+
+
+def test_a_resonance_in_a_ramp_is_a_peak_and_an_end_is_flagged() -> None:
+    time, speed, angle = ramp(40.0, 5.0, 90.0)
+    f = speed / (2 * np.pi)
+    x = 1e-6 / np.hypot(1 - (f / 50) ** 2, 0.1 * f / 50) * np.cos(angle)
+    y = 1e-6 * (f / 90) ** 2 * np.sin(angle)
+    record = record_of(time, speed, angle, np.column_stack((x, y)))
+    peaks = summarise(record, track_orders(record))["peaks"]
+    in_x, in_y = ([p for p in peaks if p["order"] == 1 and p["axis"] == a] for a in "xy")
+    assert [p["local_maximum"] for p in in_x] == [True]
+    assert in_x[0]["rpm"] == pytest.approx(3000, rel=0.01)
+    assert in_x[0]["um"] == pytest.approx(10, rel=0.02)
+    assert [p["local_maximum"] for p in in_y] == [False]
+    assert in_y[0]["rpm"] > 5300
+
+
+def test_growing_whirl_between_the_orders_makes_no_peaks_of_orders() -> None:
+    time, speed, angle = ramp(40.0, 5.0, 90.0)
+    whirl = 2e-6 * np.exp(1j * angle) + 4e-6 * np.exp((time - 40) / 5 + 0.45j * angle)
+    tracked = track_orders(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag))))
+    assert np.abs(tracked["amplitude"].sel(order=[2, 3])).max() < 0.002 * 4e-6
+    assert not any(p["local_maximum"] for p in summarise(orders_of_a_ramp(), tracked)["peaks"])
+
+
+def test_film_contact_and_flow_are_summarised() -> None:
+    time, speed, angle = ramp(3.0, 0.0, 60.0)
+    h = np.where(np.abs(time - 2) < 0.01, 1e-6, 9e-6)
+    film = {"h_min": h, "contact": (h < 2e-6).astype(float), "mass_flow": np.full(time.size, 4e-5)}
+    record = record_of(time, speed, angle, 1e-6 * np.column_stack((np.cos(angle), np.sin(angle))), **film)
+    found = summarise(record, track_orders(record))
+    assert found["smallest_film"]["um"] == pytest.approx(1)
+    assert found["contact"]["samples"] == int((h < 2e-6).sum())
+    assert found["contact"]["first_time_s"] == pytest.approx(1.99, abs=2 * TS)
+    assert found["contact"]["first_rpm"] == pytest.approx(60 * 20 * 1.99, rel=1e-3)
+    density = 101325 / (287.05 * 273.15)
+    assert found["mass_flow"]["mean_nl_min"] == pytest.approx(4e-5 / density * 60e3)
+    json.dumps(found, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("duration", "start", "stop"), [(5.0, 0.0, 0.0), (0.01, 0.0, 1.0), (3.0, 25.0, 25.0), (3.0, 60.0, 0.0)]
+)
+def test_standstill_short_constant_and_falling_speed_give_a_summary(duration: float, start: float, stop: float) -> None:
+    time, speed, angle = ramp(duration, start, stop)
+    record = record_of(time, speed, angle, 1e-6 * np.column_stack((np.cos(angle), np.sin(angle))))
+    found = summarise(record, track_orders(record))
+    assert found["samples"] == time.size
+    assert found["smallest_film"] is None and found["contact"] is None and found["mass_flow"] is None
+    json.dumps(found, allow_nan=False)
+
+
+def test_long_standstill_is_skipped_and_the_ramp_after_it_tracked() -> None:
+    time, speed, angle = ramp(4.0, 10.0, 60.0)
+    rest = np.arange(-100.0, -TS / 2, TS)
+    time, speed = np.append(rest, time), np.append(0 * rest, speed)
+    angle = np.append(0 * rest + angle[0], angle)
+    record = record_of(time, speed, angle, 2e-6 * np.column_stack((np.cos(angle), np.sin(angle))))
+    tracked = track_orders(record)
+    assert tracked.sizes["window"] >= 8
+    np.testing.assert_allclose(np.abs(tracked["amplitude"].sel(order=1))[-5:], 2e-6, rtol=1e-6)
+
+
+def test_a_backward_turning_shaft_is_tracked() -> None:
+    time, speed, angle = ramp(2.0, -30.0, -30.0)
+    tracked = track_orders(record_of(time, speed, angle, 2e-6 * np.column_stack((np.cos(angle), np.sin(angle)))))
+    assert abs(complex(tracked["forward"].sel(order=1)[0])) == pytest.approx(2e-6)
+    assert float(tracked["speed"][0]) < 0
+
+
+def test_a_missing_variable_is_named() -> None:
+    record = orders_of_a_ramp().drop_vars("angle")
+    with pytest.raises(DataError, match="angle"):
+        track_orders(record)
+    with pytest.raises(DataError, match="disc_measured"):
+        track_orders(record.drop_vars("disc"))
+
+
+def test_a_file_is_read_in_blocks_and_gives_the_same_numbers(tmp_path: Path) -> None:
+    record = orders_of_a_ramp()
+    record.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with open_record(tmp_path / "run.nc") as opened:
+        assert all(len(b["time"]) <= BLOCK for b in blocks(opened, ["time"]))
+        xr.testing.assert_identical(track_orders(opened), track_orders(record))
+
+
+def test_what_is_no_record_is_refused_with_its_name(tmp_path: Path) -> None:
+    (tmp_path / "no.nc").write_text("not a record")
+    with pytest.raises(DataError, match=r"no\.nc"):
+        open_record(tmp_path / "no.nc")

@@ -1,0 +1,1 @@
+"""Fault injection: commands that write files, faults during their run, and checks afterwards."""

@@ -1,0 +1,53 @@
+"""Notice on stderr while kernels compile, also in a pipe; stdout unchanged."""
+
+import json
+
+import pytest
+
+from rotorsim.commands.diagnose import STAGES, Stages
+from rotorsim.commands.options import say_if_compiling
+from rotorsim.plant import Plant
+
+LINE = "compiling the kernels for this kind of machine: half a minute, once\n"
+PLAN = 'name = "p"\nmachine = "plain_rotor"\n[experiments.steady]\nkind = "steady"\nduration = "2 ms"\n'
+COMMANDS = [
+    ["experiment", "steady", "plain_rotor", "--duration", "2 ms", "--no-report"],
+    ["runup", "plain_rotor", "--stop", "1 rpm", "--rate", "10 rpm/s", "--no-report"],
+    ["modes", "plain_rotor", "--no-pictures"],
+    ["map", "plain_rotor", "--speed", "0 rpm", "--pressure", "0 Pa", "--no-report"],
+    ["campaign", "plan.toml", "--workers", "1"],
+]
+
+
+@pytest.fixture(scope="module")
+def assembly():
+    """A machine whose kernels are on disk and in this process."""
+    plant = Plant("plain_rotor")
+    plant.simulate(0.001)
+    return plant.assembly
+
+
+@pytest.fixture
+def empty(assembly, monkeypatch, tmp_path):
+    """A cache without any machine code; what this process has it keeps."""
+    monkeypatch.setattr("reynolds.jit.cache_folder", lambda sources: tmp_path / "empty")
+
+
+def test_what_is_on_disk_is_not_announced(assembly, capsys):
+    say_if_compiling(assembly, "settle", "run")
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.usefixtures("empty")
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
+def test_every_command_says_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path, words):
+    (tmp_path / "plan.toml").write_text(PLAN)
+    code, out, said = run(*words, "--json", "--out", "o")
+    assert code == 0 and said == LINE and json.loads(out)
+
+
+def test_a_diagnosis_says_in_a_pipe_that_it_compiles_and_nothing_else(capsys):
+    stages = Stages()
+    for stage in STAGES:
+        stages.say(stage)
+    assert capsys.readouterr() == ("", STAGES["compile"] + "\n")

@@ -1,0 +1,78 @@
+"""Live page in a real browser: start of the rig, reading and setting of its controls.
+
+These tests take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/run does.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from clicker import CHROMIUM
+
+IN_BROWSER = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed; pip install '.[test]'"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium"),
+    pytest.mark.skipif("ROTORSIM_BROWSER" not in os.environ, reason="set ROTORSIM_BROWSER=1 to drive a browser"),
+]
+COARSE = ["--grid", "16x8", "--time-step", "0.2 ms", "--set", "shaft.max_element_length=80 mm"]
+ROOT = str(Path(__file__).parents[2])
+"""Folder of the packages."""
+PATIENCE = float(os.environ.get("PATIENCE", "120"))
+UNIT = {"speed": 30 / 3.141592653589793, "pressure": 1e-6, "impulse": 1e3, "acceleration": 30 / 3.141592653589793}
+
+
+def start(folder, *options):
+    """A rig as a user would start it, and its address."""
+    command = [sys.executable, "-m", "rotorsim", "live", *COARSE, "--no-browser", "--out", str(folder), *options]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (ROOT, os.environ.get("PYTHONPATH"))))}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    line = process.stdout.readline()
+    assert "http://127.0.0.1" in line, process.stderr.read()
+    return process, line.split()[-1]
+
+
+class Started:
+    """A rig that was started: its address, and what it writes to stderr."""
+
+    def __init__(self, folder, *options):
+        self.process, self.address = start(folder, *options)
+        self.lines = []
+        threading.Thread(target=lambda: self.lines.extend(self.process.stderr), daemon=True).start()
+
+
+def settings(page):
+    return page.evaluate("fetch('settings').then(r => r.json())")
+
+
+def until(page, what, seconds=PATIENCE):
+    """Wait until the plant's settings fulfil a condition."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if what(found := settings(page)):
+            return found
+        page.wait_for_timeout(50)
+    raise AssertionError(found)
+
+
+def fill(page, key, value):
+    field = page.get_by_label(f"{key} value", exact=True)
+    field.fill(value)
+    field.press("Enter")
+
+
+def frame(page):
+    return page.evaluate("window.rotorsimFrame")
+
+
+def expect(locator):
+    """Playwright's assertion on a locator, which waits."""
+    from playwright import sync_api
+
+    return sync_api.expect(locator)

@@ -1,0 +1,143 @@
+"""Controller of the live rig: switched on only where stable, switched off at the actuators' limit."""
+
+import time
+
+import numpy as np
+import pytest
+
+from coarse_rig import RPM, make_rig, ran, shown
+from rotorsim.live.holding import Verdict, motion
+
+
+def test_the_controller_acts_and_is_switched_off_again():
+    rig = make_rig(speed=3000 * RPM, pressure=0.5e6)
+    rig.set("controller", "hinf")
+    rig.strike(0)
+    assert np.abs(rig.advance(500)[:, -4]).max() > 0.05
+    rig.set("controller", "off")
+    assert np.abs(rig.advance(50)[:, -4:-2]).max() == 0.0
+
+
+def test_a_law_that_cannot_hold_the_point_is_refused_with_the_reason():
+    """P pushed the disc 18.6 um out of the start state, with 5 V."""
+    rig = make_rig()
+    rig.set("controller", "P")
+    assert rig.settings.positions["controller"] == "off"
+    assert rig.said[-1][1].startswith("P: with it the rotor is unstable if the pins move 50% more at 0 rpm, 0.30 MPa")
+    assert np.abs(rig.advance(500)[:, -4:-2]).max() == 0.0
+
+
+@pytest.mark.parametrize(("speed", "pressure"), [(0.0, 0.3e6), (3000 * RPM, 0.5e6), (6000 * RPM, 0.3e6)])
+def test_a_law_moves_the_orbit_as_it_was_said(speed, pressure):
+    rig = make_rig(speed=speed, pressure=pressure)
+    rig.advance(5000)
+    verdict = rig.check("hinf")()
+    assert not verdict.why and verdict.damping[1] > 2.5 * verdict.damping[0]
+    rig.switch_on("hinf", verdict)
+    rig.advance(5000)
+    after = motion(rig.history.last(2000))
+    assert np.abs(after.disc[1]).max() == pytest.approx(verdict.orbit[1], rel=0.2, abs=0.1)
+    assert np.abs(rig.history.last(2000)[:, -4:-2]).max() < max(1.1 * verdict.volts, 1.0) < rig.limit
+
+
+@pytest.mark.parametrize(("speed", "pressure"), [(3000 * RPM, 0.5e6), (6000 * RPM, 0.3e6)])
+def test_a_law_that_is_on_is_checked_without_its_own_part_in_the_motion(speed, pressure):
+    """The check of the law that is on gives the orbit that it has; it gave 5.0 um for 5.8 at 6 krpm."""
+    rig = make_rig(speed=speed, pressure=pressure)
+    rig.advance(5000)
+    off = rig.check("hinf")()
+    rig.switch_on("hinf", off)
+    rig.advance(5000)
+    on = rig.check("hinf")()
+    assert on.orbit[1] == pytest.approx(on.orbit[0], rel=0.01)
+    assert on.volts == pytest.approx(off.volts, rel=0.1)
+
+
+def test_a_law_beyond_the_reserve_for_the_present_orbit_is_refused():
+    rig = make_rig(speed=6000 * RPM, pressure=0.3e6, **{"runout.first": 18e-6})
+    rig.advance(5000)
+    rig.set("controller", "hinf")
+    assert rig.settings.positions["controller"] == "off"
+    assert "hinf: the present motion would take" in rig.said[-1][1] and "of its 5 V" in rig.said[-1][1]
+
+
+def test_a_controller_that_stays_at_the_limit_is_switched_off_with_the_reason():
+    rig = make_rig()
+    rig.switch_on("P", Verdict())
+    rig.advance(5000)
+    assert rig.settings.positions["controller"] == "off"
+    assert any("P: at the actuators' limit of 5 V" in said for _, said in rig.said)
+    assert np.abs(rig.advance(50)[:, -4:-2]).max() == 0.0
+
+
+def test_the_numbers_of_the_stop_with_the_law_are_those_of_the_plant():
+    rig = make_rig(speed=6000 * RPM, pressure=0.3e6)
+    rig.advance(5000)
+    before, verdict = motion(rig.history.last(2000)), rig.check("hinf")()
+    rig.switch_on("hinf", verdict)
+    rig.advance(5000)
+    after = motion(rig.history.last(2000))
+    assert np.abs(before.disc[1]).max() == pytest.approx(11, abs=0.5)
+    assert np.abs(after.disc[1]).max() == pytest.approx(0.55 * np.abs(before.disc[1]).max(), rel=0.1)
+    assert verdict.damping == pytest.approx((0.06, 0.18), abs=0.005)
+
+
+def test_the_controller_is_checked_beside_the_run_and_comes_on_by_itself(runner):
+    ran(runner, 2500)
+    runner.set("controller", "hinf")
+    runner._obey()
+    assert runner.rig.settings.positions["controller"] == "off" and runner.frame()["status"]["checking"] == "hinf"
+    shown(runner)
+    assert runner.rig.settings.positions["controller"] == "hinf"
+    runner.set("controller", "off")
+    runner._obey()
+    assert runner.rig.loop is None
+
+
+def answered(runner):
+    """Wait until a computation has left its answer as an order."""
+    for _ in range(600):
+        if runner._orders.qsize():
+            return
+        time.sleep(0.1)
+    raise AssertionError("no answer")
+
+
+def test_a_check_is_repeated_where_a_setting_was_changed_meanwhile(runner):
+    """The verdict of the earlier point let the controller on, also after a reset."""
+    ran(runner, 2500)
+    asked, check = [], runner.rig.check
+    runner.rig.check = lambda name: asked.append(runner.rig.pressure) or check(name)
+    runner.apply("controller", "hinf")
+    answered(runner)
+    runner.apply("pressure", 0.5e6)
+    runner._obey()
+    assert runner.rig.loop is None
+    ran(runner, 1500)
+    shown(runner)
+    assert asked == [0.3e6, 0.5e6] and runner.rig.settings.positions["controller"] == "hinf"
+
+
+def test_a_check_right_after_a_reset_waits_until_the_motion_is_seen(runner):
+    """The range that the motion takes was not looked at in the first .1 s: the controller came on, and to its limit."""
+    runner.arrange({"speed": 6000 * RPM, "runout.first": 18e-6})
+    runner.stand()
+    runner.apply("controller", "hinf")
+    ran(runner, 1400)
+    runner._obey()
+    assert runner.frame()["status"]["checking"] == "hinf" and runner.rig.loop is None
+    shown(runner)
+    assert runner.rig.loop is None and "hinf: the present motion would take" in runner.rig.said[-1][1]
+
+
+def test_a_computation_that_fails_says_so_and_the_next_one_is_answered(runner):
+    ran(runner, 2500)
+    check = runner.rig.check
+    runner.rig.check = lambda name: lambda: 1 / 0
+    runner.apply("controller", "hinf")
+    assert shown(runner)["checking"] == ""
+    assert "ZeroDivisionError" in runner.rig.said[-1][1]
+    runner.rig.check = check
+    runner.apply("controller", "hinf")
+    shown(runner)
+    assert runner.rig.settings.positions["controller"] == "hinf"

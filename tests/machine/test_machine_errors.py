@@ -1,0 +1,153 @@
+"""Faulty machine files: one sentence per problem with path, value, limit, remedy."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from rotorsim.errors import MachineFileError
+from rotorsim.machine import load_machine, machine_text
+from rotorsim.machine.schema import Machine
+
+RIG = machine_text("dtu_gas_bearing")
+
+CASES = tomllib.loads(Path(__file__).with_name("bad_machines.toml").read_text(encoding="utf-8"))["case"]
+
+
+@pytest.mark.parametrize("case", CASES, ids=[c["sentence"].partition(":")[0] for c in CASES])
+def test_one_wrong_value_gives_one_sentence_that_says_what_to_write(case):
+    assert case["old"] in RIG
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(RIG.replace(case["old"], case["new"], 1))
+    assert len(caught.value.problems) == 1
+    assert caught.value.problems[0].startswith(case["sentence"])
+
+
+def test_several_problems_are_all_listed_each_on_its_line():
+    text = RIG.replace('"-121.3 mm"', "0").replace("n_z = 16", "n_z = 15").replace('second = "4 N"', 'second = "1 kg"')
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text.replace('clearance = "25 um"', ""))
+    paths = [problem.split(":")[0] for problem in caught.value.problems]
+    assert paths == ["shaft.start", "bearings.1.clearance", "grid.n_z", "effects.coupling.second"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("clearance =", "clearence =", "bearings.1.clearence: unknown field; did you mean 'clearance'?"),
+        ("n_theta =", "n_teta =", "grid.n_teta: unknown field; did you mean 'n_theta'?"),
+        ("[shaft]", "[shaf]", "shaf: unknown field; did you mean 'shaft'?"),
+        ('mass = "1.5 kg"', 'masss = "1.5 kg"', "discs.0.masss: unknown field; did you mean 'mass'?"),
+    ],
+)
+def test_a_misspelt_field_is_one_problem(old, new, sentence):
+    assert old in RIG
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(RIG.replace(old, new, 1))
+    assert caught.value.problems == (sentence,)
+
+
+PLAIN = machine_text("plain_rotor")
+
+
+@pytest.mark.parametrize(
+    ("extra", "sentence"),
+    [
+        ('[[injectors]]\nangle = "0 deg"\nreference = "none"', "injectors: there is no film to inject into"),
+        ("[effects.contact]", "effects.contact: acts in a gas film, but there is none"),
+        ("[[discs]]\n", "discs.1.position: missing"),
+        ("[probe]\nposition = []", "probe.position: [] is not a length"),
+        ("[effects.coupling.x]", "effects.coupling.x: unknown field; known fields: "),
+    ],
+)
+def test_what_does_not_fit_a_rotor_without_a_film_is_refused(extra, sentence):
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(f"{PLAIN}\n{extra}\n")
+    assert sentence in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("bearings = []", "bearings: empty; give at least one"),
+        ("bearings = [1]", "bearings.0: 1 is not a table"),
+        ("bearings = 1", "bearings: 1 is not a list of tables; write a [[header]] for each"),
+        ("shaft = 3", "shaft: 3 is not a table; write its fields below a [header]"),
+        ("effects = 3", "effects: 3 is not a set of tables; write e.g. [effects.unbalance]"),
+        ("effects = {unbalance = []}", "effects.unbalance: [] is not a table"),
+        ("effects = {unbalance = [7]}", "effects.unbalance.0: 7 is not a table"),
+        ("name =\nb = 1", "not a TOML file: Invalid value (at line 1, column 7); correct that line"),
+        ("a = " + 2000 * "[", "brackets are nested too deeply"),
+        ("a = " + 5000 * "1", "not a TOML file: "),
+        (" \n", "the machine file is empty; 'rotorsim machine new PATH' writes one"),
+    ],
+)
+def test_a_file_of_the_wrong_shape_is_refused(text, sentence):
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    assert sentence in str(caught.value)
+
+
+def test_a_second_gas_film_is_refused():
+    film = RIG[RIG.index("[[bearings]]                     # active") : RIG.index("[gas]")]
+    with pytest.raises(MachineFileError, match=r"^bearings\.2: is a second gas film, after bearings\.1; keep one"):
+        Machine.from_text(RIG + film.replace("236.6875", "200"))
+
+
+SECOND = """
+[[bearings]]
+kind = "gas_film"
+position = 200
+diameter = "40 kg"
+"""
+FAULTS = {
+    'start = "-121.3 mm"': "start = 0", "poisson_ratio = 0.3": "poisson_ratio = 3", 'mass = "1.5 kg"': 'mass = "0 kg"',
+    'kxx = "50 MN/m"': "kxx = 5", 'clearance = "25 um"': "", 'seat_gap = "40.2 um"': 'seat_gap = "0.4 um"',
+    "pin_discharge = 0.1244": "", 'pin_bias = "22.5 um"': "", 'mode = "reference"': 'mode = "other"',
+    "n_theta = 32": "n_theta = 31", 'second = "4 N"': 'second = "4 kg"', "[effects.creep]": "[effects.crep]",
+    'length = "50 mm"': 'length = "50 mm"\ninner_diameter = "60 mm"',
+}  # fmt: skip
+
+
+def test_every_problem_comes_in_one_round_the_decisive_one_first():
+    """A second film, seventeen faults of values, and what is wrong between values that can be read."""
+    text = RIG.replace("[gas] ", f"{SECOND}\n[gas] ")
+    for old, new in FAULTS.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    problems = caught.value.problems
+    assert problems[0].startswith("bearings.2: is a second gas film, after bearings.1; keep one")
+    between = ("injection.pin_discharge: missing, but law", "injection.minimum_gap: '0.5 um' is not below seat_gap")
+    for begin in (*between, "shaft.sections.1.inner_diameter: '60 mm' is not below", "bearings.1.clearance: missing"):
+        assert any(p.startswith(begin) for p in problems), begin
+    assert len(problems) == len(set(problems)) == 1 + 4 + len(FAULTS)
+
+
+def test_a_fault_does_not_make_others_that_are_none():
+    """What is wrong with one value does not let others look wrong: an unknown kind is no missing film."""
+    for old, new in (('kind = "gas_film"', 'kind = "gas_fim"'), ("[effects.gravity]", "[effects.gravty]")):
+        with pytest.raises(MachineFileError) as caught:
+            Machine.from_text(RIG.replace(old, new, 1))
+        assert len(caught.value.problems) == 1
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(PLAIN.replace("[effects.gravity]", '[effects.crack]\nloss = "1 N/m"\n[effects.gravty]'))
+    assert len(caught.value.problems) == 1
+
+
+def test_injectors_without_injection_are_refused():
+    text = RIG[: RIG.index("[injection]")] + RIG[RIG.index("[[injectors]]") :]
+    with pytest.raises(MachineFileError, match="injection: missing, but there are injectors; add"):
+        Machine.from_text(text)
+
+
+def test_unbalance_without_a_plane_needs_a_disc():
+    text = PLAIN[: PLAIN.index("[[discs]]")] + PLAIN[PLAIN.index("[[bearings]]") :]
+    with pytest.raises(MachineFileError, match=r"effects\.unbalance\.position: missing, and there is no disc"):
+        Machine.from_text(text)
+
+
+def test_an_unknown_name_lists_the_shipped_machines():
+    with pytest.raises(MachineFileError, match=r"'rig' is neither a shipped machine \(dtu_gas_bearing, .* or a path"):
+        load_machine("rig")

@@ -1,0 +1,177 @@
+"""Advice in machine-file messages: every advised text is valid."""
+
+import re
+from dataclasses import fields
+
+import pytest
+
+from rotorsim.effects import REGISTRY
+from rotorsim.errors import MachineFileError
+from rotorsim.machine import Machine, actuators, film, load_machine, machine_text, numerics, rotor, shipped_machines
+from rotorsim.machine.effect_tables import spec_of_parameter
+from rotorsim.machine.part import Part, spec_of
+from rotorsim.machine.units import parse
+from rotorsim.machine.usual import question, range_of, ranges
+
+PARTS = [
+    kind for room in (rotor, film, actuators, numerics) for kind in vars(room).values()
+    if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
+]  # fmt: skip
+HOMES = {
+    "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
+    "LinearBearing": "bearings.0", "Probe": "probe", "GasFilm": "bearings.1", "Gas": "gas", "Injection": "injection",
+    "Injector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid", "Solver": "solver",
+}  # fmt: skip
+FIELDS = {
+    f"{HOMES[kind.__name__]}.{name}": spec
+    for kind in PARTS for name, info in kind.model_fields.items() if (spec := spec_of(info)) is not None
+} | {
+    f"effects.{effect}.{f.name}": spec
+    for effect, kind in REGISTRY.items() for f in fields(kind) if (spec := spec_of_parameter(f)) is not None
+}  # fmt: skip
+WRONG = ["x", True, [], "5 parsec", "3 V*s*kg", 0, 1, -1, 33.5, *(10.0**k for k in range(-12, 13, 3)), "1e999", 25, 511]
+
+
+def advised(spec, value):
+    """What the sentence about a value tells to write; None where the value is right."""
+    try:
+        spec.read(value)
+    except ValueError as error:
+        said = re.search(r"write (e\.g\.|at least|at most) (.+)$", str(error))
+        assert said, str(error)
+        return said[1], said[2].strip("'")
+    return None
+
+
+def read(spec, text):
+    """The advice, read as a machine file would."""
+    return spec.read(text if spec.unit != "1" else int(text) if spec.multiple else float(text))
+
+
+@pytest.mark.parametrize("path", FIELDS)
+def test_what_is_advised_is_valid_for_the_field_and_an_example_is_usual(path):
+    spec = FIELDS[path]
+    extreme = [f"{sign}{size} {spec.unit}".replace("1e300 1", "1e300") for sign in "+-" for size in ("1e300",)]
+    for value in [*WRONG, *extreme]:
+        found = advised(spec, value)
+        if found is not None:
+            number = read(spec, found[1])
+            digits = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if found[0] == "e.g." and not digits:
+                assert question(path, number, spec.unit) is None, (value, found)
+
+
+def test_a_missing_value_is_advised_in_the_size_of_the_field():
+    text = machine_text("dtu_gas_bearing").replace('pin_bias = "22.5 um"', "")
+    with pytest.raises(MachineFileError, match=r"injection\.pin_bias: missing .*; write e\.g\. '22\.5 um'$"):
+        Machine.from_text(text)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "advice"),
+    [
+        ("clearance", "25", "'25 um'"),
+        ("clearance", "0.000025", "'2.5e-05 m'"),
+        ("clearance", '"-5 mm"', "'25 um'"),
+        ("clearance", '"25 bananas"', "'25 um'"),
+        ("youngs_modulus", "210", "'210 GPa'"),
+        ("mass", "1500", "'1500 g'"),
+        ("n_theta", "511", "512"),
+    ],
+)
+def test_bare_numbers_get_the_unit_that_makes_sense_of_them(field, value, advice):
+    text = re.sub(rf"(?m)^{field} = [^#\n]*", f"{field} = {value} ", machine_text("dtu_gas_bearing"), count=1)
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    assert caught.value.problems[0].endswith(f"write e.g. {advice}")
+
+
+def test_an_unbalance_without_a_disc_is_advised_to_stand_on_the_shaft():
+    text = machine_text("plain_rotor")
+    text = text[: text.index("[[discs]]")] + text[text.index("[[bearings]]") :]
+    with pytest.raises(MachineFileError, match=r"no disc to act on; write e\.g\. '300 mm'"):
+        Machine.from_text(text)
+
+
+FILM = """
+[[bearings]]
+kind = "gas_film"
+position = "200 mm"
+diameter = "20 mm"
+length = "20 mm"
+clearance = "20 um"
+
+[effects.weak_injector]
+blocked = 0.1
+"""
+
+
+def test_an_effect_on_injectors_is_not_advised_to_take_one_of_none():
+    text = machine_text("plain_rotor").replace("[effects.gravity]", f"{FILM}\n[effects.gravity]")
+    with pytest.raises(MachineFileError, match=r"effects\.weak_injector: acts in injectors, but there are none"):
+        Machine.from_text(text)
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_no_shipped_machine_is_questioned(name, recwarn):
+    load_machine(name)
+    assert not recwarn.list
+
+
+def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_example():
+    from rotorsim.commands.controlled import Setup
+    from rotorsim.experiments import EXPERIMENTS
+    from rotorsim.experiments.parameters import parameters
+
+    known = {(re.sub(r"\.\d+", "", path), spec.unit) for path, spec in FIELDS.items()}
+    known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), Setup) for e, p in parameters(kind)}
+    known |= {("frequency", "Hz"), ("least_film", "m")}  # options of map
+    assert set(ranges()) <= known
+    for path, spec in FIELDS.items():
+        found = range_of(path, spec.unit)
+        assert found is None or spec.example is None or found.holds(spec.example), path
+
+
+@pytest.mark.parametrize(("length", "meant"), [("50", "50 mm"), ("117.0125", "117.0125 mm"), ("0.05", "0.05 m")])
+def test_units_that_no_drawing_has_are_not_advised(length, meant):
+    """50 was advised as '50 cm', a shaft ten times too long."""
+    text = machine_text("dtu_gas_bearing").replace('length = "50 mm"', f"length = {length}")
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    assert caught.value.problems == (f"shaft.sections.1.length: {length} has no unit; write e.g. '{meant}'",)
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [("300 MPa", "300 kPa"), ("3 MPa", "3 bar"), ("5 GPa", "5 bar"), ("0.5 Pa", "0.5 MPa"), ("30 bar", "30 kPa")],
+)
+def test_the_unit_of_a_question_is_the_one_nearest_to_what_is_typical(said, meant):
+    """5 GPa was answered by '5 kPa', 3 MPa by '3 kPa'."""
+    assert f"; '{meant}' would be usual" in question("pressure", parse(said, "Pa"), "Pa", said)
+
+
+@pytest.mark.parametrize(
+    ("field", "said", "meant"),
+    [
+        ("bearings.1.clearance", "25 mm", "25 um"),
+        ("injection.pin_bias", "22.5 mm", "22.5 um"),
+        ("effects.unbalance.me", "25 kg*m", "25 g*mm"),
+        ("shaft.sections.0.length", "600 m", "600 mm"),
+    ],
+)
+def test_a_value_beyond_its_limit_is_answered_with_the_unit_that_was_meant(field, said, meant):
+    with pytest.raises(
+        MachineFileError,
+        match=rf"'{re.escape(said)}' is above the limit \(is '{re.escape(meant)}' meant\?\); write at most",
+    ):
+        load_machine("dtu_gas_bearing").replace(field, said)
+
+
+def test_unusual_values_are_told_together_with_what_is_wrong():
+    text = machine_text("dtu_gas_bearing").replace('"22.5 um"', '"22.5 mm"').replace('"7850 kg/m^3"', '"7.85 kg/m^3"')
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    assert [line.split(":")[0] for line in caught.value.problems] == ["injection.pin_bias", "shaft.material.density"]
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text('unusual = ["shaft.material.density"]\n' + text)
+    assert [line.split(":")[0] for line in caught.value.problems] == ["injection.pin_bias"]

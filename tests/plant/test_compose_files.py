@@ -1,0 +1,44 @@
+"""Generated module of a machine: atomic write, and a full cache folder."""
+
+from pathlib import Path
+
+import pytest
+
+from fuzzing.disk import largest_file
+from rotorsim.base.files import _node
+from rotorsim.plant.compose import load_module
+
+TEXT = "number = 1\n" + "# \n" * 1000
+
+
+@pytest.fixture
+def folders(tmp_path, monkeypatch):
+    """Cache and folder for temporary files."""
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    return tmp_path / "cache" / "plants", tmp_path / "temporary"
+
+
+def test_a_module_is_written_whole_and_what_a_killed_process_left_is_removed(folders):
+    folders[0].mkdir(parents=True)
+    (folders[0] / f".made_here.py.{_node()}-999999999-0.part").touch()
+    assert load_module("made_here", TEXT).number == 1
+    assert [path.name for path in folders[0].iterdir() if path.is_file()] == ["made_here.py"]
+
+
+def test_a_cache_that_takes_no_more_is_no_error(folders, monkeypatch):
+    """It ended a command in "no space left on device"."""
+    from rotorsim.plant import compose
+
+    write = compose.write_text
+
+    def full(path, text):
+        if path.parent == folders[0]:
+            with largest_file(100):
+                write(path, text)
+        write(path, text)
+
+    monkeypatch.setattr(compose, "write_text", full)
+    module = load_module("made_there", TEXT)
+    assert module.number == 1 and folders[1] in Path(module.__file__).parents

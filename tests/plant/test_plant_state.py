@@ -1,0 +1,155 @@
+"""State, inputs and records of a run: bits independent of block size, invalid inputs refused."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rotorsim
+from identification import validate
+from rotorsim.errors import DataError, NoLiftOffError
+
+PRESSURE = 0.3e6
+BUSY = {"effects.unbalance.me": "6.5 g*mm", "effects.coupling.second": "4 N"}
+
+
+def busy_inputs(held, samples=300):
+    """Everything moves: speed, supply, both references, a disc force that jumps."""
+    k = np.arange(samples)
+    inputs = held(samples, 300.0, PRESSURE)
+    inputs[:, 0] += 0.2 * k
+    inputs[:, 1] += 2e4 * np.sin(0.02 * k)
+    inputs[:, 2], inputs[:, 3] = np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)
+    inputs[100:110, 4] = 20.0
+    return inputs
+
+
+def test_one_step_calls_equal_block_calls_bitwise(rig, held):
+    plant, inputs = rig(BUSY), busy_inputs(held)
+    block, single = plant.start(300.0, PRESSURE), plant.start(300.0, PRESSURE)
+    table = block.advance(inputs)
+    rows = np.concatenate([single.advance(row[None]) for row in inputs])
+    assert table.tobytes() == rows.tobytes()
+    assert block.w.tobytes() == single.w.tobytes()
+
+
+def test_a_saved_state_goes_on_bitwise_also_in_another_simulation(rig, held):
+    plant, inputs = rig(BUSY), busy_inputs(held)
+    run = plant.start(300.0, PRESSURE)
+    run.advance(inputs[:150])
+    saved = run.save()
+    first = run.advance(inputs[150:])
+    run.restore(saved)
+    again = run.advance(inputs[150:])
+    other = rig(BUSY).start(0.0, PRESSURE)
+    other.restore(saved)
+    assert first.tobytes() == again.tobytes() == other.advance(inputs[150:]).tobytes()
+
+
+SCRIPT = """
+import hashlib
+import numpy as np
+from rotorsim.plant import Plant
+k = np.arange(300)
+inputs = np.zeros((300, 6))
+inputs[:, 0], inputs[:, 1] = 300 + 0.2 * k, 3e5
+inputs[:, 2], inputs[:, 3] = np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)
+inputs[100:110, 4] = 100.0
+run = Plant("dtu_gas_bearing", n_theta=32, n_z=8, dt=2e-4).start(300.0, 3e5)
+table = run.advance(inputs)
+print(hashlib.sha256(table.tobytes() + run.w.tobytes()).hexdigest())
+"""
+
+
+def digest_of_run(**environment):
+    folder = str(Path(rotorsim.__file__).parents[1])
+    variables = dict(os.environ, PYTHONPATH=os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")]), **environment)
+    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, env=variables, check=True)
+    return done.stdout.strip()
+
+
+@pytest.mark.slow
+def test_two_kinds_of_processor_compute_the_same_bits(tmp_path):
+    """Vector units of this computer against the oldest x86-64 ones: no sum is reordered, nothing is contracted."""
+    plain = digest_of_run(NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="", ROTORSIM_CACHE_DIR=str(tmp_path / "generic"))
+    assert len(plain) == hashlib.sha256().digest_size * 2
+    assert digest_of_run() == plain
+
+
+class Proportional:
+    """Positive feedback of the thesis' kind, which keeps what it was given."""
+
+    def __init__(self):
+        self.seen = []
+
+    def step(self, measured, speed, pressure):
+        self.seen.append((measured.copy(), speed, pressure))
+        return 2e4 * measured
+
+
+def test_a_controller_acts_on_the_sample_after_the_one_it_saw(rig):
+    plant, controller, force = rig(), Proportional(), np.zeros((200, 2))
+    force[0] = 20.0
+    record = plant.simulate(0.04, 300.0, PRESSURE, disc_force=force, controller=controller)
+    measured = record["disc_measured"].values
+    assert len(controller.seen) == 200
+    assert np.array([m for m, _, _ in controller.seen]).tobytes() == measured.tobytes()
+    assert all(speed == 300.0 and pressure == PRESSURE for _, speed, pressure in controller.seen)
+    assert np.all(record["reference"].values[0] == 0)
+    assert record["reference"].values[1:] == pytest.approx(2e4 * measured[:-1], rel=1e-15)
+    # the pins follow at once (eq. C.1 of the thesis: +y, +x, -y, -x), 4.194 um/V about their middle
+    travel = (record["pin"].values - 22.5e-6) / 4.194e-6
+    x, y = record["reference"].values.T
+    assert travel == pytest.approx(np.stack([y, x, -y, -x], axis=1), abs=1e-9)
+
+
+def test_a_record_fits_the_schema_and_says_where_it_comes_from(rig):
+    plant = rig(BUSY)
+    record = validate(plant.simulate(0.02, lambda t: 100 + 50 * t, PRESSURE, reference=(0.5, 0.0), seed=7))
+    assert record.sizes == {"time": 100, "axis": 2, "injector": 4}
+    assert record["time"].values == pytest.approx(np.arange(100) * 2e-4, abs=1e-12)
+    assert record["speed"].values == pytest.approx(100 + 50 * record["time"].values, rel=1e-12)
+    assert record["pressure"].values == pytest.approx(PRESSURE, rel=1e-12)
+    assert record.attrs["machine"] == plant.machine.text
+    assert (record.attrs["machine_hash"], record.attrs["seed"]) == (plant.machine.hash, 7)
+    assert record.attrs["sample_rate_hz"] == pytest.approx(5000)
+    for name in ("rotorsim_version", "numpy_version", "numba_version"):
+        assert record.attrs[name]
+
+
+def test_a_run_goes_on_where_another_ended(rig):
+    plant = rig(BUSY)
+    whole = plant.simulate(0.04, 300.0, PRESSURE)
+    run = plant.start(300.0, PRESSURE)
+    parts = [plant.simulate(0.02, 300.0, PRESSURE, initial=run) for _ in range(2)]
+    assert parts[1]["time"].values[0] == pytest.approx(0.02)
+    for name in ("disc", "angle", "film_force", "h_min"):
+        joined = np.concatenate([part[name].values for part in parts])
+        assert joined.tobytes() == whole[name].values.tobytes()
+
+
+def test_a_pressure_that_cannot_lift_the_rotor_is_named_with_the_way_out(rig):
+    with pytest.raises(
+        NoLiftOffError, match=r"no lift-off: at 0\.02 MPa gauge and 0 rpm .* N on it; raise the injection"
+    ):
+        rig().equilibrium(0.0, 0.02e6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"duration": 0.0}, r"duration = 0\.0 s: shorter than one sample"),
+        ({"duration": np.nan}, r"duration = nan s"),
+        ({"speed": np.ones(7)}, r"speed: shape \(7,\), expected \(51,\)"),
+        ({"pressure": np.full(50, np.nan)}, "pressure: holds NaN or infinite values"),
+        ({"reference": np.zeros((50, 3))}, r"reference: shape \(50, 3\), expected \(50, 2\)"),
+        ({"disc_force": lambda t: (np.inf, 0.0)}, "disc_force: holds NaN or infinite values"),
+    ],
+)
+def test_inputs_that_make_no_sense_are_refused_by_name(rig, arguments, sentence):
+    with pytest.raises(DataError, match=sentence):
+        rig().simulate(**({"duration": 0.01, "speed": 0.0, "pressure": PRESSURE} | arguments))

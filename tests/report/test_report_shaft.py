@@ -1,0 +1,45 @@
+"""Figures of the shaft library: plotted values in the units of the axes."""
+
+import numpy as np
+import pytest
+
+import rotorsim.report as report
+from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    shaft = [ShaftElement(0.25, 0.0, 0.05) for _ in range(6)]
+    disc = DiskElement.from_geometry(2, steel, 0.07, 0.05, 0.28)
+    return Rotor(shaft, [disc], [BearingElement(n, 1e6, 500.0, kyy=0.8e6) for n in (0, 6)])
+
+
+def test_campbell_figure_draws_each_branch_in_hertz_over_rpm(rotor):
+    found = rotor.run_campbell(np.linspace(10.0, 400.0, 5), frequencies=4)
+    figure = report.shaft_campbell(found.dataset())
+    first = figure.data[0]
+    assert first.x[-1] == pytest.approx(400 * 30 / np.pi, rel=1e-4)
+    assert first.y == pytest.approx(found.along_branch("wn")[:, 0] / (2 * np.pi), rel=1e-4)
+    senses = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle"}
+    assert list(first.marker.symbol) == [senses[s] for s in found.dataset()["whirl"].values[:, 0]]
+    assert figure.layout.xaxis2.title.text == "speed [rpm]"
+
+
+def test_map_of_critical_speeds_is_logarithmic_and_complete(rotor):
+    found = rotor.run_ucs((1e6, 1e9), num=4)
+    figure = report.critical_speed_map(found.dataset())
+    assert len(figure.data) == 4 and figure.layout.xaxis.type == "log"
+    assert figure.data[1].y == pytest.approx(found.wn[1] * 30 / np.pi, rel=1e-4)
+
+
+def test_unbalance_response_is_drawn_where_the_shaft_moves_most(rotor):
+    found = rotor.run_unbalance_response(2, 1e-4, 0.0, np.linspace(20.0, 200.0, 40)).dataset()
+    figure = report.unbalance_response(found)
+    assert figure.data[0].y.max() == pytest.approx(float(found["major"].max()) * 1e6, rel=1e-4)
+    assert len(report.unbalance_response(found, (0, 2)).data) == 4
+
+
+def test_sag_is_drawn_downwards_in_micrometres(rotor):
+    found = rotor.run_static()
+    y = report.sag(found.dataset()).data[1].y
+    assert y == pytest.approx(found.displacement[1::4] * 1e6, rel=1e-4) and max(y) < 0

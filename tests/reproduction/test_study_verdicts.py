@@ -1,0 +1,127 @@
+"""Verdict tables of a study: numbers, intervals and verdicts of every claim."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rotorsim.reproduction
+from rotorsim.reproduction.claims import control_numbers, verdicts
+from rotorsim.reproduction.claims.hysteresis import drift
+from rotorsim.reproduction.claims.judge import VERDICTS
+from rotorsim.reproduction.claims.rules import KRPM, claims
+from rotorsim.reproduction.control import DESIGNS, ControlStudy
+from rotorsim.reproduction.control_cases import onset, peaks
+from rotorsim.reproduction.plans import Layout
+from rotorsim.verify.impacts import ring_down
+from rotorsim.verify.running import Run
+
+THESIS = {claim.number: {figure.name: figure.thesis for figure in claim.figures} for claim in claims()}
+
+
+def test_the_thesis_own_numbers_leave_no_claim_open():
+    found = verdicts.verdicts(THESIS)
+    assert {one.verdict for one in found} == {"met", "trivial", "not comparable"}
+    assert verdicts.lines(found)[-1] == "21 met, 1 not comparable, 3 trivial"
+
+
+def test_a_study_without_numbers_meets_nothing():
+    assert {one.verdict for one in verdicts.verdicts({})} == {"not met", "not comparable"}
+
+
+def test_every_row_shows_both_numbers_both_intervals_and_the_verdict():
+    ours = THESIS | {"I2": {"identification_x": 85.0}}
+    table = verdicts.markdown(verdicts.verdicts(ours))
+    assert "| fit, identification, x | 88.8 % | 85 | 86.1 to 91.5 | 83.4 to 94.2 | near |" in table
+    assert "| fit, second record, y | 84.1 % | none | 80.7 to 87.5 | 77.3 to 90.9 | not met |" in table
+    assert "| closed over open loop | 1.7 | 1.7 | from 1.7 | from 1.56 | met |" in table
+    for claim in claims():
+        assert f"**{claim.number}: " in table
+        assert all(f"| {figure.words} | " in table for figure in claim.figures)
+
+
+def test_the_page_counts_claims_and_figures():
+    overview, figures, notes = verdicts.claims_blocks(verdicts.verdicts(THESIS))
+    assert overview.text.startswith("21 met, 1 not comparable, 3 trivial.")
+    assert len(overview.rows) == len(claims())
+    assert len(figures.rows) == sum(len(claim.figures) for claim in claims())
+    assert any("one-sided" in note for _, note in notes.rows)
+
+
+def test_plain_values_hold_what_a_script_needs():
+    row = next(row for row in verdicts.plain(verdicts.verdicts(THESIS, "C")) if row["number"] == "C11")
+    gain = next(one for one in row["figures"] if one["name"] == "gain")
+    assert (row["verdict"], gain["thesis"], gain["ours"], gain["met"]) == ("met", 1.7, 1.7, [1.7, None])
+
+
+def test_no_verdict_is_written_into_code_outside_the_judge():
+    folder = Path(rotorsim.reproduction.__file__).parent
+    for file in (*folder.glob("*.py"), *(folder.parent / "commands").glob("study*.py")):
+        words = {node.value.lower() for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+                 if isinstance(node, ast.Constant) and isinstance(node.value, str)}  # fmt: skip
+        assert file.name == "judge.py" or not words & set(VERDICTS), file.name
+
+
+def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
+    """Laws that were not made leave their figures out; those that need none are there."""
+    bare = {number for number, needed, _ in control_numbers._PARTS if not needed}
+    monkeypatch.setattr(
+        control_numbers, "_PARTS", tuple((n, laws, lambda *_: {"one": 1.0}) for n, laws, _ in control_numbers._PARTS)
+    )
+    known = control_numbers.control_numbers(ControlStudy(), None)
+    assert list(known) == [f"C{n}" for n in range(1, 13)]
+    assert {number for number, figures in known.items() if figures} == bare
+
+
+def test_the_claims_points_off_the_grid_get_records_of_their_own():
+    claimed = [(round(w / KRPM, 3), p) for w, p in Layout().claimed()]
+    assert claimed == [(5.3, 300000), (4.05, 500000), (4.2, 700000)]
+    names = [name for name, _ in Layout().texts()]
+    assert names[:2] == ["grid", "centres"]
+    assert len(set(names)) == len(names) == 5
+
+
+def test_no_design_of_the_study_was_chosen_on_judged_points():
+    assert "mild" not in {preset for _, preset, _ in DESIGNS.values()}
+
+
+def test_frequency_and_damping_of_a_ring_down_are_found():
+    t = np.arange(500) * 2e-4
+    for zeta in (0.02, 0.1, 0.3):
+        p = np.exp(-zeta * 750 * t) * np.sin(np.sqrt(1 - zeta**2) * 750 * t)
+        assert ring_down(np.column_stack([p, 0 * t])) == (pytest.approx(750, rel=0.08), pytest.approx(zeta, rel=0.2))
+    assert all(np.isnan(ring_down(np.full((500, 2), np.nan))))
+
+
+def run_of(disc, speed):
+    table = np.zeros((len(speed), 64))
+    made = Run(table, np.zeros((len(speed), 6)))
+    made.pair("disc")[:], made.column("speed")[:] = disc, speed
+    return made
+
+
+def test_peaks_of_a_run_up_are_found_along_each_axis():
+    f = np.linspace(0, 100, 300_000)
+    angle = np.cumsum(2 * np.pi * f * 2e-4)
+    bumps = [sum(np.exp(-((f - at) ** 2)) for at in pair) for pair in ((38, 61), (44, 67))]
+    found = peaks(run_of(1e-6 * np.column_stack(bumps) * np.cos(angle)[:, None], 2 * np.pi * f))
+    assert found["third"] == [pytest.approx(38, abs=0.5), pytest.approx(44, abs=0.5)]
+    assert found["half"] == [pytest.approx(61, abs=0.5), pytest.approx(67, abs=0.5)]
+    assert np.isnan(peaks(run_of(np.zeros((5000, 2)), np.zeros(5000)))["half"]).all()
+
+
+def test_whirl_is_measured_where_it_sets_on_and_not_at_the_end():
+    t = np.arange(100_000) * 2e-4
+    speed = np.linspace(1000, 2000, len(t))
+    turn = np.cumsum(speed * 2e-4)
+    share = np.where(speed < 1500, 0.45, 0.30)
+    whirl = (speed > 1200) * 5.0 * np.sin(np.cumsum(share * speed * 2e-4))
+    found = onset(np.column_stack([0 * t, np.sin(turn) + whirl]), speed)
+    assert found == (pytest.approx(1200, rel=0.02), pytest.approx(0.45, rel=0.05))
+    assert onset(np.column_stack([0 * t, np.sin(turn)]), speed) is None
+
+
+def test_drift_is_the_change_after_a_step_has_settled():
+    travel = np.concatenate([[0.0], np.full(1000, 2.0), np.full(49_000, 2.2)])
+    assert drift(travel) == pytest.approx(0.1)
