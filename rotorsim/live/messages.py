@@ -13,6 +13,8 @@ MOST = 50
 """Lines that are written; a flood of faults shows nothing new."""
 ENDED = "graceful shutdown"
 """In what the server writes when it ends with pages open."""
+WITHOUT_MESSAGE = ("connect", "disconnect")
+"""Events that carry nothing from the page; the server library tries their handlers with more and fewer arguments."""
 MALFORMED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 
 
@@ -50,7 +52,8 @@ def quiet() -> None:
 
     for handlers in core.sio.handlers.values():
         for event, handle in handlers.items():
-            handlers[event] = dropping(handle)
+            if event not in WITHOUT_MESSAGE:
+                handlers[event] = dropping(handle)
 
 
 def dropping(handle: Callable[..., Any]) -> Callable[..., Any]:

@@ -2,7 +2,9 @@
 
 import logging
 
-from rotorsim.live.messages import MOST, OneLine
+import pytest
+
+from rotorsim.live.messages import MOST, OneLine, quiet
 
 
 def test_a_flood_of_log_lines_ends_with_a_line_that_says_so(capsys):
@@ -11,3 +13,19 @@ def test_a_flood_of_log_lines_ends_with_a_line_that_says_so(capsys):
         handler.emit(logging.LogRecord("nicegui", logging.ERROR, "", 0, f"fault {number}", None, None))
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == MOST + 1 and lines[-1] == f"rotorsim live: these were {MOST} lines; no more are written"
+
+
+def test_malformed_messages_are_dropped_and_a_closed_page_is_still_seen(monkeypatch):
+    """The server library learns from a TypeError how many arguments the handler of a disconnection takes."""
+    core = pytest.importorskip("nicegui.core")
+
+    def takes_one(sid):
+        return sid
+
+    monkeypatch.setattr(core.sio, "handlers", {"/": {"event": takes_one, "disconnect": takes_one}})
+    quiet()
+    handlers = core.sio.handlers["/"]
+    assert handlers["event"]("sid", "malformed") is None
+    with pytest.raises(TypeError):
+        handlers["disconnect"]("sid", "transport close")
+    assert handlers["disconnect"]("sid") == "sid"

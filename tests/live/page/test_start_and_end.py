@@ -14,7 +14,6 @@ from rotorsim.machine import machine_text
 pytestmark = IN_BROWSER
 
 
-@pytest.mark.xfail(reason="the process of a refused file does not end when its page is closed", run=False)
 def test_a_machine_file_with_an_error_is_shown_on_a_page(browser, tmp_path):
     path = tmp_path / "wrong.toml"
     path.write_text(machine_text("dtu_gas_bearing").replace('me = "6.5 g*mm"', 'me = "10 g"'))
