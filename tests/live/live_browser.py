@@ -58,7 +58,7 @@ def until(page, what, seconds=PATIENCE):
         if what(found := settings(page)):
             return found
         page.wait_for_timeout(50)
-    raise AssertionError(found)
+    raise AssertionError([found, page.locator(".q-notification").all_inner_texts()])
 
 
 def fill(page, key, value):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from live_browser import IN_BROWSER, PATIENCE, UNIT, fill, settings, until
+from live_browser import IN_BROWSER, PATIENCE, UNIT, expect, fill, settings, until
 
 pytestmark = IN_BROWSER
 
@@ -25,6 +25,8 @@ def test_operating_controls_turn_the_plant(page):
 
 
 def test_switches_turn_the_plant(page):
+    fill(page, "reference_x", "0")  # a controller has no room beside a constant reference: it would be refused
+    fill(page, "reference_y", "0")
     for label, key, positions in (
         ("drive", "drive", ("torque", "coast", "speed")),
         ("sense", "sense", ("backward", "forward")),
@@ -33,10 +35,12 @@ def test_switches_turn_the_plant(page):
         ("simulation speed", "pace", ("0.1x", "fastest", "1x")),
     ):
         for position in positions:
-            page.get_by_label(label, exact=True).get_by_role("button", name=position, exact=True).click()
+            button = page.get_by_label(label, exact=True).get_by_role("button", name=position, exact=True)
+            button.click()
             found = until(page, lambda s, key=key, position=position: s[key] == position)
             if key == "noise":
                 assert (found["noise.sigma"] == 0.0) is (position == "off")
+            expect(button).to_have_attribute("aria-pressed", "true", timeout=PATIENCE * 1e3)
 
 
 def test_every_effect_of_the_catalogue_is_turned_by_its_field(page):
