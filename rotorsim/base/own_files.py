@@ -26,7 +26,7 @@ JSON = {
 """By the key `kind`."""
 RESULTS = (
     ({"status", "verdict"}, "the verdict of 'rotorsim diagnose'"),
-    ({"knobs", "forms"}, "the sealed truth of 'rotorsim hide'"),
+    ({"fit_parameters", "forms"}, "the sealed truth of 'rotorsim hide'"),
     ({"law", "rows", "passed"}, "the table of 'rotorsim verify'"),
     ({"claims"}, "the numbers of a study"),
 )

@@ -38,9 +38,9 @@ class Detectable:
         trials = [t for t in make_trials(machine, open_records(records, None), None) if t.role == "fit"]
         comparison = Comparison(workshop.twin, trials, threads=1)
         base = renewed(comparison, recalibrate(comparison, workshop.fine, law=workshop.law))
-        base = replace(base, J=comparison.jacobian(base.point, base.knobs))
+        base = replace(base, J=comparison.jacobian(base.point, base.parameters))
         forms, here = candidates(workshop.twin), comparison.predict(base.point)
-        columns = [comparison.jacobian(base.point.holding(f.fixed), f.knobs, here) for f in forms]
+        columns = [comparison.jacobian(base.point.holding(f.fixed), f.parameters, here) for f in forms]
         return cls(screen(base, forms, columns), {f.label: i for i, f in enumerate(forms)})
 
     def times(self, truth: Truth) -> float:
@@ -50,6 +50,6 @@ class Detectable:
             if form.label not in self.place:
                 return 0.0
             own = self.view.where[self.place[form.label]]
-            steps = np.array(amplitude) / [k.step for k in form.knobs]
+            steps = np.array(amplitude) / [k.step for k in form.parameters]
             found = min(found, sqrt(max(float(steps @ self.view.gram[own, own] @ steps), 0.0) / CHI2))
         return found

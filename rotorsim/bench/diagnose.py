@@ -47,7 +47,7 @@ def run_case(
     if kind == "left_out":
         out = {f.effect for f in truth.forms}
         effects = {f.effect for f in candidates(workshop.twin)} - out
-    steps = max((abs(complex(*a, *([0] * (2 - len(a))))) / f.knobs[0].step
+    steps = max((abs(complex(*a, *([0] * (2 - len(a))))) / f.parameters[0].step
                  for f, a in zip(truth.forms, truth.amplitudes, strict=True)), default=0.0)  # fmt: skip
     times = seen.times(truth)
     try:

@@ -13,7 +13,7 @@ from rotorsim.discrepancy import hide
 from rotorsim.discrepancy.blind_test.design import Planned
 from rotorsim.discrepancy.blind_test.hide import Truth, draw
 from rotorsim.discrepancy.fit.calibration import flow_key
-from rotorsim.discrepancy.fit.parameters import REFERENCE_PRESSURE, Knob
+from rotorsim.discrepancy.fit.parameters import REFERENCE_PRESSURE, FitParameter
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
@@ -51,8 +51,8 @@ def foreign(kind: int) -> Callable[[np.ndarray, Planned], np.ndarray]:
 
 
 @dataclass(frozen=True)
-class Bent(Knob):
-    """A knob that counts by another power of the pressure than the calibration's trend does."""
+class Bent(FitParameter):
+    """Fit parameter whose trend follows another power of the pressure than the calibration's."""
 
     power: float = 0.0
 
@@ -63,8 +63,8 @@ class Bent(Knob):
 
 def law_error(truth: Truth, twin: Twin, rng: np.random.Generator) -> Truth:
     """Another pressure law of the pins: 5 % more or less flow when the pressure doubles, by some power of it."""
-    knob = Bent(flow_key(twin), 0.02, trend="pressure", power=float(rng.choice([-1.0, 0.5, 2.0])))
-    values = {**truth.point.values, knob: float(rng.choice([-0.05, 0.05]))}
+    parameter = Bent(flow_key(twin), 0.02, trend="pressure", power=float(rng.choice([-1.0, 0.5, 2.0])))
+    values = {**truth.point.values, parameter: float(rng.choice([-0.05, 0.05]))}
     return replace(truth, point=replace(truth.point, values=values))
 
 
@@ -81,7 +81,7 @@ def hidden_case(number: int, kind: str, machine: Machine, truth_plant: Twin) -> 
         if kind == "law":
             truth = law_error(truth, truth_plant, rng)
         if kind == "noise":
-            values = {**truth.point.values, Knob("noise.0.sigma", 1e-7): 0.66e-6}
+            values = {**truth.point.values, FitParameter("noise.0.sigma", 1e-7): 0.66e-6}
             truth = replace(truth, point=replace(truth.point, values=values))
         with suppress(DataError):
             records = hide(machine, picked, seed, truth=truth, disturb=disturb, twin=truth_plant, tiled=True)

@@ -69,7 +69,9 @@ def within(d: Diagnosis, truth: Truth, twin: Twin) -> float:
         for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):
             if form.key != found.form:
                 continue
-            hidden = setting(twin, contributions(dict(zip(form.knobs, amplitude, strict=True)), 0.0, 0.0), form.fixed)
+            hidden = setting(
+                twin, contributions(dict(zip(form.parameters, amplitude, strict=True)), 0.0, 0.0), form.fixed
+            )
             for key, value in hidden.items():
                 parameter = key.split(".")[2]
                 if parameter in found.sd:

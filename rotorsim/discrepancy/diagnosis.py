@@ -210,11 +210,11 @@ class Work:
         origin, store = Point(), Sensitivities(self.fitted)
         for form in self.forms:
             self.say("screen")
-            own = store.columns(origin.holding(form.fixed), form.knobs, lambda: self.say("screen"))
+            own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.say("screen"))
             if form.felt(own):
                 usable.append(form)
                 raw[form.label] = own / self.fitted.sigma[:, None]
-        nominal = replace(base, J=store.columns(origin, base.knobs) / self.fitted.sigma[:, None])
+        nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         return Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags), held_excess,
@@ -246,8 +246,8 @@ class Work:
             unknown=unknown,
             next_experiment=ahead,
             gap=gap,
-            notes=(*notes, *map(null_sentence, null_vectors(proven, base.knobs))),
-            calibration=calibration_of(proven, V, base.knobs),
+            notes=(*notes, *map(null_sentence, null_vectors(proven, base.parameters))),
+            calibration=calibration_of(proven, V, base.parameters),
             evidence=evidence_of(base, best, search),
             data_hash=data_hash(self.trials),
             spectra=shown,
@@ -277,7 +277,7 @@ class Work:
         if fine is None:
             return self.fitted, fit
         comparison = self.fitted.proven(fit.point, fine)
-        return comparison, refit(comparison, fit.point, fit.knobs, fit.J, say=lambda: self.say("show"))
+        return comparison, refit(comparison, fit.point, fit.parameters, fit.J, say=lambda: self.say("show"))
 
 
 __all__ = ["Workshop", "diagnose"]

@@ -95,14 +95,14 @@ def alias_matrix(
         trials = [t for t in make_trials(machine, open_records(records, mapping), None) if t.role == "fit"]
     comparison = Comparison(Twin(machine, GRID, STEP), trials)
     comparison.sigma = np.full_like(comparison.measured, NOISE)
-    knobs = calibration(comparison.twin, len(trials))
+    parameters = calibration(comparison.twin, len(trials))
     start = Point()
-    J = columns(comparison, start, knobs, lambda: progress("calibrate")) / NOISE
-    base = Fit(knobs, start, np.zeros(len(J)), J, 0.0)
+    J = columns(comparison, start, parameters, lambda: progress("calibrate")) / NOISE
+    base = Fit(parameters, start, np.zeros(len(J)), J, 0.0)
     forms, S, store = [], [], Sensitivities(comparison)
     for form in candidates(comparison.twin):
         progress("screen")
-        own = store.columns(start.holding(form.fixed), form.knobs)
+        own = store.columns(start.holding(form.fixed), form.parameters)
         if form.felt(own):
             forms.append(form)
             S.append(own / NOISE)
@@ -115,8 +115,8 @@ def alias_matrix(
     seen = [(k, i) for k, i in chosen if view.size(i) > 0]
     likeness = np.array([[view.likeness(i, j) for _, j in seen] for _, i in seen])
     size = np.array([view.size(i) for _, i in seen])
-    free = [i for i, k in enumerate(knobs) if not k.trend]
-    null = singular_directions(J[:, free], [knobs[i] for i in free])
+    free = [i for i, k in enumerate(parameters) if not k.trend]
+    null = singular_directions(J[:, free], [parameters[i] for i in free])
     survives = np.array([view.survives(i) for _, i in seen])
     return AliasMatrix(tuple(k for k, _ in seen), likeness, survives, np.sqrt(50) / size, null)
 

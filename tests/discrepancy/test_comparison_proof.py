@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
 
 LINES = 3
-AWAY = Point({Knob("shaft_damping", 0.1): 2.0})
+AWAY = Point({FitParameter("shaft_damping", 0.1): 2.0})
 
 
 def comparison(lost):

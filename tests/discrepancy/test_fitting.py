@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
-from rotorsim.discrepancy.fit.parameters import REFERENCE_SPEED, Knob, contributions, setting
+from rotorsim.discrepancy.fit.parameters import REFERENCE_SPEED, FitParameter, contributions, setting
 from rotorsim.discrepancy.fit.uncertainty import covariance, sd_of_polar
 from rotorsim.discrepancy.outcome.result import EXIT_CODES
 from rotorsim.discrepancy.residuals.comparison import Point
@@ -20,7 +20,7 @@ from rotorsim.machine import load_machine
 
 pytestmark = pytest.mark.numerical
 
-A, B = Knob("a", 0.1), Knob("b", 0.1)
+A, B = FitParameter("a", 0.1), FitParameter("b", 0.1)
 
 
 @dataclass
@@ -44,29 +44,29 @@ def test_a_nonlinear_fit_with_a_kept_jacobian_converges():
 
 
 def test_a_prior_holds_what_the_data_do_not_tell():
-    tight = Knob("a", 0.1, sd=1e-6)
+    tight = FitParameter("a", 0.1, sd=1e-6)
     t = np.linspace(0, 2, 20)
     found = fit(Curve(), Point(), [tight, B], np.column_stack([t, t**2]))
     assert abs(found.point.values[tight]) < 1e-4
 
 
-def test_two_knobs_that_do_the_same_are_a_null_vector(rng):
+def test_two_parameters_that_do_the_same_are_a_null_vector(rng):
     x, y = rng.normal(size=(2, 50))
-    null = singular_directions(np.column_stack([x, y, x + 1e-6 * y]), [A, B, Knob("c", 1.0)])
+    null = singular_directions(np.column_stack([x, y, x + 1e-6 * y]), [A, B, FitParameter("c", 1.0)])
     assert len(null) == 1
     assert set(null[0]) == {"a", "c"}
     assert not singular_directions(np.column_stack([x, y]), [A, B])
 
 
 def form(name):
-    return Form(name, f"{name}.x", (Knob(f"{name}.0.x", 2.0),))
+    return Form(name, f"{name}.x", (FitParameter(f"{name}.0.x", 2.0),))
 
 
 def test_the_drop_of_a_form_is_that_of_a_joint_least_squares(rng):
     J, S, r = rng.normal(size=(60, 3)), rng.normal(size=(60, 1)), rng.normal(size=60)
-    knobs = tuple(Knob(n, 1.0) for n in "abc")
+    parameters = tuple(FitParameter(n, 1.0) for n in "abc")
     x = np.linalg.lstsq(J, r, rcond=None)[0]
-    base = Fit(knobs, Point(), r - J @ x, J, 0.0)
+    base = Fit(parameters, Point(), r - J @ x, J, 0.0)
     view = screen(base, [form("f")], [S])
     joint = np.linalg.lstsq(np.column_stack([J, S]), r, rcond=None)
     drop, steps = view.drop(0)
@@ -85,7 +85,7 @@ def test_a_form_that_the_calibration_imitates_explains_nothing(rng):
 def test_forms_with_the_same_signature_are_alike(rng):
     J, s = rng.normal(size=(60, 2)), rng.normal(size=(60, 2))
     base = Fit((A, B), Point(), rng.normal(size=60), J, 0.0)
-    two = Form("f", "f.x", (Knob("f.0.x~p.c", 1.0), Knob("f.0.x~p.s", 1.0)))
+    two = Form("f", "f.x", (FitParameter("f.0.x~p.c", 1.0), FitParameter("f.0.x~p.s", 1.0)))
     view = screen(base, [two, form("g"), form("h")], [s, s[:, :1] + J @ [[3.0], [1.0]], rng.normal(size=(60, 1))])
     assert view.likeness(0, 1) == pytest.approx(1.0, abs=1e-6)
     assert view.likeness(0, 2) < 0.7
@@ -103,8 +103,8 @@ def test_a_bow_is_never_told_from_a_runout_nor_a_blocked_pin_from_a_low_pressure
 
 
 def test_a_trend_counts_by_the_operating_point():
-    knob = Knob("discharge_drift.0.drift", 0.1, trend="pressure")
-    sums = contributions({knob: 0.1, Knob("discharge_drift.0.drift", 0.1): 0.02}, REFERENCE_SPEED, 0.75e6)
+    parameter = FitParameter("discharge_drift.0.drift", 0.1, trend="pressure")
+    sums = contributions({parameter: 0.1, FitParameter("discharge_drift.0.drift", 0.1): 0.02}, REFERENCE_SPEED, 0.75e6)
     assert sums["discharge_drift.0.drift"] == pytest.approx(0.02 + 0.1 * 0.5)
 
 

@@ -6,7 +6,7 @@ import pytest
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.blind_test.hide import record_of
 from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.twin.response_cache import Memo
 
@@ -16,7 +16,7 @@ def test_a_response_is_computed_once_for_every_place(machine, workshop, tmp_path
     trial = make_trial(record_of(workshop.twin, planned, Point(), 1), "fit", "r")
     memo = Memo(tmp_path / "unfinished")
     first = Comparison(workshop.twin, [trial], memo=memo)
-    here, there = Point(), Point({Knob("shaft_damping", 0.1): 0.2})
+    here, there = Point(), Point({FitParameter("shaft_damping", 0.1): 0.2})
     kept = first.predict(here), first.predict(there)
     again = Comparison(workshop.twin, [trial], memo=memo)
     np.testing.assert_array_equal(again.predict(here), kept[0])

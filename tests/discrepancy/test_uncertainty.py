@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.fit.least_squares import Fit, fit
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, fall, finished
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.twin.twin import of_bearing
@@ -15,11 +15,11 @@ from rotorsim.discrepancy.twin.twin import of_bearing
 pytestmark = pytest.mark.numerical
 
 SHAFT, BEARING, DAMPING = (
-    Knob("shaft", 3e-4, 0.03, -0.3, 0.3),
-    Knob("bearing", 0.02, 0.3, -0.9, 3.0),
-    Knob("c", 0.1, 0.5),
+    FitParameter("shaft", 3e-4, 0.03, -0.3, 0.3),
+    FitParameter("bearing", 0.02, 0.3, -0.9, 3.0),
+    FitParameter("c", 0.1, 0.5),
 )
-KNOBS = (SHAFT, BEARING, DAMPING)
+PARAMETERS = (SHAFT, BEARING, DAMPING)
 SOFT = 0.02
 """Share of the bearing in the compliance, as in the shipped plain rotor."""
 
@@ -33,12 +33,12 @@ class Oscillator:
         self.omega = np.linspace(0.8, 1.2, 60)
         self.trials, self.directions = [SimpleNamespace(speed=0.0, pressure=0.0)] * 6, {}
         self.layout = SimpleNamespace(record=np.tile(np.repeat(np.arange(6), 10), 2))
-        clean = self.predict(Point(dict(zip(KNOBS, truth, strict=True))))
+        clean = self.predict(Point(dict(zip(PARAMETERS, truth, strict=True))))
         self.sigma, self.correction = 0.01 * np.abs(clean).max() * np.ones_like(clean), 0.0
         self.measured = clean + rng.normal(0, self.sigma)
 
     def predict(self, point):
-        a, b, d = (point.values.get(k, 0.0) for k in KNOBS)
+        a, b, d = (point.values.get(k, 0.0) for k in PARAMETERS)
         k = 1 / (1 / (1 + a) + 1 / of_bearing(1 / SOFT, 0.0, b, 0.0)[0])
         H = 1e-6 / (k - self.omega**2 + 0.04j * (1 + d) * self.omega)
         return np.concatenate([H.real, H.imag])
@@ -47,12 +47,12 @@ class Oscillator:
 def fitted(number):
     """A fit as a calibration makes it (a scan, then chords from where the last ended), and the truth, of the priors."""
     rng = np.random.default_rng([number, 11])
-    truth = np.array([np.clip(rng.normal(0, k.sd), -2 * k.sd, 2 * k.sd) for k in KNOBS])
+    truth = np.array([np.clip(rng.normal(0, k.sd), -2 * k.sd, 2 * k.sd) for k in PARAMETERS])
     comparison = Oscillator(truth, rng)
     scanned = [Point({SHAFT: v}) for v in np.linspace(-0.08, 0.08, 81)]
     start = min(scanned, key=lambda p: float(np.sum(comparison.residual(p) ** 2)))
     for _ in range(3):
-        found = fit(comparison, start, KNOBS, comparison.jacobian(start, KNOBS))
+        found = fit(comparison, start, PARAMETERS, comparison.jacobian(start, PARAMETERS))
         start = found.point
     return comparison, found, truth
 
@@ -75,19 +75,19 @@ def test_a_finished_fit_has_nothing_left_to_gain():
     gains = []
     for number in range(40):
         comparison, found, _ = fitted(number)
-        there = replace(found, J=comparison.jacobian(found.point, KNOBS, central=True))
+        there = replace(found, J=comparison.jacobian(found.point, PARAMETERS, central=True))
         gains.append((fall(there), fall(finished(comparison, found))))
     before, after = np.array(gains).T
     assert before.max() > 1.0 and after.max() < 0.25
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-9])
-def test_knobs_that_the_data_cannot_tell_apart_have_the_standard_deviation_of_their_priors(apart):
+def test_parameters_that_the_data_cannot_tell_apart_have_the_standard_deviation_of_their_priors(apart):
     """The data know their sum to 1e-7 of the prior; a pseudo-inverse gave each a standard deviation of 7e-8."""
     rng = np.random.default_rng(4)
     one, third = rng.normal(size=(2, 60)) * 1e6
     J = np.column_stack([one, one * (1 + apart * rng.normal(size=60)), third])
-    knobs = (Knob("a", 1.0, 1.0), Knob("b", 1.0, 1.0), Knob("c", 1.0, 1.0))
-    found = Fit(knobs, Point({}), rng.normal(size=60), J, 60.0)
+    parameters = (FitParameter("a", 1.0, 1.0), FitParameter("b", 1.0, 1.0), FitParameter("c", 1.0, 1.0))
+    found = Fit(parameters, Point({}), rng.normal(size=60), J, 60.0)
     sd = np.sqrt(np.diag(covariance(found, np.repeat(np.arange(6), 10))))
     assert np.all(sd[:2] > 0.3) and sd[2] < 1e-6

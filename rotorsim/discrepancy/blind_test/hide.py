@@ -19,7 +19,7 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.blind_test.design import Planned, campaign
 from rotorsim.discrepancy.data.spectra import find_period
 from rotorsim.discrepancy.fit.calibration import MESH, calibration
-from rotorsim.discrepancy.fit.parameters import DIRECTIONS, Knob, contributions, setting
+from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter, contributions, setting
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.twin.periodic_motion import in_motion
@@ -61,7 +61,7 @@ class Truth:
         return {
             "effects": [f.effect for f in self.forms],
             "forms": [f.label for f in self.forms],
-            "knobs": {k.name: v for k, v in self.point.values.items()},
+            "fit_parameters": {k.name: v for k, v in self.point.values.items()},
             "parameters": own,
             "seed": self.seed,
         }
@@ -80,7 +80,7 @@ def draw(
     rng = np.random.default_rng([seed, 7])
     forms: list[Form] = []
     amplitudes: list[tuple[float, ...]] = []
-    values: dict[Knob, float] = {}
+    values: dict[FitParameter, float] = {}
     fixed: dict[str, float] = {}
     every = candidates(twin)
     for name in effects:
@@ -93,23 +93,23 @@ def draw(
         v = _amplitude(form, size, rng)
         forms.append(form)
         amplitudes.append(tuple(v))
-        values.update(dict(zip(form.knobs, map(float, v), strict=True)))
+        values.update(dict(zip(form.parameters, map(float, v), strict=True)))
         fixed.update(form.fixed)
-    for knob in calibration(twin):
-        if knob.key in DIRECTIONS:
-            values[knob] = float(rng.normal(0, 1e-6))
-        elif knob != MESH and not knob.trend:
-            values[knob] = float(np.clip(rng.normal(0, off), -2 * off, 2 * off) * knob.sd)
+    for parameter in calibration(twin):
+        if parameter.key in DIRECTIONS:
+            values[parameter] = float(rng.normal(0, 1e-6))
+        elif parameter != MESH and not parameter.trend:
+            values[parameter] = float(np.clip(rng.normal(0, off), -2 * off, 2 * off) * parameter.sd)
     return Truth(tuple(forms), tuple(amplitudes), Point(values, fixed), seed)
 
 
 def _amplitude(form: Form, size: float, rng: np.random.Generator) -> np.ndarray:
-    steps = np.array([k.step for k in form.knobs])
+    steps = np.array([k.step for k in form.parameters])
     if len(steps) == 2:
         turned = rng.uniform(0, 2 * np.pi)
         return np.asarray(size * steps * [np.cos(turned), np.sin(turned)])
-    sign = 1.0 if form.knobs[0].low >= 0 or rng.uniform() < 0.5 else -1.0
-    return np.asarray(np.clip(sign * size * steps, form.knobs[0].low, form.knobs[0].high))
+    sign = 1.0 if form.parameters[0].low >= 0 or rng.uniform() < 0.5 else -1.0
+    return np.asarray(np.clip(sign * size * steps, form.parameters[0].low, form.parameters[0].high))
 
 
 def record_of(
@@ -136,9 +136,9 @@ def record_of(
     values = split_columns(table, rows, twin.machine.film is not None)
     keep = ("disc_measured", "angle_measured", "speed_measured", "pressure_measured", "reference", "disc_force")
     shown = {name: values[name] for name in keep if name in values}
-    for knob, value in point.values.items():
-        if knob.key.startswith("offset_"):
-            shown["disc_measured"][:, "xy".index(knob.key[-1])] += value
+    for parameter, value in point.values.items():
+        if parameter.key.startswith("offset_"):
+            shown["disc_measured"][:, "xy".index(parameter.key[-1])] += value
     attrs = {"role": planned.role, "record": planned.name, "sample_rate_hz": 1 / SAMPLE}
     return make_record(np.arange(len(rows)) * SAMPLE, shown, attrs | planned.experiment.attrs())
 
@@ -240,6 +240,6 @@ def scaled(truth: Truth, factor: float) -> Truth:
     """Same truth with the amplitudes of the hidden effects multiplied by a factor."""
     values = dict(truth.point.values)
     for form in truth.forms:
-        for knob in form.knobs:
-            values[knob] *= factor
+        for parameter in form.parameters:
+            values[parameter] *= factor
     return replace(truth, point=replace(truth.point, values=values))

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorsim.discrepancy.fit.calibration import LAW, MESH, calibration
 from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.stiffness_scan import nearest
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
@@ -30,26 +30,26 @@ def recalibrate(
 ) -> Fit:
     """Fit the calibration parameters; sets the comparison's noise floor and discretisation correction."""
     points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})
-    knobs: tuple[Knob, ...] = calibration(comparison.twin, points)
-    start = nearest(comparison, knobs, say)
+    parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
+    start = nearest(comparison, parameters, say)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
-    raw = columns(comparison, start, knobs, say)
-    rough = fit(comparison, start, knobs, raw / comparison.sigma[:, None], steps=3, say=say)
+    raw = columns(comparison, start, parameters, say)
+    rough = fit(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, say=say)
     rough = closer(comparison, rough, say)
     first = comparison.sigma.copy()
     comparison.set_floor(rough.point, fine, tolerance, *(law or ()))
     J = rough.J * (first / comparison.sigma)[:, None]
-    for knob in (MESH, LAW):
-        if knob.key in comparison.directions:
-            knobs = (*knobs, knob)
-            J = np.column_stack([J, comparison.directions[knob.key] / comparison.sigma])
-    return fit(comparison, rough.point, knobs, J, say=say)
+    for parameter in (MESH, LAW):
+        if parameter.key in comparison.directions:
+            parameters = (*parameters, parameter)
+            J = np.column_stack([J, comparison.directions[parameter.key] / comparison.sigma])
+    return fit(comparison, rough.point, parameters, J, say=say)
 
 
-def null_vectors(there: Fit, knobs: Sequence[Knob]) -> list[dict[str, float]]:
+def null_vectors(there: Fit, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
     """Combinations of calibration parameters that the records do not determine; Jacobian at the point."""
-    free = [k for k in knobs if not k.trend and k not in (MESH, LAW)]
-    return singular_directions(there.J[:, [there.knobs.index(k) for k in free]], free)
+    free = [k for k in parameters if not k.trend and k not in (MESH, LAW)]
+    return singular_directions(there.J[:, [there.parameters.index(k) for k in free]], free)
 
 
 def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:
@@ -57,8 +57,8 @@ def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:
     for _ in range(MOST_RENEWALS):
         if not flagged(table(comparison, rough.residual)):
             break
-        J = comparison.jacobian(rough.point, rough.knobs, say=say)
-        again = fit(comparison, rough.point, rough.knobs, J, rough.residual, say=say)
+        J = comparison.jacobian(rough.point, rough.parameters, say=say)
+        again = fit(comparison, rough.point, rough.parameters, J, rough.residual, say=say)
         enough = again.cost > 0.9 * rough.cost
         rough = again
         if enough:
@@ -68,5 +68,5 @@ def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:
 
 def renewed(comparison: Comparison, base: Fit, say: Callable[[], None] = lambda: None) -> Fit:
     """Repeat a fit with the Jacobian at its own solution."""
-    J = comparison.jacobian(base.point, base.knobs, say=say)
-    return fit(comparison, base.point, base.knobs, J, base.residual, steps=3, say=say)
+    J = comparison.jacobian(base.point, base.parameters, say=say)
+    return fit(comparison, base.point, base.parameters, J, base.residual, steps=3, say=say)

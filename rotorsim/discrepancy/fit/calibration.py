@@ -6,49 +6,52 @@ common actuator gain it makes an exact null vector.
 
 from __future__ import annotations
 
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter
 from rotorsim.machine.rotor import LinearBearing
 
 
-def calibration(twin: Twin, points: int = 6) -> tuple[Knob, ...]:
+def calibration(twin: Twin, points: int = 6) -> tuple[FitParameter, ...]:
     """Fit parameters of a machine's calibration; trends only with at least four operating points."""
     machine = twin.machine
-    knobs = [Knob("offset_x", 1e-7, 5e-5), Knob("offset_y", 1e-7, 5e-5)]
-    knobs += [k for name, p in _declared(twin, film_only=False) for k in _knobs(twin, name, p)]
+    parameters = [FitParameter("offset_x", 1e-7, 5e-5), FitParameter("offset_y", 1e-7, 5e-5)]
+    parameters += [k for name, p in _declared(twin, film_only=False) for k in _fit_parameters(twin, name, p)]
     if machine.film is None:
-        knobs += linear(twin)
+        parameters += linear(twin)
     else:
-        knobs += gas(twin)
+        parameters += gas(twin)
         if points >= 4:
-            knobs += trends(twin)
-    return tuple(knobs)
+            parameters += trends(twin)
+    return tuple(parameters)
 
 
-MESH = Knob("mesh", 1.0, 0.5)
+MESH = FitParameter("mesh", 1.0, 0.5)
 """Direction of the solver's error, which is corrected for: what is left of it is within half of it."""
-LAW = Knob("law", 1.0, 0.1)
+LAW = FitParameter("law", 1.0, 0.1)
 """Direction from one injector law to the other."""
 
 
-def gas(twin: Twin) -> list[Knob]:
+def gas(twin: Twin) -> list[FitParameter]:
     """Calibration parameters of film, injectors, actuators and ball bearing."""
-    knobs = [Knob("shaft_damping", 0.1, 0.3, -0.9, 3.0)]
+    parameters = [FitParameter("shaft_damping", 0.1, 0.3, -0.9, 3.0)]
     for name, p in _declared(twin, film_only=True):
-        knobs += _knobs(twin, name, p)
+        parameters += _fit_parameters(twin, name, p)
         if p.scales == INJECTOR_FLOW:
-            knobs += [Knob("curtain_discharge", 0.03, 0.10, -0.5, 0.5)]
+            parameters += [FitParameter("curtain_discharge", 0.03, 0.10, -0.5, 0.5)]
     if twin.machine.injectors:
-        knobs += [Knob("actuator_x", 0.02, 0.05, -0.5, 0.5), Knob("actuator_y", 0.02, 0.05, -0.5, 0.5)]
-    return knobs
+        parameters += [
+            FitParameter("actuator_x", 0.02, 0.05, -0.5, 0.5),
+            FitParameter("actuator_y", 0.02, 0.05, -0.5, 0.5),
+        ]
+    return parameters
 
 
-def trends(twin: Twin) -> list[Knob]:
+def trends(twin: Twin) -> list[FitParameter]:
     """Smooth trends of stiffness, damping and gain over pressure and speed, as fit parameters."""
     declared = [(_key(twin, name, p), p.trend) for name, p in _declared(twin, film_only=True) if p.trend]
-    return [Knob(key, step, sd, trend=trend) for trend in ("pressure", "speed") for key, (step, sd) in declared]
+    return [FitParameter(key, step, sd, trend=trend) for trend in ("pressure", "speed") for key, (step, sd) in declared]
 
 
 def flow_key(twin: Twin) -> str:
@@ -67,23 +70,26 @@ def _key(twin: Twin, name: str, parameter: CalibrationParameter) -> str:
     return f"{name}.{twin.slots[name]}.{parameter.parameter}"
 
 
-def _knobs(twin: Twin, name: str, p: CalibrationParameter) -> list[Knob]:
+def _fit_parameters(twin: Twin, name: str, p: CalibrationParameter) -> list[FitParameter]:
     """One number, or the cosine and sine parts of an amplitude with a phase."""
     keys = [_key(twin, name, p)]
     if p.phase:
         keys = [f"{keys[0]}~{p.phase}.{part}" for part in "cs"]
-    return [Knob(key, p.step, p.sd, p.low, p.high) for key in keys]
+    return [FitParameter(key, p.step, p.sd, p.low, p.high) for key in keys]
 
 
-def linear(twin: Twin) -> list[Knob]:
+def linear(twin: Twin) -> list[FitParameter]:
     """Calibration parameters of linear bearings (compliance, loss) and of the shaft (damping, stiffness)."""
-    knobs = [Knob("shaft_damping", 0.1, 0.5, -0.9, 5.0), Knob("shaft_stiffness", 3e-4, 0.03, -0.3, 0.3)]
+    parameters = [
+        FitParameter("shaft_damping", 0.1, 0.5, -0.9, 5.0),
+        FitParameter("shaft_stiffness", 3e-4, 0.03, -0.3, 0.3),
+    ]
     for i, bearing in enumerate(twin.machine.bearings):
         if not isinstance(bearing, LinearBearing):
             continue
         for axis in "xy":
             if bearing.kxx > 0:
-                knobs.append(Knob(f"bearing.{i}.k{axis}", 0.02, 0.3, -3.0, 0.9))
+                parameters.append(FitParameter(f"bearing.{i}.k{axis}", 0.02, 0.3, -3.0, 0.9))
             if bearing.cxx > 0:
-                knobs.append(Knob(f"bearing.{i}.c{axis}", 0.1, 0.5, -0.9, 5.0))
-    return knobs
+                parameters.append(FitParameter(f"bearing.{i}.c{axis}", 0.1, 0.5, -0.9, 5.0))
+    return parameters

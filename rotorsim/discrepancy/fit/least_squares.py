@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.parameters import Knob, within
+from rotorsim.discrepancy.fit.parameters import FitParameter, within
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
@@ -25,7 +25,7 @@ ENOUGH = 1.0
 class Fit:
     """Result of a fit: point, whitened residual (n,), Jacobian (n, k) there, sum of squares with priors."""
 
-    knobs: tuple[Knob, ...]
+    parameters: tuple[FitParameter, ...]
     point: Point
     residual: np.ndarray
     J: np.ndarray
@@ -38,13 +38,13 @@ class Fit:
 
     @property
     def vector(self) -> np.ndarray:
-        """Values (k,) of the knobs."""
-        return np.array([self.point.values.get(k, 0.0) for k in self.knobs])
+        """Values (k,) of the parameters."""
+        return np.array([self.point.values.get(k, 0.0) for k in self.parameters])
 
 
-def prior_rows(knobs: Sequence[Knob]) -> np.ndarray:
+def prior_rows(parameters: Sequence[FitParameter]) -> np.ndarray:
     """Square-root weights 1 / sd (k,) of the priors."""
-    return np.array([1 / k.sd for k in knobs])
+    return np.array([1 / k.sd for k in parameters])
 
 
 def cost_of(residual: np.ndarray, v: np.ndarray, p: np.ndarray) -> float:
@@ -64,23 +64,23 @@ def step_of(J: np.ndarray, r: np.ndarray, v: np.ndarray, p: np.ndarray, damping:
 def fit(
     comparison: Comparison,
     point: Point,
-    knobs: Sequence[Knob],
+    parameters: Sequence[FitParameter],
     J: np.ndarray,
     residual: np.ndarray | None = None,
     steps: int = MOST_STEPS,
     say: Callable[[], None] | None = None,
 ) -> Fit:
     """Fit parameters from the start `point` with the Jacobian J (n, k) there."""
-    knobs, J = tuple(knobs), J.copy()
-    p = prior_rows(knobs)
+    parameters, J = tuple(parameters), J.copy()
+    p = prior_rows(parameters)
     r = comparison.residual(point) if residual is None else residual
-    v = np.array([point.values.get(k, 0.0) for k in knobs])
+    v = np.array([point.values.get(k, 0.0) for k in parameters])
     cost, damping = cost_of(r, v, p), 1e-6
     for _ in range(steps):
-        change = within(knobs, v + step_of(J, r, v, p, damping)) - v
+        change = within(parameters, v + step_of(J, r, v, p, damping)) - v
         share, done = 1.0, False
         while share > 0.1:
-            there = point.moved(knobs, share * change)
+            there = point.moved(parameters, share * change)
             new = comparison.residual(there)
             if say is not None:
                 say()
@@ -102,18 +102,20 @@ def fit(
         damping = damping * 0.3 if share == 1.0 else damping * 10
         if done:
             break
-    return Fit(knobs, point, r, J, cost)
+    return Fit(parameters, point, r, J, cost)
 
 
-def singular_directions(J: np.ndarray, knobs: Sequence[Knob], limit: float = 1e-2) -> list[dict[str, float]]:
+def singular_directions(
+    J: np.ndarray, parameters: Sequence[FitParameter], limit: float = 1e-2
+) -> list[dict[str, float]]:
     """Null vectors of a calibration, with singular values below `limit` times the next one.
 
-    Columns are scaled to unit length; each vector is a dictionary of the knobs that take part in it.
+    Columns are scaled to unit length; each vector is a dictionary of the parameters that take part in it.
     """
     size = np.linalg.norm(J, axis=0)
     seen = size > 1e-9 * size.max()
     _, s, V = np.linalg.svd(J[:, seen] / size[seen], full_matrices=False)
-    names = [k.name for k, ok in zip(knobs, seen, strict=True) if ok]
+    names = [k.name for k, ok in zip(parameters, seen, strict=True) if ok]
     found = []
     for i in range(1, len(s)):
         if s[i] < limit * s[i - 1]:

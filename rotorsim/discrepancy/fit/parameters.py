@@ -26,7 +26,7 @@ DIRECTIONS = ("offset_x", "offset_y", "mesh", "law")
 
 
 @dataclass(frozen=True)
-class Knob:
+class FitParameter:
     """Fit parameter: key, finite-difference step, prior standard deviation, limits of the change."""
 
     key: str
@@ -42,7 +42,7 @@ class Knob:
         return f"{self.key} x {self.trend}" if self.trend else self.key
 
     def share(self, speed: float, pressure: float) -> float:
-        """What the knob's value counts for at an operating point [rad/s], [Pa]."""
+        """Factor of the parameter's value at an operating point [rad/s], [Pa]; 1 without a trend."""
         if self.trend == "pressure":
             return pressure / REFERENCE_PRESSURE - 1
         if self.trend == "speed":
@@ -50,14 +50,14 @@ class Knob:
         return 1.0
 
 
-Values = Mapping[Knob, float]
+Values = Mapping[FitParameter, float]
 
 
 def contributions(values: Values, speed: float, pressure: float) -> dict[str, float]:
     """Sum of the changes by key at an operating point."""
     out: dict[str, float] = {}
-    for knob, value in values.items():
-        out[knob.key] = out.get(knob.key, 0.0) + value * knob.share(speed, pressure)
+    for parameter, value in values.items():
+        out[parameter.key] = out.get(parameter.key, 0.0) + value * parameter.share(speed, pressure)
     return out
 
 
@@ -99,7 +99,7 @@ def wave(effect: Effect, amplitude: str, phase: str, n: float = 1.0) -> complex:
     return complex(getattr(effect, amplitude) * np.exp(1j * n * getattr(effect, phase)))
 
 
-def within(knobs: Iterable[Knob], values: np.ndarray) -> np.ndarray:
+def within(parameters: Iterable[FitParameter], values: np.ndarray) -> np.ndarray:
     """Values (k,) clipped to the limits of the fit parameters."""
-    pairs = [(k.low, k.high) for k in knobs]
+    pairs = [(k.low, k.high) for k in parameters]
     return np.clip(values, [p[0] for p in pairs], [p[1] for p in pairs])

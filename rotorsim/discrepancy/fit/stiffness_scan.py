@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 
 KEY = "shaft_stiffness"
@@ -18,10 +18,10 @@ REACH, STEPS, FINER = 2.5, 21, 2
 """Scan to so many standard deviations of the prior, in so many steps, and refine so many times."""
 
 
-def nearest(comparison: Comparison, knobs: tuple[Knob, ...], say: Callable[[], None]) -> Point:
+def nearest(comparison: Comparison, parameters: tuple[FitParameter, ...], say: Callable[[], None]) -> Point:
     """Point with the shaft stiffness that best fits the excited lines; origin for a machine without it."""
-    knob = next((k for k in knobs if k.key == KEY), None)
-    if knob is None:
+    parameter = next((k for k in parameters if k.key == KEY), None)
+    if parameter is None:
         return Point()
     layout = comparison.layout
     bands = [i for i, name in enumerate(layout.groups) if name.endswith("band") or name == "resonance"]
@@ -29,15 +29,15 @@ def nearest(comparison: Comparison, knobs: tuple[Knob, ...], say: Callable[[], N
     if not counted.any():
         counted = layout.frequency > 0
     tried: dict[float, float] = {}
-    values = np.linspace(-REACH, REACH, STEPS) * knob.sd
+    values = np.linspace(-REACH, REACH, STEPS) * parameter.sd
     for _ in range(1 + FINER):
         for value in values:
-            v = float(np.round(np.clip(value, knob.low, knob.high), 6))
+            v = float(np.round(np.clip(value, parameter.low, parameter.high), 6))
             if v not in tried:
-                r = (comparison.measured - comparison.predict(Point({knob: v})))[counted]
+                r = (comparison.measured - comparison.predict(Point({parameter: v})))[counted]
                 tried[v] = float(r @ r)
                 say()
         best = min(tried, key=lambda v: (tried[v], v))
         gap = abs(values[1] - values[0]) / 3
         values = best + gap * np.array([-1.0, 1.0])
-    return Point({knob: best}) if best else Point()
+    return Point({parameter: best}) if best else Point()

@@ -33,23 +33,23 @@ deviation."""
 def finished(comparison: Comparison, fit: Fit, say: Callable[[], None] | None = None) -> Fit:
     """Converged fit with central-difference Jacobians at its own point, the last one included."""
     for number in range(MOST_ROUNDS):
-        fit = replace(fit, J=comparison.jacobian(fit.point, fit.knobs, say=say, central=True))
+        fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, say=say, central=True))
         if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
             break
-        fit = again(comparison, fit.point, fit.knobs, fit.J, fit.residual, steps=2, say=say)
+        fit = again(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2, say=say)
     return fit
 
 
 def fall(fit: Fit) -> float:
     """Predicted decrease of the sum of squares with priors in a Gauss-Newton step."""
     size, J, H = scaled(fit)
-    g = J.T @ fit.residual - prior_rows(fit.knobs) ** 2 * fit.vector / size
+    g = J.T @ fit.residual - prior_rows(fit.parameters) ** 2 * fit.vector / size
     return float(np.sum((g @ normal_root(H)) ** 2))
 
 
 def scaled(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Scales (k,) of the fit parameters, and Jacobian (n, k) and Hessian with priors (k, k) in these scales."""
-    p = prior_rows(fit.knobs)
+    p = prior_rows(fit.parameters)
     size = np.sqrt(np.sum(fit.J**2, axis=0) + p**2)
     size[size == 0] = 1.0
     J = fit.J / size

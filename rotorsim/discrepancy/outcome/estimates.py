@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.fit.parameters import Knob, contributions, lobes, setting, wave
+from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, lobes, setting, wave
 from rotorsim.discrepancy.fit.uncertainty import sd_of_polar
 from rotorsim.discrepancy.outcome.result import Found
 from rotorsim.discrepancy.search.candidates import Form
@@ -17,35 +17,35 @@ from rotorsim.discrepancy.twin.twin import Twin
 
 def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[str, ...]) -> Found:
     """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
-    own = {k: fit.point.values.get(k, 0.0) for k in (*form.knobs, *form.refine)}
+    own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
     absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
     parameters = {key.split(".")[2]: value for key, value in absolute.items()}
     table = next(iter(absolute)).split(".")[1]
     position = getattr(twin.effect(form.effect, int(table)), "position", None)
     parameters |= {} if position is None else {"position": position}
-    at = {k: i for i, k in enumerate(fit.knobs)}
+    at = {k: i for i, k in enumerate(fit.parameters)}
     sd: dict[str, float] = {}
-    if len(form.knobs) == 2 and "~" in form.knobs[0].key:
-        i, j = (at[k] for k in form.knobs)
-        path = form.knobs[0].key[:-2]
+    if len(form.parameters) == 2 and "~" in form.parameters[0].key:
+        i, j = (at[k] for k in form.parameters)
+        path = form.parameters[0].key[:-2]
         pair = path.split(".")[2].split("~")
         name, table = path.split(".")[:2]
         effect = twin.effect(name, int(table))
         n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
-        c, s = (fit.point.values.get(k, 0.0) for k in form.knobs)
+        c, s = (fit.point.values.get(k, 0.0) for k in form.parameters)
         own_wave = wave(effect, pair[0], pair[1], n)
         _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
         sd[pair[1]] /= n
-    for knob in (*form.knobs, *form.refine):
-        if "~" not in knob.key and knob in at:
-            sd[knob.key.split(".")[2]] = float(np.sqrt(V[at[knob], at[knob]]))
+    for parameter in (*form.parameters, *form.refine):
+        if "~" not in parameter.key and parameter in at:
+            sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
     return Found(form.effect, form.key, parameters, sd, tie_class)
 
 
-def calibration_of(fit: Fit, V: np.ndarray, knobs: Sequence[Knob]) -> dict[str, tuple[float, float]]:
+def calibration_of(fit: Fit, V: np.ndarray, parameters: Sequence[FitParameter]) -> dict[str, tuple[float, float]]:
     """Calibration parameters and standard deviations by name; V (k, k) is the covariance of all parameters."""
-    at = {k: i for i, k in enumerate(fit.knobs)}
-    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in knobs}
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
 
 
 def evidence_of(base: Fit, best: Hypothesis | None, search: Search | None) -> dict[str, float]:

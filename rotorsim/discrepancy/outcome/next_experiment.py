@@ -81,13 +81,13 @@ def _after_refit(
     """Chi-square that stays when the rival is re-fitted to old and new records together (linear)."""
     here = _vector(comparison, trial, rival.fit.point)
     new = []
-    for knob in rival.fit.knobs:
-        if knob.key in comparison.directions or knob.trend:
+    for parameter in rival.fit.parameters:
+        if parameter.key in comparison.directions or parameter.trend:
             new.append(np.zeros_like(here))
             continue
-        moved = _vector(comparison, trial, rival.fit.point.moved([knob], np.array([knob.step])))
-        new.append((moved - here) / knob.step / floor)
-    p = prior_rows(rival.fit.knobs)
+        moved = _vector(comparison, trial, rival.fit.point.moved([parameter], np.array([parameter.step])))
+        new.append((moved - here) / parameter.step / floor)
+    p = prior_rows(rival.fit.parameters)
     A = np.vstack([rival.fit.J, np.diag(p), np.column_stack(new)])
     b = np.concatenate([np.zeros(len(rival.fit.residual) + len(p)), difference])
     size = np.linalg.norm(A, axis=0)

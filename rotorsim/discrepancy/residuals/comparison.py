@@ -12,7 +12,7 @@ import numpy as np
 
 from rotorsim.discrepancy.data.groups import Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.fit.parameters import Knob, contributions, setting
+from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
 from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
 from rotorsim.discrepancy.twin.response_cache import Memo
@@ -29,14 +29,14 @@ LOST = NO_SOLUTION / 4
 class Point:
     """Point in parameter space: values of fit parameters, and fixed absolute values."""
 
-    values: Mapping[Knob, float] = field(default_factory=dict, hash=False)
+    values: Mapping[FitParameter, float] = field(default_factory=dict, hash=False)
     fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
 
-    def moved(self, knobs: Sequence[Knob], changes: np.ndarray) -> Point:
-        """With changes added to knobs."""
+    def moved(self, parameters: Sequence[FitParameter], changes: np.ndarray) -> Point:
+        """With changes added to parameters."""
         new = dict(self.values)
-        for knob, change in zip(knobs, changes, strict=True):
-            new[knob] = new.get(knob, 0.0) + float(change)
+        for parameter, change in zip(parameters, changes, strict=True):
+            new[parameter] = new.get(parameter, 0.0) + float(change)
         return replace(self, values=new)
 
     def holding(self, fixed: Mapping[str, float]) -> Point:
@@ -59,7 +59,7 @@ class Comparison:
     memo: Memo | None = None
     """Responses on disk, so that a diagnosis that was interrupted goes on where it was."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
-    """Data vectors [m] that knobs add without a simulation: the sensors' zeros, the mesh, the injectors' law."""
+    """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 
     def __post_init__(self) -> None:
         self.layout: Layout = make_layout(self.trials)
@@ -104,10 +104,10 @@ class Comparison:
         return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
 
     def _shifted(self, y: np.ndarray, point: Point) -> np.ndarray:
-        """With what knobs add without a simulation."""
-        for knob, value in point.values.items():
-            if knob.key in self.directions:
-                y = y + value * self.directions[knob.key]
+        """The response plus the part of the parameters that need no simulation."""
+        for parameter, value in point.values.items():
+            if parameter.key in self.directions:
+                y = y + value * self.directions[parameter.key]
         return y
 
     def residual(self, point: Point) -> np.ndarray:
@@ -115,21 +115,26 @@ class Comparison:
         return np.asarray((self.measured - self.predict(point) - self.correction) / self.sigma)
 
     def column(
-        self, point: Point, knob: Knob, here: np.ndarray, say: Callable[[], None] | None = None, central: bool = False
+        self,
+        point: Point,
+        parameter: FitParameter,
+        here: np.ndarray,
+        say: Callable[[], None] | None = None,
+        central: bool = False,
     ) -> np.ndarray:
-        """Whitened derivative (n,) of the simulated response by a knob, by a finite step away from `point`.
+        """Whitened derivative (n,) of the simulated response by a parameter, by a finite step away from `point`.
 
-        A `central` one steps to both sides, but at a limit of the knob and where a side has no solution.
+        A `central` one steps to both sides, but at a limit of the parameter and where a side has no solution.
         """
-        if knob.key in self.directions:
-            return np.asarray(self.directions[knob.key] / self.sigma)
-        base = point.values.get(knob, 0.0)
-        step = knob.step if base + knob.step <= knob.high else -knob.step
-        moved = self.predict(point.moved([knob], np.array([step])))
+        if parameter.key in self.directions:
+            return np.asarray(self.directions[parameter.key] / self.sigma)
+        base = point.values.get(parameter, 0.0)
+        step = parameter.step if base + parameter.step <= parameter.high else -parameter.step
+        moved = self.predict(point.moved([parameter], np.array([step])))
         if say is not None:
             say()
-        if central and knob.low <= base - step <= knob.high:
-            behind = self.predict(point.moved([knob], np.array([-step])))
+        if central and parameter.low <= base - step <= parameter.high:
+            behind = self.predict(point.moved([parameter], np.array([-step])))
             if np.abs(moved - here).max() > LOST:
                 return np.asarray((here - behind) / step / self.sigma)
             if np.abs(behind - here).max() < LOST:
@@ -137,18 +142,18 @@ class Comparison:
         return np.asarray((moved - here) / step / self.sigma)
 
     def jacobian(
-        self, point: Point, knobs: Sequence[Knob], here: np.ndarray | None = None,
+        self, point: Point, parameters: Sequence[FitParameter], here: np.ndarray | None = None,
         say: Callable[[], None] | None = None, central: bool = False,
     ) -> np.ndarray:  # fmt: skip
         """Whitened derivatives (n, k); trends cost no runs of their own."""
         here = self.predict(point) if here is None else here
         found: dict[str, np.ndarray] = {}
         columns = []
-        for knob in knobs:
-            if knob.key not in found:
-                found[knob.key] = self.column(point, replace(knob, trend=""), here, say, central)
-            share = np.array([knob.share(t.speed, t.pressure) for t in self.trials])
-            columns.append(found[knob.key] * (share[self.layout.record] if knob.trend else 1.0))
+        for parameter in parameters:
+            if parameter.key not in found:
+                found[parameter.key] = self.column(point, replace(parameter, trend=""), here, say, central)
+            share = np.array([parameter.share(t.speed, t.pressure) for t in self.trials])
+            columns.append(found[parameter.key] * (share[self.layout.record] if parameter.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
     def apart(self, point: Point) -> list[np.ndarray]:
@@ -176,7 +181,7 @@ class Comparison:
 
     def _law(self, point: Point, law: Twin, share: float, response: np.ndarray) -> np.ndarray:
         """What the injectors' other law changes (n,) [m], as `_error` where there is no solution."""
-        moved = point.moved([Knob("discharge_drift.0.drift", 0.02)], np.array([share]))
+        moved = point.moved([FitParameter("discharge_drift.0.drift", 0.02)], np.array([share]))
         change = self._response(moved, law, False) - response
         if np.abs(change).max() < LOST or not point.values:
             return change

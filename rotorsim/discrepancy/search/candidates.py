@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import CandidateForm
@@ -27,9 +27,9 @@ class Form:
 
     effect: str
     label: str
-    knobs: tuple[Knob, ...]
+    parameters: tuple[FitParameter, ...]
     fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
-    refine: tuple[Knob, ...] = ()
+    refine: tuple[FitParameter, ...] = ()
     """Shape parameters that a non-linear fit may turn as well."""
 
     @property
@@ -43,8 +43,8 @@ class Form:
         return {self.effect, self.key.split(" of ")[0], self.key}
 
     def felt(self, columns: np.ndarray) -> bool:
-        """Whether sensitivities (n, knobs) [m] say that it changes anything and the plant has a solution with it."""
-        moved = np.abs(columns * [k.step for k in self.knobs])
+        """Whether the sensitivities (n, k) [m] are finite, so the plant has a solution, and not all zero."""
+        moved = np.abs(columns * [k.step for k in self.parameters])
         return bool(np.all(np.isfinite(moved)) and 0 < moved.max() < NO_SOLUTION / 2)
 
 
@@ -91,8 +91,8 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
                 fixed[f"{name}.{table}.injector"] = k
             label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "")
             shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
-            knobs, refine = _knobs(twin, name, table, recipe), _refine(name, table, recipe)
-            forms.append(Form(name, f"{label} @ {shape}" if shape else label, knobs, fixed, refine))
+            parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe)
+            forms.append(Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine))
     return forms
 
 
@@ -100,19 +100,19 @@ def _values(recipe: CandidateForm, parameter: str) -> tuple[float, ...]:
     return next((v for p, v in recipe.options if p == parameter), ())
 
 
-def _knobs(twin: Twin, name: str, table: int, recipe: CandidateForm) -> tuple[Knob, ...]:
+def _fit_parameters(twin: Twin, name: str, table: int, recipe: CandidateForm) -> tuple[FitParameter, ...]:
     if recipe.phase:
         stem = f"{name}.{table}.{recipe.parameter}~{recipe.phase}"
-        return tuple(Knob(f"{stem}.{part}", recipe.step) for part in "cs")
+        return tuple(FitParameter(f"{stem}.{part}", recipe.step) for part in "cs")
     base = float(getattr(twin.effect(name, table), recipe.parameter))
     bounds = next(f.metadata["bounds"] for f in fields(REGISTRY[name]) if f.name == recipe.parameter)
     low, high = bounds[0] - base, bounds[1] - base
     if not recipe.signed:
         low = max(low, 0.0 if base == 0 else low)
-    return (Knob(f"{name}.{table}.{recipe.parameter}", recipe.step, low=low, high=high),)
+    return (FitParameter(f"{name}.{table}.{recipe.parameter}", recipe.step, low=low, high=high),)
 
 
-def _refine(name: str, table: int, recipe: CandidateForm) -> tuple[Knob, ...]:
+def _refine(name: str, table: int, recipe: CandidateForm) -> tuple[FitParameter, ...]:
     bounds = {f.name: f.metadata["bounds"] for f in fields(REGISTRY[name])}
     wide = {p: (max(bounds[p][1] - bounds[p][0], 1e-300)) for p, _ in recipe.refine}
-    return tuple(Knob(f"{name}.{table}.{p}", step, low=-wide[p], high=wide[p]) for p, step in recipe.refine)
+    return tuple(FitParameter(f"{name}.{table}.{p}", step, low=-wide[p], high=wide[p]) for p, step in recipe.refine)

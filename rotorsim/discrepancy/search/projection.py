@@ -24,7 +24,7 @@ class Screen:
     raw: np.ndarray
 
     def drop(self, *numbers: int) -> tuple[float, np.ndarray]:
-        """By how much a set of forms together lowers the sum of squares, and at which values of their knobs."""
+        """By how much a set of forms together lowers the sum of squares, and at which values of their parameters."""
         columns = np.concatenate([np.arange(*self.where[i].indices(len(self.products))) for i in numbers])
         return self._drop(columns)
 
@@ -57,18 +57,18 @@ class Screen:
         return float(np.sqrt(np.trace(self.gram[own, own]) / max(self.raw[own].sum(), 1e-300)))
 
     def size(self, i: int) -> float:
-        """Norm of a form's projected signature for one step of its knobs."""
+        """Norm of a form's projected signature for one step of its parameters."""
         return float(np.sqrt(np.trace(self.gram[self.where[i], self.where[i]])))
 
 
 def screen(base: Fit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> Screen:
     """Project sensitivities [(n, m) each, per unit parameter] off a fit's Jacobian; columns scaled to steps."""
-    p = prior_rows(base.knobs)
+    p = prior_rows(base.parameters)
     A = np.vstack([base.J, np.diag(p)])
     size = np.linalg.norm(A, axis=0)
     U, s, _ = np.linalg.svd(A / np.where(size > 0, size, 1.0), full_matrices=False)
     Q = U[:, s > 1e-9 * s[0]]
-    steps = [np.array([k.step for k in f.knobs]) for f in forms]
+    steps = [np.array([k.step for k in f.parameters]) for f in forms]
     S = np.concatenate([c * d for c, d in zip(columns, steps, strict=True)], axis=1)
     raw = np.sum(S**2, axis=0)
     r = np.concatenate([base.residual, -p * base.vector])
@@ -77,5 +77,5 @@ def screen(base: Fit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> S
     r = r - Q @ (Q.T @ r)
     ends = np.cumsum([0] + [c.shape[1] for c in columns])
     where = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
-    one_sided = np.array([k.low == 0.0 for f in forms for k in f.knobs])
+    one_sided = np.array([k.low == 0.0 for f in forms for k in f.parameters])
     return Screen(tuple(forms), where, S.T @ S, S.T @ r, one_sided, raw)

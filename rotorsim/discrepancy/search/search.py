@@ -10,7 +10,7 @@ from math import log
 import numpy as np
 
 from rotorsim.discrepancy.fit.least_squares import Fit, fit
-from rotorsim.discrepancy.fit.parameters import Knob, within
+from rotorsim.discrepancy.fit.parameters import FitParameter, within
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
@@ -56,7 +56,7 @@ class Hypothesis:
     @property
     def score(self) -> float:
         """Sum of squares with priors and k ln N."""
-        return self.fit.cost + (len(self.fit.knobs)) * log(len(self.fit.residual))
+        return self.fit.cost + (len(self.fit.parameters)) * log(len(self.fit.residual))
 
 
 @dataclass(eq=False)
@@ -97,15 +97,15 @@ class Search:
         here = self.comparison.predict(self.base.point)
         for form in todo:
             point = self.base.point.holding(form.fixed)
-            self.columns[form.label] = self.comparison.jacobian(point, form.knobs, here, self.say)
+            self.columns[form.label] = self.comparison.jacobian(point, form.parameters, here, self.say)
             self.renewed.add(form.label)
 
     def hypothesis(self, forms: Sequence[Form], start: np.ndarray) -> Hypothesis:
         """Fit forms and calibration together, from the linear estimate, renewing the forms' own columns once."""
-        own = tuple(k for f in forms for k in f.knobs)
+        own = tuple(k for f in forms for k in f.parameters)
         fixed = {key: v for f in forms for key, v in f.fixed.items()}
         S = np.concatenate([self.columns[f.label] for f in forms], axis=1)
-        knobs = (*self.base.knobs, *own)
+        parameters = (*self.base.parameters, *own)
         J = np.concatenate([self.base.J, S], axis=1)
         point = self._start(own, fixed, S, start)
         residual = self.comparison.residual(point)
@@ -116,15 +116,15 @@ class Search:
             start = 0.4 * start
             point = self._start(own, fixed, S, start)
             residual = self.comparison.residual(point)
-        first = fit(self.comparison, point, knobs, J, residual, say=self.say)
+        first = fit(self.comparison, point, parameters, J, residual, say=self.say)
         done = self._left(first) <= (1 - ENOUGH) * self.base_excess
         if not done and first.cost < self.base.cost:
             refine = tuple(k for f in forms for k in f.refine)
             turned = (*own, *refine)
             here = self.comparison.predict(first.point)
             fresh = self.comparison.jacobian(first.point, turned, here, self.say)
-            J = np.concatenate([first.J[:, : len(self.base.knobs)], fresh], axis=1)
-            again = fit(self.comparison, first.point, (*self.base.knobs, *turned), J, first.residual, say=self.say)
+            J = np.concatenate([first.J[:, : len(self.base.parameters)], fresh], axis=1)
+            again = fit(self.comparison, first.point, (*self.base.parameters, *turned), J, first.residual, say=self.say)
             first = again if again.cost < first.cost else first
         found = self._found(tuple(forms), first)
         if NEARLY <= found.gone < ENOUGH:
@@ -136,8 +136,8 @@ class Search:
 
         The calibration's sensitivities change with the effect at work: without them its size and uncertainty are off.
         """
-        J = self.comparison.jacobian(h.fit.point, h.fit.knobs, say=self.say)
-        done = fit(self.comparison, h.fit.point, h.fit.knobs, J, h.fit.residual, say=self.say)
+        J = self.comparison.jacobian(h.fit.point, h.fit.parameters, say=self.say)
+        done = fit(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, say=self.say)
         return self._found(h.forms, done)
 
     def _left(self, fit: Fit) -> float:
@@ -156,19 +156,19 @@ class Search:
         left = h.excess - self.unsteady
         return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.say)
 
-    def _start(self, own: tuple[Knob, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
+    def _start(self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
         values = start * np.array([k.step for k in own])
         low, high = np.array([k.low for k in own]), np.array([k.high for k in own])
         values = np.clip(values, low, high)
-        J, p = self.base.J, np.array([1 / k.sd for k in self.base.knobs])
+        J, p = self.base.J, np.array([1 / k.sd for k in self.base.parameters])
         A = np.vstack([J, np.diag(p)])
         target = np.concatenate([self.base.residual - S @ values, -p * self.base.vector])
         size = np.linalg.norm(A, axis=0)
         size[size == 0] = 1.0
         move = np.linalg.lstsq(A / size, target, rcond=1e-10)[0] / size
-        moved = within(self.base.knobs, self.base.vector + move) - self.base.vector
-        return self.base.point.holding(fixed).moved(self.base.knobs, moved).moved(own, values)
+        moved = within(self.base.parameters, self.base.vector + move) - self.base.vector
+        return self.base.point.holding(fixed).moved(self.base.parameters, moved).moved(own, values)
 
     def _held(self, point: Point) -> float:
         """Excess of the held-out records."""
@@ -245,7 +245,7 @@ def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, .
 
 def passes(h: Hypothesis, search: Search) -> bool:
     """True if a hypothesis explains the flagged misfit, at held-out points too."""
-    price = CLEAR + (len(h.fit.knobs) - len(search.base.knobs)) * log(len(h.fit.residual))
+    price = CLEAR + (len(h.fit.parameters) - len(search.base.parameters)) * log(len(h.fit.residual))
     better = search.base.cost - h.fit.cost > price
     held = search.held_out is None or h.held_out <= max(0.25 * search.base_held, 0.1 * search.base_excess)
     return bool(better and held and h.gone >= ENOUGH)

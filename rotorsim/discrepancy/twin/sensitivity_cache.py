@@ -14,7 +14,7 @@ import numpy as np
 
 from reynolds.jit import cache_root
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.fit.parameters import Knob
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.twin.response_cache import read, sources, write
 
@@ -27,7 +27,7 @@ def rounded(trial: Trial) -> Trial:
     return replace(trial, rows=rows, pressure=float(rows[0, 1]), angle=float(np.round(trial.angle, 1) % 6.3))
 
 
-def key_of(comparison: Comparison, point: Point, knob: Knob) -> str:
+def key_of(comparison: Comparison, point: Point, parameter: FitParameter) -> str:
     """Cache name of a column: plant with its kernels, inputs, point, fit parameter."""
     digest = hashlib.sha256(sources() + comparison.twin.equipped[0].hash.encode())
     digest.update(str(comparison.twin.assembly.module.__name__).encode())
@@ -35,7 +35,7 @@ def key_of(comparison: Comparison, point: Point, knob: Knob) -> str:
         digest.update(f"{trial.inputs} {trial.angle!r} {trial.lead}".encode())
     digest.update(repr(sorted((k.name, v) for k, v in point.values.items())).encode())
     digest.update(repr(sorted(point.fixed.items())).encode())
-    digest.update(repr((knob.key, knob.step)).encode())
+    digest.update(repr((parameter.key, parameter.step)).encode())
     return digest.hexdigest()[:32]
 
 
@@ -51,24 +51,28 @@ class Sensitivities:
         self.rough = Comparison(c.twin, [rounded(t) for t in c.trials], c.threads)
         self.folder = cache_root() / "sensitivities"
 
-    def columns(self, point: Point, knobs: Sequence[Knob], say: Callable[[], None] | None = None) -> np.ndarray:
+    def columns(
+        self, point: Point, parameters: Sequence[FitParameter], say: Callable[[], None] | None = None
+    ) -> np.ndarray:
         """As `Comparison.jacobian`, but in metres (n, k), kept on disk column by column."""
         comparison = self.comparison
-        share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in knobs if k.trend}
+        share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in parameters if k.trend}
         out = []
-        for knob in knobs:
-            if knob.key in comparison.directions:
-                out.append(comparison.directions[knob.key])
+        for parameter in parameters:
+            if parameter.key in comparison.directions:
+                out.append(comparison.directions[parameter.key])
                 continue
-            column = self._column(point, Knob(knob.key, knob.step, low=knob.low, high=knob.high), say)
-            out.append(column * (share[knob][comparison.layout.record] if knob.trend else 1.0))
+            column = self._column(
+                point, FitParameter(parameter.key, parameter.step, low=parameter.low, high=parameter.high), say
+            )
+            out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
 
-    def _column(self, point: Point, knob: Knob, say: Callable[[], None] | None) -> np.ndarray:
-        path = self.folder / f"{key_of(self.rough, point, knob)}.npy"
+    def _column(self, point: Point, parameter: FitParameter, say: Callable[[], None] | None) -> np.ndarray:
+        path = self.folder / f"{key_of(self.rough, point, parameter)}.npy"
         column = read(path, len(self.comparison.measured))
         if column is None:
-            column = self.rough.column(point, knob, self._at(point), say)
+            column = self.rough.column(point, parameter, self._at(point), say)
             write(path, column)
         return column
 
@@ -86,7 +90,7 @@ class Sensitivities:
 
 
 def columns(
-    comparison: Comparison, point: Point, knobs: Sequence[Knob], say: Callable[[], None] | None = None
+    comparison: Comparison, point: Point, parameters: Sequence[FitParameter], say: Callable[[], None] | None = None
 ) -> np.ndarray:
     """Sensitivity columns of a comparison at one point."""
-    return Sensitivities(comparison).columns(point, knobs, say)
+    return Sensitivities(comparison).columns(point, parameters, say)

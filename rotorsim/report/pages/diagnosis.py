@@ -98,7 +98,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         yield f"<section><h2>What these records cannot tell</h2>{said}</section>"
     yield _tried(d)
     rows = [(k, f"{v:.4g}", f"{s:.2g}") for k, (v, s) in d.calibration.items()]
-    yield _table("Re-calibration", (("knob", "change", "sd"),), rows)
+    yield _table("Re-calibration", (("fit parameter", "change", "sd"),), rows)
     if d.effects:
         yield (
             "<details><summary>Machine file: what was added</summary><pre>"
