@@ -95,7 +95,8 @@ def _zip(path: Path) -> None:
 
 def _csv(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
-    assert text.endswith("\n") and len({len(row) for row in csv.reader(text.splitlines())}) == 1
+    table = [line for line in text.splitlines() if not line.startswith("#")]  # a record's has a head
+    assert text.endswith("\n") and len({len(row) for row in csv.reader(table)}) == 1
 
 
 def _sqlite(path: Path) -> None:

@@ -24,7 +24,7 @@ class Command:
     compiles : whether it compiles kernels of the plant
     resumes : whether the same command continues with what an interrupted one has left
     kept : whether results that are there are never replaced, not even on demand
-    code : exit code without a fault
+    code : exit code without a fault; 10 when a diagnosis names an effect
     """
 
     words: tuple[str, ...]
@@ -92,7 +92,7 @@ COMMANDS = (
             kept=True),
     Command(
         ("diagnose",), (ROTOR, "{inputs}/hidden/records", "--effect", "runout", "--out", f"{OUT}/diagnosis"),
-        ("diagnosis/diagnosis.json", "diagnosis/gap.nc", "diagnosis/report.html"), resumes=True,
+        ("diagnosis/diagnosis.json", "diagnosis/gap.nc", "diagnosis/report.html"), resumes=True, code=10,
     ),
     Command(("machine", "new"), (f"{OUT}/mine.toml", "--from", ROTOR), ("mine.toml",), compiles=False),
     Command(

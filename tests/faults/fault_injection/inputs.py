@@ -80,15 +80,13 @@ def make_failed(folder: Path) -> Path:
 def make_hidden(folder: Path) -> Path:
     """A few records of a plain rotor in which a run-out is hidden."""
     from rotorsim.discrepancy.blind_test.design import campaign
-    from rotorsim.discrepancy.blind_test.hide import draw, record_of, write
-    from rotorsim.discrepancy.diagnosis import GRID
-    from rotorsim.discrepancy.twin.twin import Twin
+    from rotorsim.discrepancy.blind_test.hide import draw, record_of, truth_twin, write
     from rotorsim.machine import load_machine
 
     hidden = folder / "hidden"
     if not hidden.exists():
         machine = load_machine("plain_rotor")
-        twin = Twin.of(machine, grid=GRID)
+        twin = truth_twin(machine, ("runout",))
         truth = draw(twin, ("runout",), 1)
         kept = ("fit_1", "fit_2", "fit_2_repeat", "held_out_1", "untouched_2")
         planned = [one for one in campaign(machine) if one.name in kept]
