@@ -10,13 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from rotorsim.analysis import critical_speeds, operating_map, operating_point, whirl_onset
+from rotorsim.base.constants import RPM
 from rotorsim.bench.result import Figure
 from rotorsim.bench.speed import BARE
 from rotorsim.machine import load_machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 
-RPM = np.pi / 30
 PRESSURES = (0.3e6, 0.5e6, 0.7e6)
 
 

@@ -58,7 +58,7 @@ def read_seed(text: str) -> int:
 def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
     from rotorsim.commands.experiment_table import result_rows
     from rotorsim.experiments.summary import summarise_experiment
-    from rotorsim.experiments.tracking import open_record
+    from rotorsim.signals.record_blocks import open_record
 
     with open_record(path) as data:
         summary = summarise_experiment(data)

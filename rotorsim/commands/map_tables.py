@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from math import isfinite, pi
+from math import isfinite
 from typing import TYPE_CHECKING, Any
+
+from rotorsim.base.constants import TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
-RPM = 30 / pi
 LISTED: dict[str, tuple[str, str, float]] = {
     "lift_off_pressure": ("lift_off_mpa", "Lift-off pressure [MPa]", 1e-6),
-    "onset_speed": ("whirl_onset_rpm", "Whirl onset [rpm]", RPM),
+    "onset_speed": ("whirl_onset_rpm", "Whirl onset [rpm]", TO_RPM),
     "onset_ratio": ("whirl_ratio", "Whirl frequency ratio at the onset", 1.0),
-    "crossing_speed": ("crossings_rpm", "Critical speeds [rpm]", RPM),
+    "crossing_speed": ("crossings_rpm", "Critical speeds [rpm]", TO_RPM),
 }
 """By variable: key of the summary, title of the table, factor."""
 
@@ -53,7 +54,7 @@ def _label(found: xr.Dataset, dimension: str, value: Any, named: bool) -> str:
     unit = str(found[dimension].attrs.get("units", "1"))
     number = value.item()
     if unit == "rad/s":
-        text = f"{number * RPM:.5g} rpm"
+        text = f"{number * TO_RPM:.5g} rpm"
     else:
         text = show(float(f"{number:.9g}"), unit) if isinstance(number, float) else str(number)
     return f"{_title(found, dimension)} {text}" if named else text

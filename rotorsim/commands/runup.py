@@ -83,10 +83,10 @@ def runup(
 
 def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
     """Summary of the run as numbers and as rows of text; writes the report beside the record."""
-    from rotorsim.experiments.tracking import open_record
     from rotorsim.report.pages.page import save_page
     from rotorsim.report.pages.run import analyse
     from rotorsim.report.text.tables import results
+    from rotorsim.signals.record_blocks import open_record
 
     with open_record(record) as data:
         run = analyse(data)

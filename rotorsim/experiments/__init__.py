@@ -17,8 +17,8 @@ from rotorsim.experiments.running import Outcome, record, run
 from rotorsim.experiments.runup import Runup, runup
 from rotorsim.experiments.slow_roll import SlowRoll, slow_roll
 from rotorsim.experiments.staircase import Staircase, staircase
-from rotorsim.experiments.static_gain import static_gain_map
 from rotorsim.experiments.steady import Steady, steady
+from rotorsim.signals.static_gain import static_gain_map
 
 EXPERIMENTS: dict[str, type[Experiment]] = {
     kind.name: kind

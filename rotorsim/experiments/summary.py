@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
-from rotorsim.experiments.static_gain import static_gain_map
-from rotorsim.experiments.tracking import RPM, UM, blocks, displacement_name
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.units import parse
+from rotorsim.signals.record_blocks import blocks, displacement_name
+from rotorsim.signals.static_gain import static_gain_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,11 +56,11 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
     return {
         "duration_s": n / round(1 / SAMPLE),
         "samples": int(n),
-        "speed_rpm": {"first": float(speed[0]) * RPM, "last": float(speed[-1]) * RPM},
-        "disc": {"mean_um": (mean * UM).tolist(), "rms_um": (np.sqrt(square / n) * UM).tolist(),
-                 "peak_um": (peak * UM).tolist()},
-        "largest_orbit_um": orbit * UM,
-        "smallest_film_um": film * UM if "h_min" in record else None,
+        "speed_rpm": {"first": float(speed[0]) * TO_RPM, "last": float(speed[-1]) * TO_RPM},
+        "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / n) * TO_UM).tolist(),
+                 "peak_um": (peak * TO_UM).tolist()},
+        "largest_orbit_um": orbit * TO_UM,
+        "smallest_film_um": film * TO_UM if "h_min" in record else None,
         "contact_samples": touched if "contact" in record else None,
         "reference_peak_v": largest["reference"].tolist() if "reference" in record else None,
         "force_peak_n": largest["disc_force"].tolist() if "disc_force" in record else None,
@@ -80,9 +81,9 @@ def _gains(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
     told: dict[str, Any] = {}
     for axis in found["input"].values:
         column = found.sel(input=axis)
-        told[str(axis)] = {"gain_um_per_v": (column["gain"].values * UM).tolist()}
+        told[str(axis)] = {"gain_um_per_v": (column["gain"].values * TO_UM).tolist()}
         told[str(axis)] |= {
-            f"{name}_um": (column[name].values * UM).tolist()
+            f"{name}_um": (column[name].values * TO_UM).tolist()
             for name in ("deviation_max", "deviation_rms", "hysteresis")
         }
     return {"static_gain": told}
@@ -92,7 +93,7 @@ def _deceleration(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
     speeds = np.asarray(record["speed"].isel(time=[0, -1]).values, float)
     time = (record.sizes["time"] - 1) * SAMPLE
     reached = bool(speeds[1] <= record.attrs["stop_speed"] + 1e-9)
-    mean = float((speeds[0] - speeds[1]) / time * RPM) if time else 0.0
+    mean = float((speeds[0] - speeds[1]) / time * TO_RPM) if time else 0.0
     return {"deceleration": {"time_s": time, "mean_rpm_per_s": mean, "reached_stop": reached}}
 
 
@@ -102,7 +103,7 @@ def _runout(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
         return {}
     pairs = blocks(record, ["disc", "disc_measured"])
     apart = np.max([np.abs(block["disc_measured"] - block["disc"]).max(axis=0) for block in pairs], axis=0)
-    return {"sensor_error_peak_um": (apart * UM).tolist()}
+    return {"sensor_error_peak_um": (apart * TO_UM).tolist()}
 
 
 def _impulse(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import MPA, RPM
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.numerics.systems import (
     System,
@@ -52,7 +53,6 @@ DECAY = 1000
 """Samples after a change that are left out: free vibration of what was changed, .2 s."""
 FIRST = 2.0
 """Damping is that of modes up to so many times the plant's lowest."""
-RPM, MPA = np.pi / 30, 1e6
 
 
 @dataclass(frozen=True)

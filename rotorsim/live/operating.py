@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from math import pi
-
+from rotorsim.base.constants import RPM
 from rotorsim.live.control import Control
 from rotorsim.machine import Machine
 
-RPM = pi / 30
 OFF, P_LAW, PAUSE = "off", "P", "pause"
 SWITCHES: dict[str, tuple[str, ...]] = {
     "drive": ("speed", "torque", "coast"),

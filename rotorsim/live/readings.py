@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.live.eigenvalue import Modes
 from rotorsim.live.operating import OFF
 from rotorsim.live.rig import Rig
 from rotorsim.live.ringdown import DRIFT, Reading
 
-RPM, MPA = 30 / 3.141592653589793, 1e-6
 REPLAY = "not in a replay"
 
 
@@ -51,9 +51,9 @@ def eigenvalues_shown(rig: Rig, kept: tuple[int, Modes], replay: bool) -> dict[s
         return {"why": why}
     shown: dict[str, Any] = {
         "why": "", "frequency": [round(f, 1) for f in modes.frequency], "zeta": [round(z, 4) for z in modes.zeta],
-        "speed": round(modes.speed * RPM), "open": rig.settings.positions["controller"] != OFF,
+        "speed": round(modes.speed * TO_RPM), "open": rig.settings.positions["controller"] != OFF,
     }  # fmt: skip
-    return shown | {"pressure": round(modes.pressure * MPA, 3)} if rig.has_film else shown
+    return shown | {"pressure": round(modes.pressure * TO_MPA, 3)} if rig.has_film else shown
 
 
 def _eigenvalues_void(rig: Rig, epoch: int, replay: bool) -> str:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 
+from rotorsim.base.constants import RPM
 from rotorsim.machine import Machine, load_machine
 
-RPM = pi / 30
 CALM: dict[str, float | str] = {
     "drive": "speed", "sense": "forward", "controller": "off", "reference_x": 0.0, "reference_y": 0.0,
     "noise": "on", "pace": "1x", "acceleration": 2000 * RPM,

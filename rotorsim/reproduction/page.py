@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rotorsim.base.constants import TO_HZ
 from rotorsim.report.pages.study import Block
 from rotorsim.reproduction.claims.judge import MET, NOT_MET
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from rotorsim.reproduction.control import ControlStudy
     from rotorsim.reproduction.identification_vs_physics import Study
 
-HZ = 1 / (2 * np.pi)
 VERDICTS = {True: "pass", False: "FAIL", None: "not judged"}
 
 
@@ -99,9 +99,9 @@ def _reach(found: ControlStudy) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, told in ({"open loop": alone} | found.safe).items():
         mark, first, own = "" if told["left"] else "> ", alone["onset"], told["onset"]
-        onset = "none" if own is None else f"{own * HZ:.0f} Hz"
-        later = "" if first is None else "beyond the end" if own is None else f"{(own - first) * HZ:+.0f} Hz"
-        rows.append((name, f"{mark}{told['speed'] * HZ:.0f} Hz", f"{mark}{told['speed'] / alone['speed']:.2f}",
+        onset = "none" if own is None else f"{own * TO_HZ:.0f} Hz"
+        later = "" if first is None else "beyond the end" if own is None else f"{(own - first) * TO_HZ:+.0f} Hz"
+        rows.append((name, f"{mark}{told['speed'] * TO_HZ:.0f} Hz", f"{mark}{told['speed'] / alone['speed']:.2f}",
                      onset, later, told["why"]))  # fmt: skip
     return rows
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from math import pi
 from pathlib import Path
 from signal import SIGINT
 from typing import TYPE_CHECKING
 
+from rotorsim.base.constants import RPM
 from rotorsim.errors import DataError
 from rotorsim.reproduction.claims.rules import points
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from rotorsim.campaign import Plan
     from rotorsim.machine import Machine
 
-RPM = pi / 30
 HELD = ("validation", "hold_out", "centre", "claim", "claim_second")
 """Roles of records that no surface is fitted to."""
 COUNTED = ("identification", "centre", "claim")

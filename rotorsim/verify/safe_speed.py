@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control.law import Law
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
 from rotorsim.verify.running import Run, run_rows
 from rotorsim.verify.transients import changing
 
-KRPM = 1000 * np.pi / 30
 CONFIRM = 3
 """A circle is left when as many samples in a row lie outside."""
 

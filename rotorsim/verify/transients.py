@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
 from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
 
-KRPM = 1000 * np.pi / 30
 REST = 0.4
 """Time [s] at constant values before and after a change."""
 

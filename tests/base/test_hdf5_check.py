@@ -19,7 +19,7 @@ import identification as idn
 from rotorsim.base import hdf5_check
 from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.errors import DataError
-from rotorsim.experiments.tracking import open_record
+from rotorsim.signals.record_blocks import open_record
 
 SEEDS = [0, 1, 2, 3, 12, 36, 137]
 """On the damage of three of these libhdf5 2.0 crashes, and 137 hides the address of an object that crashes it."""

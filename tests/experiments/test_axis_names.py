@@ -18,7 +18,7 @@ from rotorsim.campaign.store.netcdf import write_record
 from rotorsim.campaign.store.store import make_store, record_path
 from rotorsim.campaign.workers.run_case import solve
 from rotorsim.experiments import Steady, record, run
-from rotorsim.experiments.tracking import open_record
+from rotorsim.signals.record_blocks import open_record
 
 ENGINES = ["h5netcdf", *(["netcdf4"] if find_spec("netCDF4") else [])]
 STEADY = Steady(30.0, 0.3e6, 0.1)

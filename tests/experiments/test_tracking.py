@@ -11,15 +11,10 @@ import xarray as xr
 
 from identification import make_record
 from rotorsim.errors import DataError
-from rotorsim.experiments.tracking import (
-    BLOCK,
-    blocks,
-    largest_sub_synchronous,
-    open_record,
-    summarise,
-    track_orders,
-    waterfall,
-)
+from rotorsim.experiments.run_summary import summarise
+from rotorsim.signals.order_tracking import track_orders
+from rotorsim.signals.record_blocks import BLOCK, blocks, open_record
+from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
 
 TS = 2e-4
 AMPLITUDES = {1: (3e-6 * np.exp(-0.7j), 2e-6 * np.exp(-1.9j)), 2: (1e-6j, 0.4e-6), 3: (-0.3e-6, 0.2e-6 * np.exp(2j))}

@@ -17,12 +17,12 @@ from rotorsim.base.files import WriteError
 from rotorsim.errors import DataError
 from rotorsim.machine import machine_text
 from rotorsim.report.figures.curves import phase_lag
-from rotorsim.report.figures.envelope import envelopes
 from rotorsim.report.figures.image import readme_figure, save_png
 from rotorsim.report.figures.orbit_plots import instants
 from rotorsim.report.figures.theme import compact
 from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.run import analyse
+from rotorsim.signals.envelope import envelopes
 
 EVIL = 'name = "<script>alert(1)</script>"\ndescription = "a & b </pre><img src=x onerror=alert(2)>"\n'
 

@@ -19,12 +19,12 @@ from xarray.core import indexing
 import rotorsim.report as report
 from identification import make_record
 from rotorsim.errors import DataError
-from rotorsim.report.compute.missing import MissingError
 from rotorsim.report.figures import figures, shaft_plots
 from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.figure_lists import EXPECTED, found_sections
 from rotorsim.report.pages.page import page
 from rotorsim.report.pages.run import analyse
+from rotorsim.signals.missing import MissingError
 
 DT = 5e-4
 EVIL = "</script><script>alert(1)</script>"
@@ -232,7 +232,7 @@ def test_a_record_without_a_displacement_is_refused() -> None:
 
 
 def test_naming_reports_does_not_import_a_plot_library() -> None:
-    code = "import sys, rotorsim.report, rotorsim.report.compute.transfer; sys.exit('plotly' in sys.modules)"
+    code = "import sys, rotorsim.report, rotorsim.signals.transfer; sys.exit('plotly' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -11,14 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.experiments.summary import summarise_experiment
-from rotorsim.experiments.tracking import (
-    UM,
-    find_resonances,
-    largest_sub_synchronous,
-    track_orders,
-    waterfall,
-)
+from rotorsim.signals.order_tracking import find_resonances, track_orders
+from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +37,7 @@ def modes(plant: Plant, experiment: Experiment, record: xr.Dataset) -> Numbers:
     found: Numbers = {"f_hz": (model.wn[:MODES] / (2 * np.pi)).tolist(), "zeta": model.zeta[:MODES].tolist()}
     if model.inputs:
         gain = np.asarray(model.static_gain)
-        found |= {"gain_um_per_v": {"x": (gain[:, 0] * UM).tolist(), "y": (gain[:, 1] * UM).tolist()}}
+        found |= {"gain_um_per_v": {"x": (gain[:, 0] * TO_UM).tolist(), "y": (gain[:, 1] * TO_UM).tolist()}}
         found |= {"delay_ms": (np.asarray(model.delay) * 1e3).tolist()}
     return found
 
@@ -49,7 +45,7 @@ def modes(plant: Plant, experiment: Experiment, record: xr.Dataset) -> Numbers:
 def orders(plant: Plant, experiment: Experiment, record: xr.Dataset) -> Numbers:
     """Mean 1X, 2X and 3X amplitudes of the disc."""
     amplitude = np.abs(track_orders(record)["amplitude"].values)
-    mean = amplitude.mean(axis=0) * UM if len(amplitude) else np.full((3, 2), np.nan)
+    mean = amplitude.mean(axis=0) * TO_UM if len(amplitude) else np.full((3, 2), np.nan)
     return {f"{order}x_um": mean[order - 1].tolist() for order in (1, 2, 3)}
 
 

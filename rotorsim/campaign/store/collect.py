@@ -125,7 +125,7 @@ def _columns(rows: Iterable[Row]) -> dict[str, Any]:
 def _records(found: Finished, variables: Sequence[str] | None) -> xr.Dataset:
     import xarray as xr
 
-    from rotorsim.experiments.tracking import open_record
+    from rotorsim.signals.record_blocks import open_record
 
     _check_sizes(found)
     lengths = _lengths(found)

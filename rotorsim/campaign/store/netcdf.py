@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.hdf5 import CommittedFile
-from rotorsim.experiments.tracking import blocks
+from rotorsim.signals.record_blocks import blocks
 
 if TYPE_CHECKING:
     import h5py

@@ -25,10 +25,10 @@ from rotorsim.campaign.workers.memory import LONGEST, Memory
 from rotorsim.errors import ConvergenceError, RotorsimError
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.running import begin, record, stream
-from rotorsim.experiments.tracking import open_record
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.sampling import SAMPLE
+from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,6 +12,7 @@ import numpy as np
 
 from identification import LinearModel
 from identification.lpv.model import LpvModel
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.control.designs.merged import is_model_2, merged
 from rotorsim.control.errors import DesignError
@@ -22,9 +23,7 @@ MICRO, MILLI = 1e6, 1e3
 LOOP_DELAY = 1.5 * SAMPLE
 """One sample of delay and half a sample of hold [s]."""
 Model = LinearModel | LpvModel
-KRPM = 1000 * np.pi / 30
 """rad/s in 1000 rpm."""
-MPA = 1e6
 
 
 def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> LinearModel:

@@ -8,9 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from rotorsim.base.constants import TO_RPM
 from rotorsim.report.figures.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
-
-RPM = 30 / np.pi
 
 
 def ratios_figure(ratios: dict[str, np.ndarray]) -> go.Figure:
@@ -41,7 +40,7 @@ def sizes_figure(rows: dict[str, list[dict[str, Any]]]) -> go.Figure:
         for k, (speed, pressure) in enumerate(points):
             at = [row for row in told if (row["speed"], row["pressure"]) == (speed, pressure)]
             ratio = [max(c / o for c, o in zip(row["closed"], row["open"], strict=True)) for row in at]
-            name = f"{speed * RPM:.0f} rpm, {pressure / 1e6:.1f} MPa"
+            name = f"{speed * TO_RPM:.0f} rpm, {pressure / 1e6:.1f} MPa"
             figure.add_trace(go.Scatter(x=[row["peak"] for row in at], y=ratio, name=name, legendgroup=name,
                                         showlegend=column == 1, line={"color": PIN_COLOURS[k]}), 1, column)  # fmt: skip
         figure.add_hline(y=1, line={"color": INK, "width": 1, "dash": "dot"}, row=1, col=column)
@@ -60,7 +59,7 @@ def waterfalls_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
     for k, told in enumerate(runs.values()):
         at = {"row": k // columns + 1, "col": k % columns + 1}
         spectra = told["spectra"]
-        rpm = np.array(spectra["speed"]) * RPM / 1000
+        rpm = np.array(spectra["speed"]) * TO_RPM / 1000
         figure.add_trace(go.Heatmap(x=compact(np.array(spectra["frequency"])), y=compact(rpm),
                                     z=compact(np.array(spectra["heights"]), 3), zmin=0, zmax=top,
                                     colorscale=SPECTRUM_SCALE, showscale=k == 0,
@@ -70,10 +69,10 @@ def waterfalls_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
                                     showlegend=k == 0, line=line), **at)  # fmt: skip
         for value, name, colour in ((told["speed"] if told["left"] else None, "circle left", AXIS_COLOURS["y"]),
                                     (told["onset"], "onset of whirl", NEUTRAL)):  # fmt: skip
-            height = [np.nan if value is None else value * RPM / 1000] * 2
+            height = [np.nan if value is None else value * TO_RPM / 1000] * 2
             figure.add_trace(go.Scatter(x=[0, 400], y=height, mode="lines", name=name, legendgroup=name,
                                         showlegend=k == 0, line={"color": colour, "width": 1.5}), **at)  # fmt: skip
-    last = max(max(told["spectra"]["speed"]) for told in runs.values()) * RPM / 1000
+    last = max(max(told["spectra"]["speed"]) for told in runs.values()) * TO_RPM / 1000
     figure.update_xaxes(range=[0, 400])
     figure.update_yaxes(range=[0, last])
     for k in range(max(len(runs) - columns, 0), len(runs)):

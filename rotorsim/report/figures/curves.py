@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, SPECTRUM_SCALE, compact, faint, style
 from rotorsim.report.pages.run import Run
 
@@ -32,7 +32,7 @@ def bode(run: Run) -> go.Figure:
             for row, trace in enumerate(order_traces(run, n, axis), 1):
                 figure.add_trace(trace.update(showlegend=row == column == 1), row, column)
         own = float(np.abs(run.tracked["amplitude"].sel(order=n).values).max(initial=0.0))
-        figure.update_yaxes(range=[0, 1.06 * UM * max(own, least)] if least else None, row=1, col=column)
+        figure.update_yaxes(range=[0, 1.06 * TO_UM * max(own, least)] if least else None, row=1, col=column)
     figure.update_xaxes(range=run.reach)
     figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], row=2)
     figure.update_yaxes(dtick=90, autorange="reversed", row=2)
@@ -52,7 +52,7 @@ def order_traces(run: Run, order: int, axis: str) -> tuple[go.Scatter, go.Scatte
               "line": {"color": AXIS_COLOURS[axis], "width": 2, "simplify": False}}  # fmt: skip
     hover = f"{order}X {axis}: %{{y:.3g}} {{}} at %{{x:.0f}} {unit}<extra></extra>"
     return (
-        go.Scatter(y=compact(np.abs(a) * UM), hovertemplate=hover.replace("{}", "µm"), **common),
+        go.Scatter(y=compact(np.abs(a) * TO_UM), hovertemplate=hover.replace("{}", "µm"), **common),
         go.Scatter(y=compact(phase_lag(a, faintest(run))), hovertemplate=hover.replace("{}", "deg"), **common),
     )
 
@@ -106,7 +106,7 @@ def spectrum_trace(run: Run, axis: str, size: np.ndarray) -> go.Heatmap:
     frequency = run.spectra[axis].values
     group = -(-frequency.size // MOST_LINES)
     starts = np.arange(0, frequency.size, group)
-    um = np.maximum.reduceat(size, starts, axis=1).T * UM
+    um = np.maximum.reduceat(size, starts, axis=1).T * TO_UM
     at = np.add.reduceat(frequency, starts) / np.diff(np.append(starts, frequency.size))
     across, label = run.abscissa(run.spectra)
     unit, rising = label.split("[")[1][:-1], np.argsort(across, kind="stable")
@@ -133,7 +133,7 @@ def add_order_lines(figure: go.Figure, run: Run, orders: tuple[int, ...], row: i
 
 def colour_axis(run: Run) -> dict[str, object]:
     """Logarithmic colour scale in um, the same for all spectra of a run."""
-    largest = max(float(run.spectra["full"].max()), float(run.spectra["amplitude"].max())) * UM
+    largest = max(float(run.spectra["full"].max()), float(run.spectra["amplitude"].max())) * TO_UM
     top = np.log10(max(largest, 1e-6))
     ticks = np.arange(np.ceil(top - DECADES), np.floor(top) + 1)
     bar = {"title": {"text": "µm 0-pk", "side": "right"}, "x": 1.04, "thickness": 14, "outlinewidth": 0,

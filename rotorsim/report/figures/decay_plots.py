@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
-from rotorsim.report.compute.impact import RingDown
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, compact, style
+from rotorsim.signals.impact import RingDown
 
 MOST_POINTS = 4000
 PULSE_REACH = (-0.5, 2.0)
@@ -41,7 +41,7 @@ def _add_force(figure: go.Figure, down: RingDown, column: int) -> None:
 
 
 def _add_motion(figure: go.Figure, down: RingDown, column: int) -> None:
-    time, d = down.values["time"], down.values["disc"] * UM
+    time, d = down.values["time"], down.values["disc"] * TO_UM
     shown = slice(0, _end(down))
     step = 1 + len(time[shown]) // MOST_POINTS
     for k in (1 - down.pulse.axis, down.pulse.axis):
@@ -54,7 +54,7 @@ def _add_motion(figure: go.Figure, down: RingDown, column: int) -> None:
     if down.decay is None:
         return
     at = np.linspace(0, float(time[shown][-1]), 120)
-    size = down.decay.amplitude * np.exp(-down.decay.rate * at) * UM
+    size = down.decay.amplitude * np.exp(-down.decay.rate * at) * TO_UM
     for sign in (1, -1):
         figure.add_trace(go.Scatter(x=compact(at), y=compact(sign * size), mode="lines", hoverinfo="skip",
                                     name="fitted envelope", legendgroup="fit", legendrank=2,

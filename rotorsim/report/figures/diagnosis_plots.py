@@ -8,13 +8,13 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
 
 COLOURS = {"nominal": "#b0b7be", "re-calibrated": AXIS_COLOURS["y"], "with effect": AXIS_COLOURS["x"]}
-UM = 1e6
 
 
 def flag_map(diagnosis: Diagnosis) -> go.Figure:
@@ -41,7 +41,7 @@ def flag_map(diagnosis: Diagnosis) -> go.Figure:
 def gap_bars(diagnosis: Diagnosis) -> go.Figure:
     """Gap of every record and both channels together: nominal, re-calibrated, with the effect, and the scatter."""
     gap = diagnosis.gap
-    total = np.sqrt((gap["gap"].values ** 2).sum(axis=1)) * UM
+    total = np.sqrt((gap["gap"].values ** 2).sum(axis=1)) * TO_UM
     order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
     names: list[str] = []
     for i in order:
@@ -76,7 +76,7 @@ def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
         lines.append(("floor", shown["floor"][c], NEUTRAL, 1.4))
         for name, y, colour, width in lines:
             figure.add_scatter(
-                x=f, y=compact(y * UM), name=name, showlegend=first, legendgroup=name, mode="lines",
+                x=f, y=compact(y * TO_UM), name=name, showlegend=first, legendgroup=name, mode="lines",
                 line={"color": colour, "width": width, "dash": "dot" if name == "floor" else "solid"}, row=c + 1, col=1,
             )  # fmt: skip
     figure = style(figure, 560)
@@ -91,10 +91,10 @@ def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
     columns = 2 if with_effect else 1
     titles = ("re-calibrated", "with effect")[:columns]
     figure = make_subplots(rows=1, cols=columns, shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.05)
-    top = max(float(s["stages"][1].max()) for s in every) * UM
+    top = max(float(s["stages"][1].max()) for s in every) * TO_UM
     for k in range(columns):
         for n, s in enumerate(every):
-            size = np.hypot(*s["stages"][k + 1]) * UM
+            size = np.hypot(*s["stages"][k + 1]) * TO_UM
             height = n + 1.6 * size / top
             figure.add_scatter(
                 x=compact(s["frequency"]), y=compact(height), mode="lines", showlegend=False, fill=None,

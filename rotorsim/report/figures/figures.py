@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from rotorsim.errors import DataError
-from rotorsim.report.compute.missing import MissingError
 from rotorsim.report.pages import sections
 from rotorsim.report.pages.run import analyse
+from rotorsim.signals.missing import MissingError
 
 
 def _figure(record: xr.Dataset, section: sections.Section) -> go.Figure:

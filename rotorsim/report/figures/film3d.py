@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import RPM
+from rotorsim.base.constants import TO_RPM
 from rotorsim.report.figures.theme import INK, PRESSURE_SCALE, compact, style
 from rotorsim.report.pages.run import Run
 
@@ -28,7 +28,7 @@ def film_maps(run: Run) -> go.Figure:
     chosen = snapshots(run)
     rows = -(-len(chosen) // COLUMNS)
     time, speed = (run.record[f"snapshot_{k}"].values for k in ("time", "speed"))
-    titles = [f"{speed[i] * RPM:.0f} rpm, {time[i]:.1f} s" for i in chosen]
+    titles = [f"{speed[i] * TO_RPM:.0f} rpm, {time[i]:.1f} s" for i in chosen]
     figure = make_subplots(rows, COLUMNS, subplot_titles=titles, shared_xaxes=True, shared_yaxes=True,
                            vertical_spacing=0.12, horizontal_spacing=0.03)  # fmt: skip
     for k, i in enumerate(chosen):

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.orbit_plots import COLOURS, Instant, cut, marks, square_axes
 from rotorsim.report.figures.theme import INK, compact, style
 from rotorsim.report.pages.run import Run
@@ -31,7 +31,7 @@ def filtered_orbits(run: Run) -> go.Figure:
     middle = Instant("middle", sum(run.time_reach) / 2, run.mean_speed * 30 / np.pi)
     raw, angle = cut(run, run.output, middle)
     raw = raw - (raw.max(axis=0) + raw.min(axis=0)) / 2
-    parts = [ellipse(a) * UM for a in mean_orders(run.tracked)]
+    parts = [ellipse(a) * TO_UM for a in mean_orders(run.tracked)]
     shown = [(raw, marks(raw, angle)), *((p, p[:1]) for p in parts)]
     figure = make_subplots(1, 3, horizontal_spacing=0.09, subplot_titles=["every sample", "1X", "2X"])
     for column, (path, dots) in enumerate(shown, 1):

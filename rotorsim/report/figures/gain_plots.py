@@ -6,10 +6,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
-from rotorsim.report.compute.gain import Branches
-from rotorsim.report.compute.hysteresis import Loop
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
+from rotorsim.signals.gain import Branches
+from rotorsim.signals.hysteresis import Loop
 
 SYMBOLS = {True: "triangle-up", False: "triangle-down-open"}
 
@@ -24,7 +24,7 @@ def gain_figure(gains: list[Branches]) -> go.Figure:
             _add_fit(figure, gain, k, axis, column)
             for row, values in ((1, gain.position - gain.offset), (2, gain.deviation)):
                 for rising in (True, False):
-                    figure.add_trace(_rests(gain, values[:, k] * UM, rising, axis, row == column == 1), row, column)
+                    figure.add_trace(_rests(gain, values[:, k] * TO_UM, rising, axis, row == column == 1), row, column)
         figure.update_xaxes(title_text=f"reference {'xy'[gain.axis]} [V]", row=2, col=column)
     figure.update_yaxes(title_text="disc at rest, from the<br>line's value at 0 V [µm]", row=1, col=1)
     figure.update_yaxes(title_text="deviation from<br>the line [µm]", row=2, col=1)
@@ -44,7 +44,7 @@ def _rests(gain: Branches, um: np.ndarray, rising: bool, axis: str, legend: bool
 
 def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) -> None:
     ends = np.array([gain.reference.min(), gain.reference.max()])
-    figure.add_trace(go.Scatter(x=compact(ends), y=compact(gain.gain[k] * ends * UM), mode="lines", hoverinfo="skip",
+    figure.add_trace(go.Scatter(x=compact(ends), y=compact(gain.gain[k] * ends * TO_UM), mode="lines", hoverinfo="skip",
                                 line={"color": faint(AXIS_COLOURS[axis], 0.6), "width": 1.5},
                                 showlegend=False), 1, column)  # fmt: skip
 
@@ -66,7 +66,7 @@ def _loop(loop: Loop) -> go.Scatter:
     colour = PIN_COLOURS[(loop.injector - 1) % len(PIN_COLOURS)]
     symbols = [SYMBOLS[bool(r)] for r in loop.rising]
     return go.Scatter(
-        x=compact(loop.reference), y=compact(loop.pin * UM), mode="lines+markers", name=f"pin {loop.injector}",
+        x=compact(loop.reference), y=compact(loop.pin * TO_UM), mode="lines+markers", name=f"pin {loop.injector}",
         line={"color": colour, "width": 1.3}, marker={"symbol": symbols, "size": 7},
         hovertemplate=f"pin {loop.injector}: %{{y:.4g}} µm at %{{x:.3g}} V<extra></extra>",
     )  # fmt: skip

@@ -7,9 +7,9 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
 
-RPM, HZ, MPA = 30 / np.pi, 1 / (2 * np.pi), 1e-6
 UNSAFE = "#7a3b3b"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
 """Light enough for numbers on the lines and for the shade above."""
@@ -20,8 +20,8 @@ CONTOURS: tuple[Panel, ...] = (
     ("eccentricity ratio", "eccentricity_ratio", 1.0, {}),
     ("smallest film [µm]", "h_min", 1e6, {}),
     ("gas [mg/s]", "mass_flow", 1e6, {"injector": "sum"}),
-    ("lower natural frequency [Hz]", "wn", HZ, {"mode": 0}),
-    ("upper natural frequency [Hz]", "wn", HZ, {"mode": 1}),
+    ("lower natural frequency [Hz]", "wn", TO_HZ, {"mode": 0}),
+    ("upper natural frequency [Hz]", "wn", TO_HZ, {"mode": 1}),
     ("least damping ratio", "zeta_least", 1.0, {}),
     ("gain x by x [µm/V]", "static_gain", 1e6, {"axis": 0, "reference": 0}),
     ("gain y by y [µm/V]", "static_gain", 1e6, {"axis": 1, "reference": 1}),
@@ -45,7 +45,7 @@ def contour_figure(found: xr.Dataset) -> go.Figure:
     rows = -(-len(panels) // columns)
     figure = make_subplots(rows, columns, shared_xaxes="all", shared_yaxes="all", horizontal_spacing=0.045,
                            vertical_spacing=0.6 / (rows * 5), subplot_titles=[p[0] for p in panels])  # fmt: skip
-    x, y = found["speed"].values * RPM, found["pressure"].values * MPA
+    x, y = found["speed"].values * TO_RPM, found["pressure"].values * TO_MPA
     for k, (title, name, scale, index) in enumerate(panels):
         row, column = k // columns + 1, k % columns + 1
         values = _values(found, name, index) * scale
@@ -89,16 +89,16 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
     """Natural frequencies and damping ratios over speed at a few pressures, with 1X, 2X, 3X and the forbidden band."""
     chosen = np.unique(np.linspace(0, found.sizes["pressure"] - 1, pressures).round().astype(int))
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
-    speed = found["speed"].values * RPM
+    speed = found["speed"].values * TO_RPM
     for k, i in enumerate(chosen):
         _add_modes(figure, found.isel(pressure=int(i)), speed, PIN_COLOURS[k % len(PIN_COLOURS)])
-    top = np.nanmax(found["wn"].values[..., :2]) * HZ * 1.08
+    top = np.nanmax(found["wn"].values[..., :2]) * TO_HZ * 1.08
     for order in (1, 2, 3):
         figure.add_trace(go.Scatter(x=compact(speed), y=compact(order * np.abs(speed) / 60), mode="lines",
                                     name=f"{order}X", hoverinfo="skip", legendgroup="orders",
                                     line={"color": INK, "width": 1, "dash": DASHES[order]}), 1, 1)  # fmt: skip
     _add_crossings(figure, found)
-    low = np.nanmin(found["wn"].values[..., :2]) * HZ * 0.92
+    low = np.nanmin(found["wn"].values[..., :2]) * TO_HZ * 0.92
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[low, top], row=1, col=1)
     figure.update_yaxes(title_text="damping ratio", row=2, col=1)
     figure.add_hline(y=0, line={"color": INK, "width": 1}, row=2)
@@ -108,11 +108,11 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
 
 
 def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: str) -> None:
-    label = f"{float(one['pressure']) * MPA:.3g} MPa"
+    label = f"{float(one['pressure']) * TO_MPA:.3g} MPa"
     for mode in range(2):
         sense = [_sense(v) for v in one["whirl_ratio"].isel(mode=mode).values]
         look = {"color": colour, "width": 2, "dash": DASHES[mode]}
-        for row, name, scale in ((1, "wn", HZ), (2, "zeta", 1.0)):
+        for row, name, scale in ((1, "wn", TO_HZ), (2, "zeta", 1.0)):
             figure.add_trace(
                 go.Scatter(x=compact(speed), y=compact(one[name].isel(mode=mode).values * scale), mode="lines+markers",
                            name=f"{label}, {'lower' if mode == 0 else 'upper'} mode", legendgroup=f"{label}{mode}",
@@ -132,7 +132,7 @@ def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
         return
     crossings = found["crossing_speed"].transpose("order", ...)
     for order in crossings["order"].values:
-        x = crossings.sel(order=order).values.ravel() * RPM
+        x = crossings.sel(order=order).values.ravel() * TO_RPM
         good = np.isfinite(x)
         figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * x[good] / 60), mode="markers",
                                     name=f"{order}X crossings", marker={"symbol": "x-thin", "size": 9,
@@ -145,7 +145,7 @@ def film_figure(found: xr.Dataset) -> go.Figure:
     one = found.isel(speed=found.sizes["speed"] // 2)
     figure = make_subplots(1, 2, horizontal_spacing=0.09,
                            subplot_titles=["stiffness K [MN/m]", "damping C [kN s/m]"])  # fmt: skip
-    x = one["pressure"].values * MPA
+    x = one["pressure"].values * TO_MPA
     for a in range(one.sizes["at"]):
         for column, (name, scale) in enumerate((("film_stiffness", 1e-6), ("film_damping", 1e-3)), 1):
             for k, (i, j) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
@@ -163,12 +163,12 @@ def onset_figure(found: xr.Dataset) -> go.Figure:
     """Whirl onset over pressure and lift-off pressure over speed, as far as they were computed."""
     figure = go.Figure()
     if "onset_speed" in found:
-        figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * RPM), mode="lines+markers",
-                                    y=compact(found["pressure"].values * MPA), name="whirl onset",
+        figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * TO_RPM), mode="lines+markers",
+                                    y=compact(found["pressure"].values * TO_MPA), name="whirl onset",
                                     line={"color": UNSAFE}))  # fmt: skip
     if "lift_off_pressure" in found:
-        figure.add_trace(go.Scatter(x=compact(found["speed"].values * RPM), mode="lines+markers", name="lift-off",
-                                    y=compact(found["lift_off_pressure"].values * MPA),
+        figure.add_trace(go.Scatter(x=compact(found["speed"].values * TO_RPM), mode="lines+markers", name="lift-off",
+                                    y=compact(found["lift_off_pressure"].values * TO_MPA),
                                     line={"color": PIN_COLOURS[0]}))  # fmt: skip
     figure.update_xaxes(title_text="speed [rpm]")
     figure.update_yaxes(title_text="pressure [MPa]", rangemode="tozero")

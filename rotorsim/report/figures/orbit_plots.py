@@ -8,9 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM, displacement_name
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import GRID, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.pages.run import Run
+from rotorsim.signals.record_blocks import displacement_name
 
 TURNS, MOST_POINTS, MOST_ORBITS = 4, 1500, 4
 COLOURS = {"disc": "#0072B2", "journal": NEUTRAL}
@@ -87,7 +88,7 @@ def cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
     count = int(min(n, max(2, round(TURNS * turn * rate) + 1)))
     start = int(np.clip(round((moment.time - first) * rate) - count // 2, 0, n - count))
     part = run.record.isel(time=slice(start, start + count))
-    return np.asarray(part[name].values, float) * UM, np.asarray(part["angle"].values, float)
+    return np.asarray(part[name].values, float) * TO_UM, np.asarray(part["angle"].values, float)
 
 
 def marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -102,7 +103,7 @@ def _add_clearance(figure: go.Figure, run: Run, row: int, column: int) -> None:
     """Circle of the radial clearance, which the journal's centre cannot leave without contact."""
     if run.machine is None or run.machine.film is None:
         return
-    c, turn = run.machine.film.clearance * UM, np.linspace(0, 2 * np.pi, 121)
+    c, turn = run.machine.film.clearance * TO_UM, np.linspace(0, 2 * np.pi, 121)
     line = {"color": "#8a949e", "width": 1.5, "dash": "dash"}
     figure.add_trace(go.Scatter(x=compact(c * np.cos(turn)), y=compact(c * np.sin(turn)), mode="lines", line=line,
                                 fill="toself", fillcolor=faint(GRID, 0.35),

@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
-from rotorsim.report.compute.runout import Runout
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, compact, faint, style
+from rotorsim.signals.runout import Runout
 
 
 def runout_figure(runout: Runout) -> go.Figure:
@@ -27,7 +27,7 @@ def runout_figure(runout: Runout) -> go.Figure:
 
 
 def _profile(runout: Runout, k: int, axis: str) -> list[go.Scatter]:
-    degrees, mean, spread = np.degrees(runout.angle), runout.mean[:, k] * UM, runout.scatter[:, k] * UM
+    degrees, mean, spread = np.degrees(runout.angle), runout.mean[:, k] * TO_UM, runout.scatter[:, k] * TO_UM
     edge = {"x": compact(degrees), "mode": "lines", "line": {"width": 0}, "showlegend": False, "hoverinfo": "skip"}
     return [
         go.Scatter(y=compact(mean - spread), **edge),
@@ -39,7 +39,7 @@ def _profile(runout: Runout, k: int, axis: str) -> list[go.Scatter]:
 
 
 def _bars(runout: Runout, k: int, axis: str) -> go.Bar:
-    size = np.abs(runout.harmonic[:, k]) * UM
+    size = np.abs(runout.harmonic[:, k]) * TO_UM
     return go.Bar(x=np.arange(1, size.size + 1), y=compact(size), marker={"color": AXIS_COLOURS[axis]},
                   name=f"disc {axis}", legendgroup=axis, showlegend=False,
                   hovertemplate="%{x}X: %{y:.3g} µm<extra></extra>")  # fmt: skip

@@ -7,21 +7,21 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from rotorsim.base.constants import TO_HZ, TO_RPM
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
-RPM, HZ = 30 / np.pi, 1 / (2 * np.pi)
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
 
 
 def shaft_campbell(found: xr.Dataset) -> go.Figure:
     """Natural frequencies and logarithmic decrements over speed; triangles up whirl forward, down backward."""
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
-    speed = found["speed"].values * RPM
+    speed = found["speed"].values * TO_RPM
     for k in range(found.sizes["branch"]):
         one = found.isel(branch=k)
         marks = [SYMBOLS[str(sense)] for sense in one["whirl"].values]
         colour = PIN_COLOURS[k % len(PIN_COLOURS)]
-        for row, name, scale in ((1, "wn", HZ), (2, "log_dec", 1.0)):
+        for row, name, scale in ((1, "wn", TO_HZ), (2, "log_dec", 1.0)):
             figure.add_trace(
                 go.Scatter(x=compact(speed), y=compact(one[name].values * scale), mode="lines+markers",
                            name=f"mode {k + 1}", legendgroup=str(k), showlegend=row == 1,
@@ -29,7 +29,7 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
                            marker={"symbol": marks, "size": 6}), row, 1)  # fmt: skip
     figure.add_trace(go.Scatter(x=compact(speed), y=compact(speed / 60), mode="lines", name="1X", hoverinfo="skip",
                                 line={"color": INK, "width": 1, "dash": "dash"}), 1, 1)  # fmt: skip
-    top = float(np.nanmax(found["wn"].values)) * HZ
+    top = float(np.nanmax(found["wn"].values)) * TO_HZ
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
     figure.update_yaxes(title_text="log. decrement", row=2, col=1)
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
@@ -40,7 +40,7 @@ def critical_speed_map(found: xr.Dataset) -> go.Figure:
     """Undamped critical speeds over the stiffness of the bearings, both logarithmic."""
     figure = go.Figure()
     for k in range(found.sizes["mode"]):
-        figure.add_trace(go.Scatter(x=compact(found["stiffness"].values), y=compact(found["wn"].values[k] * RPM),
+        figure.add_trace(go.Scatter(x=compact(found["stiffness"].values), y=compact(found["wn"].values[k] * TO_RPM),
                                     mode="lines", name=f"mode {k + 1}",
                                     line={"color": PIN_COLOURS[k % len(PIN_COLOURS)]}))  # fmt: skip
     figure.update_xaxes(title_text="stiffness of a bearing [N/m]", type="log", exponentformat="power")
@@ -52,7 +52,7 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
     """Half axis and phase of the whirl over speed at `nodes`; without them at the one that moves most."""
     chosen = nodes or (int(found["major"].values.max(axis=1).argmax()),)
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
-    speed = found["frequency"].values * RPM
+    speed = found["frequency"].values * TO_RPM
     for k, node in enumerate(chosen):
         one = found.isel(node=node)
         colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {float(one['z']) * 1e3:.0f} mm"

@@ -6,10 +6,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
-from rotorsim.report.compute.sensors import Difference
-from rotorsim.report.compute.spectrum import Spectrum
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, compact, faint, style
+from rotorsim.signals.sensors import Difference
+from rotorsim.signals.spectrum import Spectrum
 
 ORDERS = (1, 2, 3)
 DECADES = 5.0
@@ -52,14 +52,14 @@ def add_single(figure: go.Figure, spectrum: Spectrum, row: int) -> None:
 
 
 def _line(frequency: np.ndarray, size: np.ndarray, name: str, colour: str) -> go.Scatter:
-    return go.Scatter(x=compact(frequency, 6), y=compact(np.maximum(size * UM, 1e-9)), mode="lines", name=name,
+    return go.Scatter(x=compact(frequency, 6), y=compact(np.maximum(size * TO_UM, 1e-9)), mode="lines", name=name,
                       showlegend=False, line={"color": colour, "width": 1.2, "simplify": False},
                       hovertemplate="%{y:.3g} µm at %{x:.1f} Hz<extra></extra>")  # fmt: skip
 
 
 def set_log_axis(figure: go.Figure, values: np.ndarray, row: int) -> None:
     """Decades below the largest value, no further than just below the usual floor."""
-    um = np.maximum(values * UM, 1e-9)
+    um = np.maximum(values * TO_UM, 1e-9)
     top = float(np.log10(um.max())) + 0.4
     floor = max(float(np.log10(np.median(um))) - 1.0, top - DECADES)
     figure.update_yaxes(type="log", range=[min(floor, top - 2), top], dtick=1, exponentformat="power", row=row)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import RPM
-from rotorsim.report.compute.deceleration import Deceleration
+from rotorsim.base.constants import TO_RPM
 from rotorsim.report.figures.theme import NEUTRAL, compact, style
+from rotorsim.signals.deceleration import Deceleration
 
 
 def deceleration_figure(found: Deceleration) -> go.Figure:
@@ -17,7 +17,7 @@ def deceleration_figure(found: Deceleration) -> go.Figure:
         figure.add_trace(
             go.Scatter(
                 x=compact(found.time),
-                y=compact(values * RPM),
+                y=compact(values * TO_RPM),
                 mode="lines",
                 showlegend=False,
                 line={"color": NEUTRAL, "width": 2},

@@ -8,16 +8,17 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import RPM, UM, displacement_name
-from rotorsim.report.figures.envelope import Envelope, envelopes
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, compact, faint, style
 from rotorsim.report.pages.run import Run
+from rotorsim.signals.envelope import Envelope, envelopes
+from rotorsim.signals.record_blocks import displacement_name
 
 PANELS = {
-    "speed": ("speed<br>[rpm]", RPM),
-    "disc": ("disc<br>[µm]", UM),
-    "disc_measured": ("disc<br>[µm]", UM),
-    "h_min": ("smallest film<br>[µm]", UM),
+    "speed": ("speed<br>[rpm]", TO_RPM),
+    "disc": ("disc<br>[µm]", TO_UM),
+    "disc_measured": ("disc<br>[µm]", TO_UM),
+    "h_min": ("smallest film<br>[µm]", TO_UM),
     "mass_flow": ("mass flow<br>[mg/s]", 1e6),
     "pressure": ("injection<br>[MPa gauge]", 1e-6),
     "contact": ("contact<br>[% of time]", 100.0),

@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.experiments.tracking import UM
-from rotorsim.report.compute.transfer import Transfer
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, compact, style
+from rotorsim.signals.transfer import Transfer
 
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}
 NAMES = {"reference": "reference", "disc_force": "force"}
@@ -29,7 +29,7 @@ def transfer_figure(transfer: Transfer) -> go.Figure:
         for output, axis in enumerate("xy"):
             for row, trace in enumerate(_traces(transfer, output, column, axis), 1):
                 figure.add_trace(trace.update(showlegend=row == column + 1 == 1), row, column + 1)
-    top = float(np.log10(np.nanmax(np.abs(transfer.H)) * UM))
+    top = float(np.log10(np.nanmax(np.abs(transfer.H)) * TO_UM))
     figure.update_yaxes(type="log", range=[top - DECADES, top + 0.15], dtick=1, row=1)
     figure.update_yaxes(range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], row=2)
     if rows == 3:
@@ -49,7 +49,7 @@ def _traces(transfer: Transfer, output: int, column: int, axis: str) -> list[go.
     phase = np.where(np.abs(H) > np.nanmax(np.abs(transfer.H)) * 10**-DECADES, np.degrees(np.angle(H)), np.nan)
     if transfer.coherence is not None:
         phase = np.where(transfer.coherence[:, output] >= FAINTEST, phase, np.nan)
-    rows = [(np.abs(H) * UM, UNITS[transfer.input_name]), (_gaps(phase), "deg")]
+    rows = [(np.abs(H) * TO_UM, UNITS[transfer.input_name]), (_gaps(phase), "deg")]
     if transfer.coherence is not None:
         rows.append((np.where(np.isfinite(H), transfer.coherence[:, output], np.nan), ""))
     lone = _is_sparse(H)

@@ -13,6 +13,7 @@ import plotly.graph_objects as go
 import plotly.io as pio
 from plotly.offline import get_plotlyjs
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.files import write_text
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
@@ -22,7 +23,6 @@ from rotorsim.report.pages.page import POLICY, TOOLS
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
 
-UM = 1e6
 INTRODUCTION = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
     "What the two differ by is compared with a floor: the scatter of repeats, the declared tolerance of the model and "
@@ -137,7 +137,7 @@ def _gap_table(d: Diagnosis) -> str:
     rows = []
     for i, record in enumerate(d.gap["record"].values):
         for a, axis in enumerate("xy"):
-            g = d.gap["gap"].values[i, a] * UM
+            g = d.gap["gap"].values[i, a] * TO_UM
             rows.append(
                 (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
                  f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rotorsim.experiments.tracking import open_record
 from rotorsim.report.pages.page import save_page
 from rotorsim.report.pages.run import analyse
+from rotorsim.signals.record_blocks import open_record
 
 
 def write_report(record_path: str | Path, html_path: str | Path) -> None:

@@ -9,11 +9,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.base.constants import TO_RPM
 from rotorsim.errors import MachineFileError
-from rotorsim.experiments.tracking import RPM, blocks, summarise, track_orders, waterfall
+from rotorsim.experiments.run_summary import summarise
 from rotorsim.machine import Machine
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.prepare import prepared, sampling_time, sensed_name
+from rotorsim.signals.missing import need
+from rotorsim.signals.order_tracking import track_orders
+from rotorsim.signals.prepare import prepared, sampling_time, sensed_name
+from rotorsim.signals.record_blocks import blocks
+from rotorsim.signals.waterfall import waterfall
 
 RUNS = ("runup", "coastdown")
 """Experiments in which the speed is swept."""
@@ -153,7 +157,7 @@ class Run:
     def abscissa(self, data: xr.Dataset) -> tuple[np.ndarray, str]:
         """Speed [rpm] of a dataset's entries and its label; time [s] where the speed is constant."""
         if self.swept:
-            return data["speed"].values * RPM, "shaft speed [rpm]"
+            return data["speed"].values * TO_RPM, "shaft speed [rpm]"
         return data["time"].values, "time [s]"
 
     def need_turning(self, least: float = 1.0) -> None:

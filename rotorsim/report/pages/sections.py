@@ -9,17 +9,6 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from rotorsim.experiments.tracking import displacement_name
-from rotorsim.report.compute import hysteresis, impact
-from rotorsim.report.compute.deceleration import deceleration_of
-from rotorsim.report.compute.gain import static_gain
-from rotorsim.report.compute.holds import rest
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.prepare import sampling_time
-from rotorsim.report.compute.runout import runout_of
-from rotorsim.report.compute.sensors import difference_of
-from rotorsim.report.compute.spectrum import spectrum_of
-from rotorsim.report.compute.transfer import Transfer, welch_transfer
 from rotorsim.report.figures import curves, film3d, orbit_plots, time_plots
 from rotorsim.report.figures.decay_plots import ring_down_figure
 from rotorsim.report.figures.excitation_plots import excitation_figure
@@ -31,6 +20,17 @@ from rotorsim.report.figures.speed_plots import deceleration_figure
 from rotorsim.report.figures.transfer_plots import transfer_figure
 from rotorsim.report.pages.run import Run
 from rotorsim.report.text import captions as c, experiment_captions as e
+from rotorsim.signals import hysteresis, impact
+from rotorsim.signals.deceleration import deceleration_of
+from rotorsim.signals.gain import static_gain
+from rotorsim.signals.holds import rest
+from rotorsim.signals.missing import need
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.record_blocks import displacement_name
+from rotorsim.signals.runout import runout_of
+from rotorsim.signals.sensors import difference_of
+from rotorsim.signals.spectrum import spectrum_of
+from rotorsim.signals.transfer import Transfer, welch_transfer
 
 RESPONSE_REACH = 500.0
 """Highest frequency [Hz] of a frequency response."""

@@ -8,13 +8,13 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from rotorsim.base.constants import TO_RPM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.sampling import SAMPLE
 from rotorsim.verify import Verification
 from rotorsim.verify.running import Run
 
-RPM = 30 / np.pi
 LOUD = 10.0
 """End [um] of a waterfall's colour scale: what is far into the whirl would hide all else."""
 OPEN, CLOSED = "#8a949e", AXIS_COLOURS["x"]
@@ -41,7 +41,7 @@ def write_verification(result: Verification, path: Path) -> Path:
     if "safe_speed" in result.runs:
         alone, held = result.runs["safe_speed"]
         text = (
-            f"Open loop: {alone.speed * RPM:.0f} rpm, {alone.why}. Closed loop: {held.speed * RPM:.0f} rpm, "
+            f"Open loop: {alone.speed * TO_RPM:.0f} rpm, {alone.why}. Closed loop: {held.speed * TO_RPM:.0f} rpm, "
             f"{held.why}. "
             f"Spectra of y over speed; one colour scale for both, which ends at {LOUD:g} um."
         )
@@ -58,7 +58,7 @@ def energies_figure(result: Verification) -> go.Figure:
     """Open and closed impact energies by point, and the closed over the open one."""
     figure = make_subplots(1, 2, subplot_titles=["hits along x", "hits along y"], shared_yaxes=True)
     names = [
-        [f"{e.speed / 1000 * RPM:.3g} krpm" for e in result.open],
+        [f"{e.speed / 1000 * TO_RPM:.3g} krpm" for e in result.open],
         [f"{e.pressure / 1e6:.2f}" for e in result.open],
     ]
     for axis in range(2):
@@ -81,7 +81,7 @@ def runup_figure(alone: Run, held: Run) -> go.Figure:
         height = np.linalg.norm(disc - disc.mean(axis=1, keepdims=True), axis=2).max(axis=1) * 1e6
         figure.add_trace(go.Scatter(x=compact(run.time[: n * window : window]), y=compact(height), name=name,
                                     line={"color": colour}))  # fmt: skip
-    speed = alone.column("speed")[::window] * RPM
+    speed = alone.column("speed")[::window] * TO_RPM
     figure.add_trace(go.Scatter(x=compact(alone.time[::window]), y=compact(speed), name="speed",
                                 line={"color": NEUTRAL, "dash": "dot"}), secondary_y=True)  # fmt: skip
     figure.update_xaxes(title_text="time [s]")
@@ -96,7 +96,7 @@ def waterfall_figure(alone: Run, held: Run, highest: float = 400.0) -> go.Figure
     spectra = [spectra_of(run, highest) for run in (alone, held)]
     top = min(max(float(np.percentile(s[2], 99.8)) for s in spectra), LOUD)
     for k, (speed, frequency, heights) in enumerate(spectra):
-        rpm = compact(speed * RPM)
+        rpm = compact(speed * TO_RPM)
         figure.add_trace(go.Heatmap(x=compact(frequency), y=rpm, z=compact(heights, 3), zmin=0, zmax=top,
                                     colorscale=SPECTRUM_SCALE, showscale=k == 1, colorbar={"title": "µm"}),
                          1, k + 1)  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.experiments.tracking import RPM, UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.film3d import snapshots
 from rotorsim.report.figures.orbit_plots import TURNS, instants
 from rotorsim.report.pages.run import Run
@@ -49,9 +49,9 @@ def waterfall_caption(run: Run) -> str:
     """The strongest line, and whether anything below 1X stands out."""
     size = run.spectra["amplitude"]
     line, k, axis = (int(v) for v in np.unravel_index(int(size.values.argmax()), size.shape))
-    frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * RPM
+    frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * TO_RPM
     where = f"{frequency:.0f} Hz (disc {'xy'[axis]}" + (f", {rpm:.0f} rpm)" if run.speed_known else ")")
-    text = f"The strongest line is {float(size.max()) * UM:.3g} µm at {where}."
+    text = f"The strongest line is {float(size.max()) * TO_UM:.3g} µm at {where}."
     return f"{text} {sub_synchronous_text(run)}" if run.self_excitable else text
 
 
@@ -72,8 +72,8 @@ def full_spectrum_caption(run: Run) -> str:
     if run.tracked.sizes["window"] == 0:
         return "Spectrum of x + i y."
     i = int(np.abs(run.tracked["speed"].values).argmax())
-    rpm = float(run.tracked["speed"][i]) * RPM
-    f, b = (abs(complex(run.tracked[k].sel(order=1).values[i])) * UM for k in ("forward", "backward"))
+    rpm = float(run.tracked["speed"][i]) * TO_RPM
+    f, b = (abs(complex(run.tracked[k].sel(order=1).values[i])) * TO_UM for k in ("forward", "backward"))
     return (
         f"Spectrum of x + i y. At {rpm:.0f} rpm the 1X orbit is made of {f:.3g} µm forward and {b:.3g} µm backward: "
         f"semi-axes {f + b:.3g} and {abs(f - b):.3g} µm."
@@ -89,7 +89,7 @@ def orbits_caption(run: Run) -> str:
         f"{largest['um']:.3g} µm at {largest['rpm']:.0f} rpm."
     )
     if "journal" in run.record and run.machine and run.machine.film:
-        text += f" The dashed circle is the radial clearance, {run.machine.film.clearance * UM:.3g} µm."
+        text += f" The dashed circle is the radial clearance, {run.machine.film.clearance * TO_UM:.3g} µm."
     return text
 
 
@@ -130,7 +130,7 @@ def film_caption(run: Run) -> str:
 def surface_caption(run: Run) -> str:
     """What the picture exaggerates."""
     p = run.record["film_pressure"].isel(snapshot=-1)
-    rpm = float(run.record["snapshot_speed"][-1]) * RPM
+    rpm = float(run.record["snapshot_speed"][-1]) * TO_RPM
     spread = float(p.max() - p.min()) * 1e-6
     return (
         f"The film at {rpm:.0f} rpm round the shaft; its height, much exaggerated, is the pressure, which differs by "

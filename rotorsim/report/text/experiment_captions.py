@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.experiments.tracking import RPM, UM
-from rotorsim.report.compute.deceleration import Deceleration
-from rotorsim.report.compute.gain import Branches
-from rotorsim.report.compute.hysteresis import Loop
-from rotorsim.report.compute.impact import RingDown
-from rotorsim.report.compute.runout import Runout
-from rotorsim.report.compute.sensors import Difference
-from rotorsim.report.compute.spectrum import Spectrum
-from rotorsim.report.compute.transfer import Transfer, peak_of
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.filtered_orbit_plots import mean_orders
 from rotorsim.report.figures.transfer_plots import NAMES, UNITS
 from rotorsim.report.pages.run import Run
+from rotorsim.signals.deceleration import Deceleration
+from rotorsim.signals.gain import Branches
+from rotorsim.signals.hysteresis import Loop
+from rotorsim.signals.impact import RingDown
+from rotorsim.signals.runout import Runout
+from rotorsim.signals.sensors import Difference
+from rotorsim.signals.spectrum import Spectrum
+from rotorsim.signals.transfer import Transfer, peak_of
 
 MANY_MODES = 0.15
 """Scatter of the logarithms of the extremes from which on a decay is not that of one mode."""
@@ -40,7 +40,7 @@ def transfer_caption(run: Run, transfer: Transfer) -> str:
     """Where the direct responses peak, and how they were estimated."""
     peaks = [(k, *peak_of(transfer, k, i)) for i, k in enumerate(transfer.inputs)]
     unit = UNITS[transfer.input_name]
-    said = [f"{'xy'[k]} answers {'xy'[k]} most at {f:.4g} Hz with {size * UM:.3g} {unit}."
+    said = [f"{'xy'[k]} answers {'xy'[k]} most at {f:.4g} Hz with {size * TO_UM:.3g} {unit}."
             for k, f, size in peaks if np.isfinite(f)]  # fmt: skip
     text = " ".join(said) or "No peak stands out with a coherence above one half."
     times = "impact" if transfer.input_name == "disc_force" else "segment"
@@ -77,11 +77,13 @@ def gain_caption(run: Run, gains: list[Branches]) -> str:
     """Gains, and what departs from the line."""
     said = []
     for g in gains:
-        own, cross = g.gain[g.axis] * UM, g.gain[1 - g.axis] * UM
+        own, cross = g.gain[g.axis] * TO_UM, g.gain[1 - g.axis] * TO_UM
         a, b = "xy"[g.axis], "xy"[1 - g.axis]
         text = f"Reference {a} moves the disc by {own:.3g} µm/V along {a} and {cross:.3f} µm/V along {b}; "
-        text += f"the rests depart from the line by up to {np.abs(g.deviation[:, g.axis]).max() * UM:.2g} µm along {a}"
-        opening = g.opening[g.axis] * UM
+        text += (
+            f"the rests depart from the line by up to {np.abs(g.deviation[:, g.axis]).max() * TO_UM:.2g} µm along {a}"
+        )
+        opening = g.opening[g.axis] * TO_UM
         text += (
             f", rising and falling branch by up to {opening:.2g} µm from each other." if np.isfinite(opening) else "."
         )
@@ -94,8 +96,8 @@ def gain_caption(run: Run, gains: list[Branches]) -> str:
 def loop_caption(run: Run, loops: list[Loop]) -> str:
     """Travel and opening of every loop."""
     said = [
-        f"pin {k.injector} travels {k.travel * UM:.3g} µm"
-        + (f", its loop opens {k.opening * UM:.2g} µm ({100 * k.opening / k.travel:.1f} % of the travel)"
+        f"pin {k.injector} travels {k.travel * TO_UM:.3g} µm"
+        + (f", its loop opens {k.opening * TO_UM:.2g} µm ({100 * k.opening / k.travel:.1f} % of the travel)"
            if np.isfinite(k.opening) else "")
         for k in loops
     ]  # fmt: skip
@@ -108,9 +110,9 @@ def spectrum_caption(run: Run, spectrum: Spectrum) -> str:
     k, axis = np.unravel_index(int(spectrum.single.argmax()), spectrum.single.shape)
     full = int(spectrum.full.argmax())
     return (
-        f"The strongest line is {spectrum.single.max() * UM:.3g} µm 0-pk at {spectrum.frequency[k]:.4g} Hz, "
+        f"The strongest line is {spectrum.single.max() * TO_UM:.3g} µm 0-pk at {spectrum.frequency[k]:.4g} Hz, "
         f"disc {'xy'[axis]}; "
-        f"of x + i y it is {spectrum.full[full] * UM:.3g} µm at {spectrum.signed[full]:.4g} Hz, "
+        f"of x + i y it is {spectrum.full[full] * TO_UM:.3g} µm at {spectrum.signed[full]:.4g} Hz, "
         f"{'forward' if spectrum.signed[full] > 0 else 'backward'}. Hann window, root mean square of {spectrum.count} "
         f"segment{'s' * (spectrum.count > 1)}, resolution {spectrum.resolution:.2g} Hz.{seen_by(run)}"
     )
@@ -120,7 +122,7 @@ def filtered_caption(run: Run) -> str:
     """Forward and backward part of 1X and 2X."""
     said = []
     for n, (x, y) in zip((1, 2), mean_orders(run.tracked), strict=True):
-        f, b = abs(x + 1j * y) / 2 * UM, abs(x - 1j * y) / 2 * UM
+        f, b = abs(x + 1j * y) / 2 * TO_UM, abs(x - 1j * y) / 2 * TO_UM
         said.append(f"{n}X: {f:.3g} µm {_whirl(run, True)}, {b:.3g} µm {_whirl(run, False)}.")
     return (
         " ".join(said)
@@ -138,10 +140,10 @@ def runout_caption(run: Run, runout: Runout) -> str:
     for k, axis in enumerate("xy"):
         order = int(np.abs(runout.harmonic[:, k]).argmax())
         said.append(
-            f"Disc {axis}: {np.nanmax(runout.mean[:, k]) * UM - np.nanmin(runout.mean[:, k]) * UM:.3g} µm pk-pk, "
+            f"Disc {axis}: {np.nanmax(runout.mean[:, k]) * TO_UM - np.nanmin(runout.mean[:, k]) * TO_UM:.3g} µm pk-pk, "
             "largest "
-            f"harmonic {order + 1}X with {abs(runout.harmonic[order, k]) * UM:.3g} µm 0-pk, scatter about the mean "
-            f"{np.sqrt(np.nanmean(runout.scatter[:, k] ** 2)) * UM:.2g} µm rms."
+            f"harmonic {order + 1}X with {abs(runout.harmonic[order, k]) * TO_UM:.3g} µm 0-pk, scatter about the mean "
+            f"{np.sqrt(np.nanmean(runout.scatter[:, k] ** 2)) * TO_UM:.2g} µm rms."
         )
     said.append(f"Mean of {runout.revolutions:.1f} revolutions; bands are one standard deviation.")
     return " ".join(said) + seen_by(run)
@@ -150,8 +152,8 @@ def runout_caption(run: Run, runout: Runout) -> str:
 def difference_caption(run: Run, difference: Difference) -> str:
     """Noise levels."""
     said = [
-        f"along {axis} {difference.rms[k] * UM:.3g} µm rms and {difference.peak_to_peak[k] * UM:.3g} µm pk-pk about an "
-        f"offset of {difference.offset[k] * UM + 0.0:.3f} µm"
+        f"along {axis} {difference.rms[k] * TO_UM:.3g} µm rms and {difference.peak_to_peak[k] * TO_UM:.3g} µm pk-pk "
+        f"about an offset of {difference.offset[k] * TO_UM + 0.0:.3f} µm"
         for k, axis in enumerate("xy")
     ]
     text = f"Measured less true displacement is {' and '.join(said)}."
@@ -162,9 +164,9 @@ def deceleration_caption(run: Run, found: Deceleration) -> str:
     """From where to where, and the largest deceleration."""
     i = int(found.rate.argmax())
     text = (
-        f"From {found.speed[0] * RPM:.0f} to {found.speed[-1] * RPM:.0f} rpm; the largest deceleration is "
-        f"{found.rate[i] * RPM:.3g} rpm/s at {found.speed[i] * RPM:.0f} rpm"
+        f"From {found.speed[0] * TO_RPM:.0f} to {found.speed[-1] * TO_RPM:.0f} rpm; the largest deceleration is "
+        f"{found.rate[i] * TO_RPM:.3g} rpm/s at {found.speed[i] * TO_RPM:.0f} rpm"
     )
     if found.speed[-1] > 0.05 * found.speed[0]:
-        text += f", the last {found.rate[-1] * RPM:.3g} rpm/s at {found.speed[-1] * RPM:.0f} rpm"
+        text += f", the last {found.rate[-1] * TO_RPM:.3g} rpm/s at {found.speed[-1] * TO_RPM:.0f} rpm"
     return text + "."

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.experiments.tracking import RPM
+from rotorsim.base.constants import TO_RPM
 from rotorsim.report.pages.run import Run
 
 Rows = list[tuple[str, str]]
 SETTINGS = {
     "experiment": ("Experiment", "{}", 1.0),
-    "start_speed": ("Start speed", "{:.0f} rpm", RPM),
-    "stop_speed": ("Stop speed", "{:.0f} rpm", RPM),
-    "rate": ("Rate", "{:.4g} rpm/s", RPM),
+    "start_speed": ("Start speed", "{:.0f} rpm", TO_RPM),
+    "stop_speed": ("Stop speed", "{:.0f} rpm", TO_RPM),
+    "rate": ("Rate", "{:.4g} rpm/s", TO_RPM),
     "pressure": ("Injection pressure", "{:.4g} MPa gauge", 1e-6),
     "sample_rate_hz": ("Sample rate", "{:.6g} Hz", 1.0),
     "ended": ("Ended", "{}", 1.0),

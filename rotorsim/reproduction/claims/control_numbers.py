@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.lpv.model import LpvModel
+from rotorsim.base.constants import TO_HZ
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import closed, mixed_sensitivity
 from rotorsim.control.designs.plants import KRPM, MPA, design_plant, sampled_plant
@@ -17,7 +18,6 @@ from rotorsim.control.numerics.systems import gain, largest, peak_gain, response
 from rotorsim.reproduction.claims.rules import points
 from rotorsim.reproduction.control import OPEN, ControlStudy
 
-HZ = 1 / (2 * np.pi)
 BAND = (70.0, 190.0)
 """Frequencies [Hz] between which S is cut (thesis, B.5)."""
 GRID = 16
@@ -69,7 +69,7 @@ def _proportional(found: ControlStudy, model: LpvModel) -> Figures:
     law = found.laws["p"]
     (w0, zeta0), (w1, zeta1) = _modes(np.linalg.eigvals(plant.A), law), _modes(_loop_poles(law, model, *q), law)
     alone, held = (_ringing(found, name, "decentralised") for name in (OPEN, "p"))
-    figures = {"open_w_1": w0[0] * HZ}
+    figures = {"open_w_1": w0[0] * TO_HZ}
     for k, axis in enumerate("xy"):
         figures |= {f"w_{k + 1}": w1[k] / w0[k], f"zeta_{k + 1}": zeta1[k], f"lift_{k + 1}": zeta1[k] / zeta0[k]}
         figures |= {f"measured_w_{axis}": held["wn"][k] / alone["wn"][k], f"measured_zeta_{axis}": held["zeta"][k]}
@@ -101,7 +101,7 @@ def _lead(found: ControlStudy, model: LpvModel, name: str) -> Figures:
     """Largest |S| at the model's two modes, and its peak."""
     (q,) = points("decentralised")
     law = found.laws[name]
-    modes = _modes(np.linalg.eigvals(sampled_plant(model, *q).A), law)[0] * HZ
+    modes = _modes(np.linalg.eigvals(sampled_plant(model, *q).A), law)[0] * TO_HZ
     return {f"{name}_modes": float(largest(model_loop(law, model, *q, modes).So).max()),
             f"{name}_peak": model_loop(law, model, *q).peak}  # fmt: skip
 
@@ -181,7 +181,7 @@ def _scheduled(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def _safe(found: ControlStudy, model: LpvModel) -> Figures:
-    return {"open": found.safe[OPEN]["speed"] * HZ if found.safe[OPEN]["left"] else float("nan")}
+    return {"open": found.safe[OPEN]["speed"] * TO_HZ if found.safe[OPEN]["left"] else float("nan")}
 
 
 def _extended(found: ControlStudy, model: LpvModel) -> Figures:

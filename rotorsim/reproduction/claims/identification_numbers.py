@@ -7,11 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from identification import Identification
+from rotorsim.base.constants import TO_HZ, TO_UM
 from rotorsim.reproduction.claims.rules import points
 from rotorsim.reproduction.identification_vs_physics import Study
 from rotorsim.reproduction.local_models import RECIPE
 
-HZ, UM, MS = 1 / (2 * np.pi), 1e6, 1e3
+MS = 1e3
 VOLT = 4.5e-6
 """Metres of pin for a volt of its transducer (thesis, eq. C.1)."""
 Figures = dict[str, float]
@@ -46,7 +47,9 @@ def _fits(study: Study, name: str) -> Figures:
 
 def _runout(study: Study) -> Figures:
     found = [point.runout for point in study.at("runout") if point.runout is not None]
-    return {name: float(a.max()) * UM for name, a in zip(("before", "after"), found[0], strict=True)} if found else {}
+    return (
+        {name: float(a.max()) * TO_UM for name, a in zip(("before", "after"), found[0], strict=True)} if found else {}
+    )
 
 
 def _orders(study: Study) -> Figures:
@@ -66,7 +69,7 @@ def _surfaces(study: Study) -> Figures:
 def _ranges(study: Study) -> Figures:
     """Ends of the ranges over the grid; cross gains in the thesis' sense of rotation."""
     found = study.models("2")
-    gain, delay = _stack(found, "static_gain") * UM, _stack(found, "delay") * MS
+    gain, delay = _stack(found, "static_gain") * TO_UM, _stack(found, "delay") * MS
     wn, zeta = _stack(found, "wn"), _stack(found, "zeta")
     columns = {"w_x": wn[:, 0], "w_y": wn[:, 1], "zeta_x": zeta[:, 0], "zeta_y": zeta[:, 1], "tau_x": delay[:, 0],
                "tau_y": delay[:, 1], "gxx": gain[:, 0, 0], "gxy": -gain[:, 0, 1], "gyx": -gain[:, 1, 0],
@@ -128,9 +131,9 @@ def _deviations(study: Study) -> Figures:
     rms = {key: np.sqrt(np.mean(np.square(_stack(held, key) - [s[key] for s in surfaces]), axis=0))
            for key in ("wn", "zeta", "delay", "static_gain")}  # fmt: skip
     return {
-        "w_1": rms["wn"][0] * HZ, "w_2": rms["wn"][1] * HZ, "zeta_1": float(rms["zeta"][0]),
+        "w_1": rms["wn"][0] * TO_HZ, "w_2": rms["wn"][1] * TO_HZ, "zeta_1": float(rms["zeta"][0]),
         "zeta_2": float(rms["zeta"][1]), "tau_x": rms["delay"][0] * MS, "tau_y": rms["delay"][1] * MS,
-        "gain": float(rms["static_gain"].mean()) * UM,
+        "gain": float(rms["static_gain"].mean()) * TO_UM,
     }  # fmt: skip
 
 

@@ -6,10 +6,10 @@ import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
-from math import pi
 from typing import Any
 
-KRPM, MPA = 1000 * pi / 30, 1e6
+from rotorsim.base.constants import KRPM, MPA
+
 Interval = tuple[float, float]
 
 

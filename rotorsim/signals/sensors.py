@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import blocks
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.spectrum import Spectrum, spectrum_of
+from rotorsim.signals.missing import need
+from rotorsim.signals.record_blocks import blocks
+from rotorsim.signals.spectrum import Spectrum, spectrum_of
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import blocks
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.prepare import sampling_time
+from rotorsim.signals.missing import need
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.record_blocks import blocks
 
 LEAST = 0.1
 """A stretch counts from so many seconds on."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import blocks
-from rotorsim.report.compute.missing import need
+from rotorsim.signals.missing import need
+from rotorsim.signals.record_blocks import blocks
 
 BINS, HARMONICS = 180, 8
 
@@ -33,7 +33,7 @@ class Runout:
 def runout_of(record: xr.Dataset, name: str, revolutions: float, bins: int = BINS) -> Runout:
     """Runout profile of a variable (time, axis) [m] over `angle`, in one pass; empty bins are NaN.
 
-    Test: ``test_report_compute.py::test_a_runout_of_known_harmonics_is_found``.
+    Test: ``test_signals.py::test_a_runout_of_known_harmonics_is_found``.
     """
     need(revolutions >= 1, f"The shaft turns {revolutions:.2g} revolutions; a runout takes a whole one.")
     bins = int(np.clip(record.sizes["time"] / (4 * revolutions), 2 * HARMONICS + 2, bins))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import blocks
+from rotorsim.signals.record_blocks import blocks
 
 BINS = 600
 

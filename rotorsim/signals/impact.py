@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import Values
-from rotorsim.report.compute.decay import Decay, decay_of
-from rotorsim.report.compute.missing import MissingError, need
-from rotorsim.report.compute.prepare import sampling_time
-from rotorsim.report.compute.pulses import Pulse, answer, find_pulses
-from rotorsim.report.compute.transfer import Sums, Transfer, solve
+from rotorsim.signals.decay import Decay, decay_of
+from rotorsim.signals.missing import MissingError, need
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.pulses import Pulse, answer, find_pulses
+from rotorsim.signals.record_blocks import Values
+from rotorsim.signals.transfer import Sums, Transfer, solve
 
 LEAST = 0.1
 """An answer is used from so many seconds on."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import blocks
-from rotorsim.report.compute.prepare import sampling_time
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.record_blocks import blocks
 
 SECONDS, TURNS = 0.25, 8.0
 """Length of the stretch; the shaft makes at most so many turns in it, but it lasts at least a fifth."""

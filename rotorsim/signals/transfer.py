@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.prepare import sampling_time
-from rotorsim.report.compute.segments import segments, taper, transformed
+from rotorsim.signals.missing import need
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.segments import segments, taper, transformed
 
 LONGEST, LEAST, FEWEST = 2.0, 0.2, 4
 """A segment lasts at most [s] and at least [s]; a Welch estimate averages at least so many."""
@@ -65,7 +65,7 @@ def welch_transfer(record: xr.Dataset, inputs: tuple[int, ...], drive: str, outp
     Returns
     -------
     Transfer
-        Test: ``test_report_compute.py::test_a_known_two_by_two_system_is_found_with_its_noise_in_the_coherence``.
+        Test: ``test_signals.py::test_a_known_two_by_two_system_is_found_with_its_noise_in_the_coherence``.
     """
     dt, n = sampling_time(record), record.sizes["time"]
     length = round(min(LONGEST, max(LEAST, n * dt / 8)) / dt)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.report.compute.holds import FEWEST, Holds
+from rotorsim.signals.holds import FEWEST, Holds
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Branches:
 def static_gain(holds: Holds) -> list[Branches]:
     """Branches of every input that takes three levels or more; the disc's positions are the outputs.
 
-    Test: ``test_report_compute.py::test_a_known_gain_with_a_loop_is_found``.
+    Test: ``test_signals.py::test_a_known_gain_with_a_loop_is_found``.
     """
     chosen = [(axis, *_steps_of(holds, axis)) for axis in (0, 1)]
     return [_fit(holds, *c) for c in chosen if len(np.unique(holds.reference[c[1], c[0]])) >= FEWEST]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
-from rotorsim.report.compute.missing import need
+from rotorsim.signals.missing import need
 
 SMALLEST, NOISE = 0.05, 4.0
 """Extremes count down to the first share of the largest, and to so many times the rms of the last tenth."""
@@ -46,7 +46,7 @@ def decay_of(time: np.ndarray, signal: np.ndarray) -> Decay:
 
     Notes
     -----
-    Test: ``test_report_compute.py::test_a_ring_down_gives_its_decrement_and_frequency``.
+    Test: ``test_signals.py::test_a_ring_down_gives_its_decrement_and_frequency``.
     """
     need(len(time) >= 32, "The ring-down is too short.")
     dt = (time[-1] - time[0]) / (len(time) - 1)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.prepare import sampling_time
-from rotorsim.report.compute.segments import segments, taper
+from rotorsim.signals.missing import need
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.segments import segments, taper
 
 LONGEST, LEAST = 4.0, 0.1
 """Length of a segment [s]: at most, and at least for there to be a spectrum."""
@@ -32,7 +32,7 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
     """Root mean square of Hann-weighted amplitude spectra of a variable (time, axis), less another if given.
 
     A sine of amplitude a shows a, a circular orbit of radius a shows a at its signed frequency. Frequencies reach
-    `most` [Hz]. Test: ``test_report_compute.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
+    `most` [Hz]. Test: ``test_signals.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
     """
     dt, n = sampling_time(record), record.sizes["time"]
     need(n * dt >= LEAST, f"The record of {n * dt:.2g} s is too short for a spectrum.")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.report.compute.gain import Branches, branch_distance
-from rotorsim.report.compute.holds import Holds
+from rotorsim.signals.gain import Branches, branch_distance
+from rotorsim.signals.holds import Holds
 
 STILL = 1e-9
 """Pins that travel less [m] are left out."""

@@ -15,7 +15,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from rotorsim.errors import DataError
-from rotorsim.experiments.tracking import displacement_name
+from rotorsim.signals.record_blocks import displacement_name
 
 HALF_SPAN = 0.01
 """Half the stretch [s] over which a speed is taken from the angle."""

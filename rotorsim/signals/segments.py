@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal.windows import hann
 
-from rotorsim.experiments.tracking import BLOCK, Values, blocks
+from rotorsim.signals.record_blocks import BLOCK, Values, blocks
 
 
 def segments(record: xr.Dataset, names: Sequence[str], length: int, hop: int) -> Iterator[Values]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.report.compute.missing import need
-from rotorsim.report.figures.envelope import envelopes
+from rotorsim.signals.envelope import envelopes
+from rotorsim.signals.missing import need
 
 BINS = 200
 

@@ -8,20 +8,20 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from identification import make_record
-from rotorsim.report.compute.decay import decay_of
-from rotorsim.report.compute.deceleration import deceleration_of
-from rotorsim.report.compute.gain import branch_distance, directions, static_gain
-from rotorsim.report.compute.holds import find_holds, rest
-from rotorsim.report.compute.hysteresis import loops
-from rotorsim.report.compute.impact import impact_transfer, ring_downs
-from rotorsim.report.compute.missing import MissingError
-from rotorsim.report.compute.prepare import prepared
-from rotorsim.report.compute.pulses import find_pulses, steady_motion
-from rotorsim.report.compute.runout import runout_of
-from rotorsim.report.compute.sensors import difference_of
-from rotorsim.report.compute.spectrum import spectrum_of
-from rotorsim.report.compute.stretch import eventful_stretch
-from rotorsim.report.compute.transfer import welch_transfer
+from rotorsim.signals.decay import decay_of
+from rotorsim.signals.deceleration import deceleration_of
+from rotorsim.signals.gain import branch_distance, directions, static_gain
+from rotorsim.signals.holds import find_holds, rest
+from rotorsim.signals.hysteresis import loops
+from rotorsim.signals.impact import impact_transfer, ring_downs
+from rotorsim.signals.missing import MissingError
+from rotorsim.signals.prepare import prepared
+from rotorsim.signals.pulses import find_pulses, steady_motion
+from rotorsim.signals.runout import runout_of
+from rotorsim.signals.sensors import difference_of
+from rotorsim.signals.spectrum import spectrum_of
+from rotorsim.signals.stretch import eventful_stretch
+from rotorsim.signals.transfer import welch_transfer
 
 FS = 1000.0
 
@@ -136,7 +136,7 @@ def test_pins_are_shown_over_the_reference_that_moves_them() -> None:
 def test_holds_do_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     record = staircase()
     whole = find_holds(record)
-    monkeypatch.setattr("rotorsim.report.compute.holds.blocks", lambda r, n: _small_blocks(r, n, 137))
+    monkeypatch.setattr("rotorsim.signals.holds.blocks", lambda r, n: _small_blocks(r, n, 137))
     for a, b in zip(whole, find_holds(record), strict=True):
         np.testing.assert_array_equal(a, b)
     assert len(whole[0]) == 2 * len(LEVELS)  # the rests at 0 V of both parts stay apart

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.errors import DataError
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.sampling import SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr

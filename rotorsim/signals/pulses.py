@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rotorsim.experiments.tracking import Values, blocks
-from rotorsim.report.compute.missing import need
-from rotorsim.report.compute.prepare import sampling_time
+from rotorsim.signals.missing import need
+from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.record_blocks import Values, blocks
 
 THRESHOLD = 0.05
 """A pulse is where the force exceeds this share of its largest value."""

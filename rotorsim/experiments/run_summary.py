@@ -1,0 +1,111 @@
+"""Summary of a run: extremes with their times and speeds, resonances, air consumption, whirl below 1X."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.errors import MachineFileError
+from rotorsim.machine import Gas, Machine
+from rotorsim.signals.order_tracking import find_resonances
+from rotorsim.signals.record_blocks import blocks, displacement_name
+from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+
+
+def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | None = None) -> dict[str, Any]:
+    """Numbers of a run, ready for JSON, in units for people (rpm, um 0-pk, kg/s, normal litres per minute).
+
+    Parameters
+    ----------
+    record : Dataset
+        The record; what it lacks (film, contact) is None in the answer.
+    tracked : Dataset
+        Of `track_orders`.
+    spectra : Dataset, optional
+        Of `waterfall`; made here if not given.
+
+    Returns
+    -------
+    dict
+        duration_s, samples, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow, sub_synchronous.
+        A peak with ``local_maximum = False`` is the largest amplitude at an end of the speed range, not a resonance.
+        The largest orbit is measured from the slowly moving mean.
+    """
+    spectra = waterfall(record) if spectra is None else spectra
+    seen = _scan(record, tracked)
+    flow, contact = seen.get("mass_flow"), seen.get("contact")
+    return {
+        "duration_s": seen["time"]["last"] - seen["time"]["first"],
+        "samples": int(record.sizes["time"]),
+        "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
+        "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
+        "largest_orbit": _at_most(seen["radius"]),
+        "smallest_film": _at_least(seen["h_min"]) if "h_min" in seen else None,
+        "contact": contact and {"samples": contact["positive"], "first_time_s": contact["first_time"],
+                                "first_rpm": contact["first_speed"]},
+        "mass_flow": flow and _flow(flow, normal_density(record)),
+        "sub_synchronous": largest_sub_synchronous(spectra),
+    }  # fmt: skip
+
+
+def _at_most(seen: dict[str, Any]) -> dict[str, float]:
+    return {"um": seen["max"] * TO_UM, "rpm": seen["max_speed"] * TO_RPM, "time_s": seen["max_time"]}
+
+
+def _at_least(seen: dict[str, Any]) -> dict[str, float]:
+    return {"um": seen["min"] * TO_UM, "rpm": seen["min_speed"] * TO_RPM, "time_s": seen["min_time"]}
+
+
+def _flow(seen: dict[str, Any], density: float) -> dict[str, float]:
+    """Mass flow [kg/s] and in normal litres per minute (273.15 K, 101325 Pa)."""
+    mean = {"mean": seen["sum"] / seen["count"], "min": seen["min"], "max": seen["max"]}
+    return {f"{k}_kg_s": v for k, v in mean.items()} | {f"{k}_nl_min": v / density * 6e4 for k, v in mean.items()}
+
+
+def _scan(record: xr.Dataset, tracked: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Extremes, sums and ends of all scalars of a record, and of the disc's distance from its mean, in one pass."""
+    name = displacement_name(record)
+    scalars = [v for v in ("time", "speed", "h_min", "mass_flow", "contact") if v in record.variables]
+    seen: dict[str, dict[str, Any]] = {}
+    for block in blocks(record, [*scalars, name]):
+        block["radius"] = np.hypot(*(block[name] - _centre(tracked, block["time"], block[name])).T)
+        for key in (*scalars, "radius"):
+            _note(seen.setdefault(key, {}), block[key], block["time"], block["speed"])
+    return seen
+
+
+def _centre(tracked: xr.Dataset, time: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Slowly moving mean (n, 2) of the disc; of the block where the shaft stands still."""
+    if tracked.sizes["window"] == 0:
+        return d.mean(axis=0, keepdims=True)
+    return np.column_stack([np.interp(time, tracked["time"], tracked["mean"][:, i]) for i in range(2)])
+
+
+def _note(seen: dict[str, Any], values: np.ndarray, time: np.ndarray, speed: np.ndarray) -> None:
+    """Take a block into the running numbers of one variable."""
+    seen.setdefault("first", float(values[0]))
+    seen["last"] = float(values[-1])
+    seen["sum"] = seen.get("sum", 0.0) + float(values.sum())
+    seen["count"] = seen.get("count", 0) + len(values)
+    positive = np.flatnonzero(values > 0)
+    seen["positive"] = seen.get("positive", 0) + len(positive)
+    if seen.setdefault("first_time", None) is None and positive.size:
+        seen["first_time"], seen["first_speed"] = float(time[positive[0]]), float(speed[positive[0]] * TO_RPM)
+    seen.setdefault("first_speed", None)
+    for key, i in (("min", values.argmin()), ("max", values.argmax())):
+        better = key not in seen or (values[i] < seen[key] if key == "min" else values[i] > seen[key])
+        if better:
+            seen |= {key: float(values[i]), f"{key}_time": float(time[i]), f"{key}_speed": float(speed[i])}
+
+
+def normal_density(record: xr.Dataset) -> float:
+    """Density [kg/m^3] of the machine's gas at 273.15 K and 101325 Pa; of air if the record tells no machine."""
+
+    try:
+        gas = Machine.from_text(str(record.attrs.get("machine", ""))).gas
+    except MachineFileError:
+        gas = Gas()
+    return 101325 / (gas.gas_constant * 273.15)
