@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from identification.lpv.model import LpvModel
+from rotorsim.base.constants import KRPM
 from rotorsim.bench.result import Figure
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, lpv
 from rotorsim.control.designs.mixed import Weights, mixed_sensitivity
-from rotorsim.control.designs.plants import KRPM, design_plant
+from rotorsim.control.designs.plants import design_plant
 from rotorsim.control.loop.sampled_loop import sweep
 from rotorsim.control.numerics.gamma import solve
 from rotorsim.control.runtime.kernels import refresh, steps

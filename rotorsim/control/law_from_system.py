@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.control.designs.plants import KRPM, MICRO, MILLI, MPA, Model
+from rotorsim.base.constants import KRPM, MPA
+from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.numerics.systems import System, tustin

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from identification.lpv.model import LpvModel
+from rotorsim.base.constants import KRPM
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
-from rotorsim.control.designs.plants import KRPM
 from rotorsim.plant import Plant
 from rotorsim.reproduction.cache import key_of
 from rotorsim.reproduction.claims.rules import points

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis import critical_speeds, whirl_onset
+from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
-from rotorsim.control.designs.plants import KRPM
 from rotorsim.control.loop.analysis import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law, check_sampling
 from rotorsim.errors import RotorsimError
@@ -19,7 +20,7 @@ from rotorsim.sampling import SAMPLE
 from rotorsim.verify import transients
 from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, holds
 from rotorsim.verify.full_order import full_order
-from rotorsim.verify.impacts import KRPM, POINTS, Energies, impact_energies
+from rotorsim.verify.impacts import POINTS, Energies, impact_energies
 
 SHIPPED = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
 """Calibrations A, B, C."""

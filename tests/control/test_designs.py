@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, p, placement, youla
 from rotorsim.control.designs.interpolation import held_out
-from rotorsim.control.designs.plants import KRPM, sampled_plant
+from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.loop.sampled_loop import (  # fmt: skip
     bode_integral,
     closed_poles,

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import Weights, closed, mixed_sensitivity
-from rotorsim.control.designs.plants import KRPM, design_plant
+from rotorsim.control.designs.plants import design_plant
 from rotorsim.control.numerics.gamma import controller, solve
 from rotorsim.control.numerics.systems import System, gain, peak_gain, response
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.constants import KRPM
 from rotorsim.bench.control import rig_model
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
 from rotorsim.control.designs.merged import is_model_2, merged
 from rotorsim.control.designs.mixed import RIG, Weights
-from rotorsim.control.designs.plants import KRPM, design_plant, sampled_plant, scaled_model
+from rotorsim.control.designs.plants import design_plant, sampled_plant, scaled_model
 from rotorsim.control.designs.weight_search import MARGIN, candidates, chosen
 from rotorsim.control.loop.impacts import hit_ratios, hit_responses
 from rotorsim.control.numerics.systems import System, response

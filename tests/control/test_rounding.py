@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from identification import LinearModel
+from rotorsim.base.constants import KRPM
 from rotorsim.base.rounding import DECAYS
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr
 from rotorsim.control.designs.p import Spec, make
 from rotorsim.control.designs.placement import _distinct
-from rotorsim.control.designs.plants import KRPM, axis_modes, check_modes, design_plant
+from rotorsim.control.designs.plants import axis_modes, check_modes, design_plant
 from rotorsim.control.loop.sampled_loop import Sweep
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.reduction import balanced, truncated

@@ -5,8 +5,9 @@ import json
 import pytest
 
 import identification as idn
+from rotorsim.base.constants import RPM
 from rotorsim.reproduction import plans
-from rotorsim.reproduction.plans import RPM, Layout
+from rotorsim.reproduction.plans import Layout
 
 SMALL = Layout((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small
 

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import rotorsim.reproduction
+from rotorsim.base.constants import KRPM
 from rotorsim.reproduction.claims import control_numbers, verdicts
 from rotorsim.reproduction.claims.hysteresis import drift
 from rotorsim.reproduction.claims.judge import VERDICTS
-from rotorsim.reproduction.claims.rules import KRPM, claims
+from rotorsim.reproduction.claims.rules import claims
 from rotorsim.reproduction.control import DESIGNS, ControlStudy
 from rotorsim.reproduction.control_cases import onset, peaks
 from rotorsim.reproduction.plans import Layout

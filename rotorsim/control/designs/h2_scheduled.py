@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control.designs.h2_local import h2_controller
 from rotorsim.control.designs.h2_plant import Weights, scheduled_plant, with_integrator
 from rotorsim.control.designs.interpolation import Surfaces, fit, held_out
-from rotorsim.control.designs.plants import KRPM, LOOP_DELAY, Model, design_plant, sampled_plant
+from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant, sampled_plant
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes

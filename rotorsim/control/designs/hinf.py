@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
-from rotorsim.control.designs.plants import KRPM, LOOP_DELAY, MPA, Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.designs.plants import LOOP_DELAY, Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import MPA
 from rotorsim.control.designs.p import low_pass
-from rotorsim.control.designs.plants import MILLI, MPA, Model
+from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop

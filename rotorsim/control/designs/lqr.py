@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.observers import observer_law
-from rotorsim.control.designs.plants import KRPM, MPA, Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.designs.plants import Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import check_period, constant_law

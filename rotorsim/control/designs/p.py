@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.control.designs.plants import KRPM, MILLI, MPA, Model
+from rotorsim.base.constants import KRPM, MPA
+from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop

@@ -11,9 +11,10 @@ from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple
 
+from rotorsim.base.constants import KRPM
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import Weights
-from rotorsim.control.designs.plants import KRPM, LOOP_DELAY, Model
+from rotorsim.control.designs.plants import LOOP_DELAY, Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.loop.impacts import hit_ratios
 from rotorsim.control.loop.sampled_loop import model_loop

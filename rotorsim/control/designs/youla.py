@@ -15,9 +15,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_plant import with_integrator
-from rotorsim.control.designs.plants import KRPM, MPA, Model, sampled_plant
+from rotorsim.control.designs.plants import Model, sampled_plant
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes

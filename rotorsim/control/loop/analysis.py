@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.control.designs.plants import KRPM, MPA, Model, sampled_plant
+from rotorsim.base.constants import KRPM, MPA
+from rotorsim.control.designs.plants import Model, sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import law_system, loop_of, smallest_damping, sweep
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import decays
-from rotorsim.control.designs.plants import KRPM, MPA, Model, sampled_plant
+from rotorsim.control.designs.plants import Model, sampled_plant
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system

@@ -8,16 +8,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from rotorsim.report.figures.map_plots import (
-    HZ,
-    MPA,
-    RPM,
-    campbell_figure,
-    contour_figure,
-    film_figure,
-    onset_figure,
-    plane,
-)
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
+from rotorsim.report.figures.map_plots import campbell_figure, contour_figure, film_figure, onset_figure, plane
 from rotorsim.report.pages.study import Block, save_study_page
 
 HEADS = ("rpm", "MPa", "eccentricity", "f1 Hz", "zeta1", "f2 Hz", "zeta2", "Gxx um/V", "Gyy um/V", "safe")
@@ -47,7 +39,7 @@ def blocks(one: xr.Dataset) -> list[Block]:
         text = "Between the lines the film carries and damps: right of the onset a mode grows, below lift-off it falls."
         out.append(Block("Whirl onset and lift-off", text, figure=onset_figure(one)))
     if one.sizes["pressure"] > 1 and "film_stiffness" in one and np.isfinite(one["film_stiffness"].values).any():
-        rpm = float(one["speed"].values[one.sizes["speed"] // 2]) * RPM
+        rpm = float(one["speed"].values[one.sizes["speed"] // 2]) * TO_RPM
         text = f"At {rpm:.0f} rpm, at whirl frequency 0 and those of the two lowest modes unless given otherwise."
         out.append(Block("Film coefficients", text, figure=film_figure(one)))
     rows = _rows(one)
@@ -61,12 +53,12 @@ def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
         for j, speed in enumerate(one["speed"].values):
             p = one.isel(pressure=i, speed=j)
             if float(p["lifted"]) != 1:
-                rows.append((f"{speed * RPM:.0f}", f"{pressure * MPA:.3g}", "not lifted", *[""] * 6, "no"))
+                rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", "not lifted", *[""] * 6, "no"))
                 continue
-            wn, zeta, gain = p["wn"].values * HZ, p["zeta"].values, p["static_gain"].values * 1e6
+            wn, zeta, gain = p["wn"].values * TO_HZ, p["zeta"].values, p["static_gain"].values * 1e6
             numbers = (float(p["eccentricity_ratio"]), *(float(v) for v in (wn[0], zeta[0], wn[1], zeta[1])))
             ends = (float(gain[0, 0]), float(gain[1, 1]), "yes" if float(p["safe"]) == 1 else "no")
-            rows.append((f"{speed * RPM:.0f}", f"{pressure * MPA:.3g}", *numbers, *ends))
+            rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", *numbers, *ends))
     return rows
 
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import TO_HZ
+from rotorsim.base.constants import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import closed, mixed_sensitivity
-from rotorsim.control.designs.plants import KRPM, MPA, design_plant, sampled_plant
+from rotorsim.control.designs.plants import design_plant, sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, model_loop, stable_gains
 from rotorsim.control.numerics.gamma import controller, solve
