@@ -1,1 +1,1 @@
-"""Commands of the command line, one module each; heavy imports are deferred until a command runs."""
+"""Commands of the command line, one module each; `app.py` names them, and each is imported when it runs."""

@@ -1,36 +1,33 @@
-"""Application object with all commands of `rotorsim`."""
+"""Application object with all commands of `rotorsim`: which function of which module runs each."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import typer
-from typer.core import TyperGroup
 
 from rotorsim.base.interrupt import interrupted
-from rotorsim.commands import (
-    bench,
-    campaign,
-    data,
-    design as design_command,
-    diagnose as diagnosis_command,
-    experiment,
-    fmu,
-    hide as hiding_command,
-    identify as identification_command,
-    live as live_module,
-    machine,
-    map as map_module,
-    modes as modes_module,
-    study,
-    study_control,
-    verify as verify_command,
-)
-from rotorsim.commands.runup import EXAMPLE, runup
+from rotorsim.base.version import installed
+from rotorsim.commands.campaign.group import Campaign
+from rotorsim.commands.experiment.group import Experiments
+from rotorsim.commands.lazy_group import LazyGroup
 
 
-class Commands(TyperGroup):
+class Commands(LazyGroup):
     """Top-level command group; Ctrl-C in any command ends with one sentence."""
+
+    places: ClassVar = {
+        "runup": "runup.runup",
+        "map": "map.map.map_command",
+        "modes": "modes.modes",
+        "live": "live.live",
+        "bench": "bench.bench",
+        "identify": "identify.identify",
+        "design": "design.design",
+        "verify": "verify.verify",
+        "diagnose": "diagnose.diagnose",
+        "hide": "hide.hide",
+    }
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Read the command line."""
@@ -47,6 +44,50 @@ class Commands(TyperGroup):
             interrupted()
 
 
+class Machine(LazyGroup):
+    """Write, check, show and calibrate machine files."""
+
+    places: ClassVar = {
+        "new": "machine.machine_file.new",
+        "check": "machine.machine_file.check",
+        "show": "machine.show.show",
+        "effects": "machine.effects.effects",
+        "calibrate": "machine.calibrate.calibrate_command",
+    }
+
+
+class Data(LazyGroup):
+    """Check measured data, map its channels, convert between formats."""
+
+    epilog = "Example: rotorsim data check run.csv"
+    places: ClassVar = {"check": "data.check", "convert": "data.convert", "mapping": "data.mapping"}
+
+
+class Fmu(LazyGroup):
+    """Export, check and show the plant as a functional mock-up unit."""
+
+    places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.check", "info": "fmu.info"}
+
+
+class Study(LazyGroup):
+    """Studies that reproduce the thesis on the virtual rig."""
+
+    epilog = "Example: rotorsim study identification-vs-physics --out study"
+    places: ClassVar = {
+        "identification-vs-physics": "study.identification_vs_physics.identification_vs_physics",
+        "control": "study.control.control",
+        "whole": "study.control.whole",
+    }
+
+
+GROUPS: dict[str, type[LazyGroup]] = {
+    "experiment": Experiments,
+    "campaign": Campaign,
+    "machine": Machine,
+    "data": Data,
+    "fmu": Fmu,
+    "study": Study,
+}
 app = typer.Typer(
     cls=Commands,
     name="rotorsim",
@@ -55,31 +96,15 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-app.command(epilog=EXAMPLE)(runup)
-app.command(name="map", epilog=map_module.EXAMPLE)(map_module.map_command)
-app.command(epilog=modes_module.EXAMPLE)(modes_module.modes)
-app.command(epilog=live_module.EXAMPLE)(live_module.live)
-app.add_typer(experiment.app, name="experiment")
-app.add_typer(campaign.app, name="campaign")
-app.add_typer(machine.app, name="machine")
-app.add_typer(data.app, name="data")
-app.add_typer(fmu.app, name="fmu")
-study.app.command(epilog=study_control.EXAMPLE)(study_control.control)
-study.app.command(epilog=study_control.WHOLE_EXAMPLE)(study_control.whole)
-app.add_typer(study.app, name="study")
-app.command(epilog=bench.EXAMPLE)(bench.bench)
-app.command(epilog=identification_command.EXAMPLE)(identification_command.identify)
-app.command(epilog=design_command.EXAMPLE)(design_command.design)
-app.command(epilog=verify_command.EXAMPLE)(verify_command.verify)
-app.command(epilog=diagnosis_command.EXAMPLE)(diagnosis_command.diagnose)
-app.command(epilog=hiding_command.EXAMPLE)(hiding_command.hide)
+
+
+for _name, _group in GROUPS.items():
+    app.add_typer(typer.Typer(cls=_group, help=_group.__doc__, epilog=_group.epilog, no_args_is_help=True), name=_name)
 
 
 def _version(asked: bool) -> None:
     """Print name and version, and end."""
     if asked:
-        from rotorsim.base.version import installed
-
         typer.echo(f"rotorsim {installed('rotorsim')}")
         raise typer.Exit
 

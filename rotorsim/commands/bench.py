@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotorsim.bench.parts import PARTS
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.bench.result import Figure
 
-EXAMPLE = "Example: rotorsim bench speed"
 
-
+@example("rotorsim bench speed")
 def bench(
     part: Annotated[
         str | None,

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ _MAPPING = typer.Option("--mapping", help="TOML file that says which column is w
 _PEOPLE = {"m": (1e6, "um"), "rad/s": (30 / pi, "rpm"), "Pa": (1e-6, "MPa"), "kg/s": (1e3, "g/s")}
 
 
-@app.command(
-    epilog="Example: rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
+@example(
+    "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
     "2 if it cannot be read, 3 if it can be read but is fit for nothing."
 )
 def check(
@@ -57,7 +58,7 @@ def check(
         raise typer.Exit(UNFIT)
 
 
-@app.command(epilog="Example: rotorsim data convert run.mat run.nc --mapping rig.toml")
+@example("rotorsim data convert run.mat run.nc --mapping rig.toml")
 def convert(
     file: Annotated[Path, _FILE],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
@@ -77,7 +78,7 @@ def convert(
     typer.echo(f"{out}: written, {size}: {', '.join(map(str, record.data_vars))}")
 
 
-@app.command(epilog="Example: rotorsim data mapping run.csv > rig.toml")
+@example("rotorsim data mapping run.csv > rig.toml")
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
     from identification import columns, mapping_template

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.control import Law
 
-EXAMPLE = "Example: rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json"
 
-
+@example("rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json")
 def design(
     name: Annotated[str, typer.Argument(help="p, lead, placement, lqr, hinf, lpv, h2_scheduled or youla.")],
     model: Annotated[Path, typer.Argument(help="Model that 'rotorsim identify' wrote.")],

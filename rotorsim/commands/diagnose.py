@@ -16,13 +16,13 @@ import typer
 
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, WithReport, a_folder, resumable
 from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
 
-EXAMPLE = "Example: rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis"
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""
 RESULTS = {
@@ -44,6 +44,7 @@ STAGES = {
 }
 
 
+@example("rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis")
 @resumable
 def diagnose(
     machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep
 from rotorsim.commands.results import files
 from rotorsim.errors import DataError
@@ -25,7 +26,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the files if they 
 UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
 
 
-@app.command(epilog="Example: rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu")
+@example("rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu")
 def export(
     machine: MachineName = "dtu_gas_bearing",
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
@@ -86,7 +87,7 @@ def export(
         typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
 
 
-@app.command(epilog="Example: rotorsim fmu system lpv.json dtu_gas_bearing --out loop.ssp")
+@example("rotorsim fmu system lpv.json dtu_gas_bearing --out loop.ssp")
 def system(
     law: Annotated[Path, typer.Argument(help="Control law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",
@@ -123,7 +124,7 @@ def system(
     typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
-@app.command(epilog="Example: rotorsim fmu check rotor.fmu --duration '10 s'")
+@example("rotorsim fmu check rotor.fmu --duration '10 s'")
 def check(
     file: UnitFile,
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
@@ -148,7 +149,7 @@ def check(
         raise typer.Exit(1)
 
 
-@app.command(epilog="Example: rotorsim fmu info rotor.fmu")
+@example("rotorsim fmu info rotor.fmu")
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
     from fmu.info import info as facts

@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, a_folder, say_if_compiling
 from rotorsim.commands.results import results
 
-EXAMPLE = "Example: rotorsim hide dtu_gas_bearing --effect coupling.second --seed 3 --out puzzle"
 
-
+@example("rotorsim hide dtu_gas_bearing --effect coupling.second --seed 3 --out puzzle")
 def hide(
     machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
     effect: Annotated[

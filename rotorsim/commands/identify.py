@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from identification import LinearModel, LpvModel
     from identification.campaign import Local
 
-EXAMPLE = "Example: rotorsim identify records --model 3 --out model.json"
 
-
+@example("rotorsim identify records --model 3 --out model.json")
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
     model: Annotated[str, typer.Option("--model", help="1, 2, 3, actuator or blackbox.")] = "3",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.base.interrupt import done, heard
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
 
 if TYPE_CHECKING:
@@ -16,9 +17,9 @@ if TYPE_CHECKING:
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
-EXAMPLE = "Example: rotorsim live dtu_gas_bearing --law my_law.json"
 
 
+@example("rotorsim live dtu_gas_bearing --law my_law.json")
 def live(
     machine: MachineName = "dtu_gas_bearing",
     law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,

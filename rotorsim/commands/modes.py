@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
     Changes,
     GridSize,
@@ -24,9 +25,8 @@ from rotorsim.commands.results import results
 if TYPE_CHECKING:
     import xarray as xr
 
-EXAMPLE = "Example: rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes"
 
-
+@example("rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes")
 def modes(
     machine: MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
     AsJson,
     Changes,
@@ -31,12 +32,12 @@ if TYPE_CHECKING:
     from rotorsim.experiments import Outcome
 
 RECORD, REPORT = "runup.nc", "report.html"
-EXAMPLE = (
-    "Example: rotorsim runup dtu_gas_bearing --pressure '0.5 MPa' --stop '7000 rpm' "
+
+
+@example(
+    "rotorsim runup dtu_gas_bearing --pressure '0.5 MPa' --stop '7000 rpm' "
     "--set effects.unbalance.me='12 g*mm' --out my_run"
 )
-
-
 def runup(
     machine: MachineName = "dtu_gas_bearing",
     start: Annotated[str, typer.Option(help="Speed at the beginning.")] = "0 rpm",

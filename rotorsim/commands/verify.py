@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotorsim.base.files import write_json
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, Force, GridSize, MachineName, TimeStep, a_folder
 from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.verify import Verification
 
-EXAMPLE = "Example: rotorsim verify hinf.json dtu_gas_bearing --out verification"
 FAILED = 1
 
 
+@example("rotorsim verify hinf.json dtu_gas_bearing --out verification")
 def verify(
     law: Annotated[Path, typer.Argument(help="Law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",

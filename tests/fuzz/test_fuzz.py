@@ -13,8 +13,8 @@ from fuzzing.measured import data_calls
 from fuzzing.mutations import mutated
 from fuzzing.outcome import check_run, checked, command, files, folder
 from fuzzing.whole import whole_machines
-from rotorsim.commands.controlled import Setup
-from rotorsim.commands.experiment import read
+from rotorsim.commands.experiment.commands import read
+from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.errors import DataError, MachineFileError
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.machine import load_machine

@@ -1,6 +1,6 @@
 """Result table of `rotorsim experiment`."""
 
-from rotorsim.commands.experiment_table import saturation
+from rotorsim.commands.experiment.table import saturation
 
 
 def test_a_loop_at_its_limit_most_of_the_time_is_not_called_in_control():

@@ -127,8 +127,8 @@ def unknown_options(path, text):
         return
     room = next((own for folder, own in OWN.items() if (ROOT / folder) in path.parents), [])
     known = set().union(*map(options, room)) or options()
-    if path.parent == ROOT / "rotorsim" / "commands":
-        known = made_in(f"rotorsim.commands.{path.stem}")
+    if ROOT / "rotorsim" / "commands" in path.parents:
+        known = made_in(".".join(path.relative_to(ROOT).with_suffix("").parts))
     yield from (f"{name} is no option" for name in OPTION.findall(text) if name not in known)
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
-from rotorsim.commands.controlled import Setup
+from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import Param, parameters
 from rotorsim.machine.numerics import SAMPLE

@@ -56,7 +56,7 @@ def read_seed(text: str) -> int:
 
 
 def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
-    from rotorsim.commands.experiment_table import result_rows
+    from rotorsim.commands.experiment.table import result_rows
     from rotorsim.experiments.summary import summarise_experiment
     from rotorsim.signals.record_blocks import open_record
 

@@ -7,36 +7,12 @@ Exit code 0: all cases are done. 2: cannot be run; one sentence says why. 3: all
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
-EXAMPLE = "Example: rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign"
-USAGE = "rotorsim campaign PLAN --out DIR [OPTIONS] | status DIR | retry DIR | collect DIR | check PLAN"
+from rotorsim.commands.lazy_group import example
 
-
-class Campaign(TyperGroup):
-    """Command group that also accepts a plan as its first word."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put `run` before a plan."""
-        if args and args[0] not in self.commands and args[0] != "--help":
-            args = ["run", *args]
-        rest: list[str] = super().parse_args(ctx, args)
-        return rest
-
-    def format_usage(self, ctx: Any, formatter: Any) -> None:
-        """Show both forms."""
-        formatter.write_usage("", USAGE)
-
-
-app = typer.Typer(
-    cls=Campaign,
-    help="Run many virtual experiments by a plan, on all cores or on a cluster; nothing is lost or run twice.",
-    epilog=EXAMPLE,
-    no_args_is_help=True,
-)
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign.")]
 Workers = Annotated[int | None, typer.Option("--workers", help="Processes on this machine; default one per core.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Dask scheduler to use, e.g. tcp://host:8786.")]
@@ -48,7 +24,7 @@ TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="Key of this clie
 AsJson = Annotated[bool, typer.Option("--json", help="Print numbers as JSON.")]
 
 
-@app.command("run", epilog=EXAMPLE)
+@example("rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign")
 def run_plan(
     plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; goes on if it is one.")],
@@ -64,7 +40,7 @@ def run_plan(
     """Run a plan, or what is left of it; the word `run` may be left out."""
     from rotorsim.campaign import load_plan
     from rotorsim.campaign.run import run_campaign
-    from rotorsim.commands.campaign_told import settings, tell, tell_of_compiling
+    from rotorsim.commands.campaign.output import settings, tell, tell_of_compiling
 
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
     loaded = load_plan(plan)
@@ -73,7 +49,7 @@ def run_plan(
     tell(run_campaign(loaded, out, chosen), out, as_json)
 
 
-@app.command(epilog="Example: rotorsim campaign retry my_campaign --time-limit '30 min'")
+@example("rotorsim campaign retry my_campaign --time-limit '30 min'")
 def retry(
     folder: Folder,
     workers: Workers = None,
@@ -87,25 +63,25 @@ def retry(
 ) -> None:
     """Run the failed cases again, and those that are left."""
     from rotorsim.campaign.run import retry
-    from rotorsim.commands.campaign_told import settings, tell
+    from rotorsim.commands.campaign.output import settings, tell
 
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
     tell(retry(folder, chosen), folder, as_json)
 
 
-@app.command(epilog="Example: rotorsim campaign status my_campaign --failed 10")
+@example("rotorsim campaign status my_campaign --failed 10")
 def status(
     folder: Folder,
     failed: Annotated[int, typer.Option("--failed", help="How many failed cases to name.")] = 5,
     as_json: AsJson = False,
 ) -> None:
     """Say what is done, failed and left; also while the campaign runs."""
-    from rotorsim.commands.campaign_told import tell_status
+    from rotorsim.commands.campaign.output import tell_status
 
     tell_status(folder, failed, as_json)
 
 
-@app.command(epilog="Example: rotorsim campaign collect my_campaign --experiment identification --out all.nc")
+@example("rotorsim campaign collect my_campaign --experiment identification --out all.nc")
 def collect(
     folder: Folder,
     out: Annotated[
@@ -118,15 +94,15 @@ def collect(
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
 ) -> None:
     """Put what is done into one table or one file; without --out, say what that would hold."""
-    from rotorsim.commands.campaign_told import collect_into
+    from rotorsim.commands.campaign.output import collect_into
 
     names = None if variables is None else [name.strip() for name in variables.split(",")]
     collect_into(folder, out, experiment, names, force)
 
 
-@app.command(epilog="Example: rotorsim campaign check my_plan.toml")
+@example("rotorsim campaign check my_plan.toml")
 def check(plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file or shipped plan.")]) -> None:
     """Read a plan and say what it would run, without running it."""
-    from rotorsim.commands.campaign_told import tell_plan
+    from rotorsim.commands.campaign.output import tell_plan
 
     tell_plan(plan)

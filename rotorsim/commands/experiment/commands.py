@@ -1,20 +1,17 @@
-"""`rotorsim experiment NAME`: one command per virtual experiment, generated from the experiment's parameters.
-
-The commands are made when the first of them is asked for, so that other commands need not wait for the imports.
-"""
+"""`rotorsim experiment NAME`: one command per virtual experiment, generated from the experiment's parameters."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
-from rotorsim.commands.experiment_run import run_experiment
+from rotorsim.commands.experiment.controlled import Setup
+from rotorsim.commands.experiment.run import run_experiment
+from rotorsim.commands.lazy_group import click_command, example
 from rotorsim.commands.options import (
     AsJson,
     Changes,
@@ -26,6 +23,7 @@ from rotorsim.commands.options import (
     a_folder,
     quantity,
 )
+from rotorsim.experiments import EXPERIMENTS
 
 if TYPE_CHECKING:
     from dataclasses import Field
@@ -60,56 +58,7 @@ COMMON: dict[str, tuple[Any, Any]] = {
 }
 
 
-class Experiments(TyperGroup):
-    """Command group whose commands are created on demand; an unknown name ends in one sentence."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Names of all experiments."""
-        return list(_commands().commands)
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command of one experiment; raises DataError for an unknown one."""
-        from difflib import get_close_matches
-
-        from rotorsim.errors import DataError
-
-        known = _commands().commands
-        name = cmd_name.replace("-", "_")
-        if name not in known:
-            near = get_close_matches(name, known, 1, 0.5)
-            hint = f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"
-            raise DataError(f"experiment: '{cmd_name}' is not known; {hint}")
-        return known[name]
-
-
-app = typer.Typer(
-    cls=Experiments,
-    help="Run a virtual experiment and keep its record.",
-    epilog="Example: rotorsim experiment prbs dtu_gas_bearing --amplitude '1 V' --duration '10 s'",
-    no_args_is_help=True,
-)
-
-
-@app.callback()
-def _group() -> None:
-    pass
-
-
-@lru_cache(maxsize=1)
-def _commands() -> Any:
-    """Click group of all experiments."""
-    from rotorsim.commands.controlled import Setup
-    from rotorsim.experiments import EXPERIMENTS
-
-    made = typer.Typer(no_args_is_help=True)
-    for name, kind in EXPERIMENTS.items():
-        made.command(name, epilog=f"Example: rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}")(
-            _command(name, Setup if name == "controlled" else kind, (kind.__doc__ or "").splitlines()[0])
-        )
-    return typer.main.get_command(made)
-
-
-def _command(name: str, kind: Any, doc: str) -> Callable[..., None]:
+def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
     """A function that typer makes a command of: one option for each parameter of `kind`, then the common ones."""
     from rotorsim.experiments.parameters import parameters
 
@@ -127,7 +76,7 @@ def _command(name: str, kind: Any, doc: str) -> Callable[..., None]:
     )
     command.__annotations__ = {key: annotation for key, (annotation, _) in table.items()}
     command.__doc__ = doc
-    return command
+    return example(f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}")(command)
 
 
 def option(entry: Field[Any], known: Param) -> tuple[Any, Any]:
@@ -145,3 +94,12 @@ def option(entry: Field[Any], known: Param) -> tuple[Any, Any]:
 def read(name: str, text: str | None, known: Param) -> Any:
     """Value of an option's text."""
     return text if text is None or known.choices else quantity(name.replace("_", "-"), text, known.unit)
+
+
+COMMANDS: dict[str, Any] = {
+    name: click_command(
+        name, function(name, Setup if name == "controlled" else kind, (kind.__doc__ or "").splitlines()[0])
+    )
+    for name, kind in EXPERIMENTS.items()
+}
+"""Click commands of all experiments."""

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.analysis.calibrate import Calibration
     from rotorsim.machine import Machine
 
-EXAMPLE = "Example: rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml"
 
-
+@example("rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml")
 def calibrate_command(
     machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
     targets: Annotated[str, typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.")],

@@ -10,28 +10,16 @@ import typer
 
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, a_folder, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
-from rotorsim.commands.study_told import Counter, numbers_of, print_claims, write_page
+from rotorsim.commands.study.output import Counter, numbers_of, print_claims, write_page
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
-app = typer.Typer(
-    help="Studies that reproduce the thesis on the virtual rig.",
-    epilog="Example: rotorsim study identification-vs-physics --out study",
-    no_args_is_help=True,
-)
 
 
-@app.callback()
-def _group() -> None:
-    pass
-
-
-@app.command(
-    name="identification-vs-physics",
-    epilog="Example: rotorsim study identification-vs-physics dtu_gas_bearing --out study --quick",
-)
+@example("rotorsim study identification-vs-physics dtu_gas_bearing --out study --quick")
 @resumable
 def identification_vs_physics(
     machine: MachineName = "dtu_gas_bearing",

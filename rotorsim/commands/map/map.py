@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.base.interrupt import heard
-from rotorsim.commands.map_tables import LISTED, tables
+from rotorsim.commands.lazy_group import example
+from rotorsim.commands.map.tables import LISTED, tables
 from rotorsim.commands.options import (
     Changes,
     GridSize,
@@ -32,10 +33,6 @@ if TYPE_CHECKING:
     from rotorsim.plant import Plant
 
 MAP, REPORT = "map.nc", "report.html"
-EXAMPLE = (
-    "Example: rotorsim map dtu_gas_bearing --speed '0 rpm:6000 rpm:7' --pressure '0.3 MPa:0.7 MPa:5' "
-    "--over 'bearings.1.clearance=23 um, 25 um, 27 um' --lift-off --whirl-onset --campbell --out my_map"
-)
 SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
 RANGES: dict[str, tuple[str, float]] = {
     "natural_frequency_hz": ("wn", 1 / (2 * pi)),
@@ -46,6 +43,10 @@ RANGES: dict[str, tuple[str, float]] = {
 """Smallest and largest value over the map: name, variable, factor."""
 
 
+@example(
+    "rotorsim map dtu_gas_bearing --speed '0 rpm:6000 rpm:7' --pressure '0.3 MPa:0.7 MPa:5' "
+    "--over 'bearings.1.clearance=23 um, 25 um, 27 um' --lift-off --whirl-onset --campbell --out my_map"
+)
 def map_command(
     machine: MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.")] = SPEEDS,

@@ -11,6 +11,7 @@ import typer
 
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
+from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 
@@ -18,14 +19,13 @@ if TYPE_CHECKING:
     from identification.lpv.model import LpvModel
     from rotorsim.plant import Plant
 
-EXAMPLE = "Example: rotorsim study control model_2.json dtu_gas_bearing --out control"
-WHOLE_EXAMPLE = "Example: rotorsim study whole dtu_gas_bearing --out study"
 Out = Annotated[
     Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there goes on.")
 ]
 Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
 
+@example("rotorsim study control model_2.json dtu_gas_bearing --out control")
 @resumable
 def control(
     model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote, best Model 2.")],
@@ -39,7 +39,7 @@ def control(
     from identification import ModelError, load_model
     from identification.lpv.model import LpvModel
     from rotorsim.commands.options import make_plant
-    from rotorsim.commands.study_told import print_claims, stage_bar
+    from rotorsim.commands.study.output import print_claims, stage_bar
     from rotorsim.errors import DataError
     from rotorsim.report.pages.study import save_study_page
     from rotorsim.reproduction.claims.control_numbers import control_numbers
@@ -71,6 +71,7 @@ def control(
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results")
 
 
+@example("rotorsim study whole dtu_gas_bearing --out study")
 @resumable
 def whole(
     machine: MachineName = "dtu_gas_bearing",
@@ -84,7 +85,7 @@ def whole(
     """The whole circle: campaign, identification, designs, verification, every claim; goes on where it stopped."""
     from rotorsim.commands.data import sentences
     from rotorsim.commands.options import make_plant
-    from rotorsim.commands.study_told import print_claims, stage_bar
+    from rotorsim.commands.study.output import print_claims, stage_bar
     from rotorsim.reproduction.claims.verdicts import plain
     from rotorsim.reproduction.whole import whole_study
 

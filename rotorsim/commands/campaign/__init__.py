@@ -1,0 +1,1 @@
+"""`rotorsim campaign`: campaigns of virtual experiments."""

@@ -1,0 +1,1 @@
+"""`rotorsim experiment`: virtual experiments."""

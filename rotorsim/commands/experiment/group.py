@@ -1,0 +1,36 @@
+"""Command group `rotorsim experiment`: its commands follow from the experiments, imported when one is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from rotorsim.commands.lazy_group import LazyGroup
+from rotorsim.errors import DataError
+
+
+class Experiments(LazyGroup):
+    """Run a virtual experiment and keep its record."""
+
+    epilog = "Example: rotorsim experiment prbs dtu_gas_bearing --amplitude '1 V' --duration '10 s'"
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of all experiments."""
+        return list(_commands())
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of one experiment; raises DataError for an unknown one."""
+        known = _commands()
+        name = cmd_name.replace("-", "_")
+        if name not in known:
+            near = get_close_matches(name, known, 1, 0.5)
+            hint = f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"
+            raise DataError(f"experiment: '{cmd_name}' is not known; {hint}")
+        return known[name]
+
+
+def _commands() -> Mapping[str, Any]:
+    from rotorsim.commands.experiment.commands import COMMANDS
+
+    return COMMANDS

@@ -1,0 +1,90 @@
+"""Command group that imports the module of a command when the command, or its own help, is asked for."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, ClassVar, TypeVar
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+Function = TypeVar("Function", bound=Callable[..., None])
+FOLDER = "rotorsim.commands"
+
+
+class LazyGroup(TyperGroup):
+    """Command group by a table; lists in help and completion take the docstrings from the sources, unimported."""
+
+    epilog: str | None = None
+    places: ClassVar[Mapping[str, str]] = {}
+    """By name of a command: its module below `rotorsim.commands` and its function, as "module.function"."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.listing = False
+        self.commands = {name: TyperCommand(name) for name in self.places} | dict(self.commands)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command; in a list, one that has nothing but its help."""
+        if cmd_name not in self.places:
+            return super().get_command(ctx, cmd_name)
+        place = self.places[cmd_name]
+        return TyperCommand(cmd_name, help=docstring(place)) if self.listing else load(cmd_name, place)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help with its list of commands."""
+        with self.listed():
+            super().format_help(ctx, formatter)
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Names for the shell's completion."""
+        with self.listed():
+            return super().shell_complete(ctx, incomplete)
+
+    @contextmanager
+    def listed(self) -> Iterator[None]:
+        """While this holds, commands have nothing but their help."""
+        self.listing = True
+        try:
+            yield
+        finally:
+            self.listing = False
+
+
+def example(text: str) -> Callable[[Function], Function]:
+    """Decorator: the last line of the command's help."""
+
+    def mark(command: Function) -> Function:
+        vars(command)["example"] = text
+        return command
+
+    return mark
+
+
+@cache
+def load(name: str, place: str) -> Any:
+    """Click command of a function, imported."""
+    module, function = place.rsplit(".", 1)
+    return click_command(name, getattr(import_module(f"{FOLDER}.{module}"), function))
+
+
+def click_command(name: str, function: Callable[..., None]) -> Any:
+    """Click command of a function that may be marked with `example`."""
+    made = typer.Typer(add_completion=False)
+    made.command(name, epilog=f"Example: {vars(function)['example']}")(function)
+    return typer.main.get_command(made)
+
+
+def docstring(place: str) -> str:
+    """Docstring of a function, read from the source of its module."""
+    module, function = place.rsplit(".", 1)
+    spec: Any = find_spec(f"{FOLDER}.{module}")
+    for node in ast.parse(spec.loader.get_source(spec.name)).body:
+        if isinstance(node, ast.FunctionDef) and node.name == function:
+            return ast.get_docstring(node) or ""
+    return ""

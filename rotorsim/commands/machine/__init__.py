@@ -1,0 +1,1 @@
+"""`rotorsim machine`: machine files and the catalogue of effects."""

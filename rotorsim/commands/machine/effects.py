@@ -1,0 +1,71 @@
+"""`rotorsim machine effects`: the catalogue of effects."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+import typer
+
+from rotorsim.commands.lazy_group import example
+
+
+@example("rotorsim machine effects unbalance")
+def effects(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="An effect; all are listed without.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
+) -> None:
+    """List the physical effects a machine file may have, or show one: equation, source, parameters."""
+    from rotorsim.machine.catalogue import catalogue
+
+    entries = catalogue() if name is None else [_entry(name)]
+    if as_json:
+        typer.echo(json.dumps(entries if name is None else entries[0], indent=2))
+    elif name is None:
+        _print_effects(entries)
+    else:
+        _print_effect(entries[0])
+
+
+def _entry(name: str) -> dict[str, Any]:
+    """An effect of the catalogue by its name."""
+    from difflib import get_close_matches
+
+    from rotorsim.effects import REGISTRY
+    from rotorsim.errors import MachineFileError
+    from rotorsim.machine.catalogue import describe
+
+    if name in REGISTRY:
+        return describe(REGISTRY[name])
+    close = get_close_matches(name, REGISTRY, n=1)
+    hint = f"did you mean '{close[0]}'? " if close else ""
+    raise MachineFileError(f"'{name}' is no effect; {hint}known effects: {', '.join(sorted(REGISTRY))}")
+
+
+def _print_effects(entries: list[dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("effect", "port", "what", box=None, pad_edge=False)
+    for e in entries:
+        table.add_row(e["name"], e["port"], escape(e["summary"]))
+    Console(highlight=False).print(table)
+
+
+def _print_effect(entry: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'])}\n")
+    for text in (entry["equation"], entry["about"], f"Source: {entry['source']}"):
+        console.print(escape(text) + "\n")
+    several = "several tables add up" if entry["several"] else "one table only"
+    console.print(escape(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n"))
+    table = Table("parameter", "neutral", "limits", "meaning", box=None, pad_edge=False)
+    for p in entry["parameters"]:
+        limits = f"{p['low']} to {p['high']}" if p["low"] or p["high"] else ""
+        table.add_row(*map(escape, (p["name"], p["neutral"], limits, p["doc"])))
+    console.print(table)

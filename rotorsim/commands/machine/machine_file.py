@@ -1,0 +1,39 @@
+"""`rotorsim machine new | check`: write and check machine files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rotorsim.commands.lazy_group import example
+from rotorsim.commands.machine.show import summary
+from rotorsim.commands.results import files
+
+
+@example("rotorsim machine new my_rotor.toml --from plain_rotor")
+def new(
+    path: Annotated[Path, typer.Argument(help="File to write.")],
+    source: Annotated[
+        str, typer.Option("--from", help="Shipped machine or machine file to start from.")
+    ] = "dtu_gas_bearing",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
+) -> None:
+    """Write a commented machine file to start from."""
+    from rotorsim.base.files import write_text
+    from rotorsim.machine import machine_text
+
+    with files(path, force=force, another="name"):
+        write_text(path, machine_text(source))
+    typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
+
+
+@example("rotorsim machine check my_rotor.toml")
+def check(
+    path: Annotated[str, typer.Argument(metavar="PATH", help="Machine file, or name of a shipped machine.")],
+) -> None:
+    """Check a machine file: one line if it is good, else one sentence per problem and exit code 2."""
+    from rotorsim.machine import load_machine
+
+    typer.echo(f"{path}: ok, {summary(load_machine(path))}")

@@ -1,0 +1,96 @@
+"""`rotorsim machine show`: the content of a machine file, as a table or as numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import typer
+
+from rotorsim.commands.lazy_group import example
+from rotorsim.machine import Machine
+
+
+@example("rotorsim machine show dtu_gas_bearing")
+def show(
+    machine: Annotated[str, typer.Argument(metavar="NAME|PATH", help="Shipped machine or machine file.")],
+    as_json: Annotated[bool, typer.Option("--json", help="SI numbers as JSON.")] = False,
+) -> None:
+    """Show what a machine is made of."""
+    from rotorsim.machine import load_machine
+
+    loaded = load_machine(machine)
+    if as_json:
+        typer.echo(json.dumps(si_numbers(loaded), indent=2))
+    else:
+        _print_table(loaded)
+
+
+def summary(machine: Machine) -> str:
+    """Machine summary in half a line."""
+    from rotorsim.machine.units import show as text
+
+    film = machine.film
+    parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
+    if film:
+        parts.append(f"gas film with {text(film.clearance, 'm')} clearance and {len(machine.injectors)} injectors")
+    parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
+    return "; ".join(parts)
+
+
+def si_numbers(machine: Machine) -> dict[str, Any]:
+    """All values as SI numbers, with mass [kg] and content hash."""
+    from dataclasses import asdict
+
+    effects = {name: [asdict(effect) for effect in effects] for name, effects in machine.effects.items()}
+    return {
+        **machine.model_dump(exclude={"effects"}),
+        "effects": effects,
+        "mass": machine.mass,
+        "hash": machine.hash,
+    }
+
+
+def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
+    """Dotted path, value in engineering units and description of every field."""
+    from rotorsim.machine.part import Part
+    from rotorsim.machine.toml import entries
+    from rotorsim.machine.units import show as text
+
+    for name, value, spec, doc in entries(part):
+        here = f"{path}.{name}".lstrip(".")
+        if isinstance(value, Part):
+            yield from rows(value, here)
+        elif isinstance(value, dict):
+            for key, parts in value.items():
+                yield from _list_rows(parts, f"{here}.{key}")
+        elif isinstance(value, tuple) and name != "unusual":
+            yield from _list_rows(value, here)
+        else:
+            yield here, text(value, spec.unit) if spec else str(value), doc
+
+
+def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, str]]:
+    single = len(parts) == 1 and path.startswith("effects.")
+    for i, part in enumerate(parts):
+        yield from rows(part, path if single else f"{path}.{i}")
+
+
+def _print_table(machine: Machine) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(escape(summary(machine)))
+    table = Table("field", "value", "meaning", box=None, pad_edge=False)
+    group = ""
+    for path, value, doc in rows(machine):
+        above, _, name = path.rpartition(".")
+        if above != group:
+            group = above
+            table.add_row()
+            table.add_row(f"[bold]{escape(group)}[/bold]")
+        table.add_row(*map(escape, ("  " * bool(group) + name, value, doc)))
+    console.print(table)

@@ -1,0 +1,1 @@
+"""`rotorsim map`: maps over operating points."""

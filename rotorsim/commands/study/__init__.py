@@ -1,0 +1,1 @@
+"""`rotorsim study`: studies that reproduce the thesis."""
