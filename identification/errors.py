@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any
 
 
@@ -26,13 +25,6 @@ def listing(names: Iterable[Any], most: int = 6) -> str:
     names = list(names)
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(quote(name) for name in names[:most]) + more
-
-
-def did_you_mean(name: Any, known: Iterable[str]) -> str:
-    """'did you mean ...?' where something similar is known, else what is known."""
-    known = list(known)
-    close = get_close_matches(str(name), known, 1)
-    return f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
 
 
 class UnfitError(SchemaError):

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError, did_you_mean
+from identification.errors import SchemaError
 from identification.records.sampling import sampling_time
+from rotorsim.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
     import xarray as xr

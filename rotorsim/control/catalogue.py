@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Any
 
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.control.designs.plants import Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -28,9 +28,7 @@ DESIGNS = {
 def module_of(name: str) -> Any:
     """Module of a design; raises DesignError for an unknown name."""
     if name not in DESIGNS:
-        close = get_close_matches(name, DESIGNS, 1)
-        hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(DESIGNS)}"
-        raise DesignError(f"design: '{name}' is not known; {hint}")
+        raise DesignError(f"design: '{name}' is not known; {did_you_mean(name, DESIGNS)}")
     return import_module(f"rotorsim.control.designs.{name}")
 
 

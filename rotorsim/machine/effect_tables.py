@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
-from difflib import get_close_matches
 from typing import Any
 
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.messages import unknown_field
 from rotorsim.machine.part import PartError, Spec
@@ -53,9 +53,7 @@ def spec_of_parameter(parameter: Field[Any]) -> Spec | None:
 
 def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:
     if name not in REGISTRY:
-        close = get_close_matches(name, REGISTRY, n=1)
-        hint = f"did you mean '{close[0]}'? " if close else ""
-        problems.append((name, f"unknown effect; {hint}known effects: {', '.join(sorted(REGISTRY))}"))
+        problems.append((name, f"unknown effect; {did_you_mean(name, sorted(REGISTRY))}"))
         return ()
     if isinstance(value, (list, tuple)) and value:
         return tuple(_read_one(name, f"{name}.{i}", entry, problems) for i, entry in enumerate(value))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from rotorsim.base.suggest import closest, did_you_mean
 from rotorsim.machine.part import PartError, spec_of
 from rotorsim.machine.units import quote, quoted
 
@@ -36,19 +36,12 @@ def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
 
 def unknown_field(key: str, known: Iterable[str]) -> str:
     """Sentence about a key that is none of `known`."""
-    names = sorted(known)
-    close = _closest(key, names)
-    return f"unknown field; did you mean '{close}'?" if close else f"unknown field; known fields: {', '.join(names)}"
-
-
-def _closest(key: str, known: Iterable[str]) -> str:
-    """The known name that is most like `key`; empty if none is."""
-    return next(iter(get_close_matches(key, sorted(known), n=1, cutoff=0.6)), "")
+    return f"unknown field; {did_you_mean(key, sorted(known))}"
 
 
 def _meant(item: Any, model: type[BaseModel]) -> str:
     """The field that an unknown one is likely to be."""
-    return _closest(str(item["loc"][-1]), _walk(model, item["loc"])[1].model_fields)
+    return closest(str(item["loc"][-1]), _walk(model, item["loc"])[1].model_fields)
 
 
 def _lines(item: Any, model: type[BaseModel]) -> list[str]:

@@ -27,7 +27,7 @@ def problems(tables, name="dtu_gas_bearing"):
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_value_beyond_a_limit_gets_the_limit_and_an_unknown_name_the_known_ones(name):
-    assert problems({name: {"nonsense": 1}})[0].startswith(f"effects.{name}.nonsense: unknown field; known fields: ")
+    assert problems({name: {"nonsense": 1}})[0].startswith(f"effects.{name}.nonsense: unknown field; known are ")
     for field in fields(REGISTRY[name]):
         (low, high), unit = field.metadata["bounds"], field.metadata["unit"]
         for beyond, word in ((low - 0.01 * (high - low), "below"), (high + 0.01 * (high - low), "above")):

@@ -57,7 +57,7 @@ PLAIN = machine_text("plain_rotor")
         ("[effects.contact]", "effects.contact: acts in a gas film, but there is none"),
         ("[[discs]]\n", "discs.1.position: missing"),
         ("[probe]\nposition = []", "probe.position: [] is not a length"),
-        ("[effects.coupling.x]", "effects.coupling.x: unknown field; known fields: "),
+        ("[effects.coupling.x]", "effects.coupling.x: unknown field; known are "),
     ],
 )
 def test_what_does_not_fit_a_rotor_without_a_film_is_refused(extra, sentence):

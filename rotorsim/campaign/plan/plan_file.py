@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.campaign.errors import PlanError
 from rotorsim.machine.units import quote
 
@@ -113,8 +113,7 @@ def _say(problem: Any, kind: type[Table]) -> str:
 
 def unknown(name: str, known: Any, what: str) -> str:
     """Sentence about a name that is none of `known`."""
-    near = get_close_matches(name, list(known), 1, 0.6)
-    return f"unknown {what}; " + (f"did you mean '{near[0]}'?" if near else f"choose one of {', '.join(known)}")
+    return f"unknown {what}; {did_you_mean(name, known)}"
 
 
 _WANTED = {
