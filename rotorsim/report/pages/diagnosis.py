@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import plotly.graph_objects as go
-import plotly.io as pio
-from plotly.offline import get_plotlyjs
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.files import write_text
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.report.figures import diagnosis_plots as plots
-from rotorsim.report.pages.page import POLICY, TOOLS
+from rotorsim.report.pages import html
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -49,17 +45,10 @@ def write_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
 
 def page(diagnosis: Diagnosis) -> str:
     """The page's text."""
-    style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
-    name = escape(diagnosis.machine.name)
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        f"<title>{name}: diagnosis</title><style>{style}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<header><h1>{name}: diagnosis</h1><p>{escape(diagnosis.sentence)}</p></header>"
-        f"{_cards(diagnosis)}<section><h2>What this says</h2><p>{MEANING[diagnosis.status]}</p>"
-        f"<p>{INTRODUCTION}</p></section>{''.join(_sections(diagnosis))}</body></html>\n"
-    )
+    title = f"{diagnosis.machine.name}: diagnosis"
+    meaning = html.section("What this says", f"<p>{MEANING[diagnosis.status]}</p><p>{INTRODUCTION}</p>")
+    body = f"{_cards(diagnosis)}{meaning}{''.join(_sections(diagnosis))}"
+    return html.document(title, title, diagnosis.sentence, body)
 
 
 def _cards(d: Diagnosis) -> str:
@@ -67,7 +56,7 @@ def _cards(d: Diagnosis) -> str:
     share = reduction(d.gap)
     if d.effects and np.isfinite(share):
         cards.append((f"{100 * share:.0f} %", "of the gap gone on untouched records"))
-    return f'<div class="key">{"".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in cards)}</div>'
+    return html.key_numbers(cards)
 
 
 def _sections(d: Diagnosis) -> Iterator[str]:
@@ -75,7 +64,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         yield _effects(d)
     if d.next_experiment:
         yield _table("Next experiment", (("what", "value"),), [(k, _text(v)) for k, v in d.next_experiment.items()])
-    yield _figure(
+    yield html.figure_section(
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
         "effect. The black tick is the scatter of repeats, below which nothing can be seen.",
@@ -83,7 +72,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
     )
     yield _gap_table(d)
     if d.localisation:
-        yield _figure(
+        yield html.figure_section(
             "Where it disagrees",
             "Groups of lines whose residual, after re-calibration, is beyond the floor; the darker, the farther. 1X is "
             "the speed of the shaft, 'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' "
@@ -125,10 +114,10 @@ def _spectra(d: Diagnosis) -> Iterator[str]:
     for title, shown in [("Spectrum where it disagrees most", c) for c in chosen] + [
         ("Spectrum of an untouched record", s) for s in untouched[:1]
     ]:
-        yield _figure(
+        yield html.figure_section(
             f"{title}: {shown['point']}", "Lines of measured and of what is left.", plots.spectra(shown, named)
         )
-    yield _figure(
+    yield html.figure_section(
         "What is left over the speed", "Residual spectra of all records, one scale.", plots.waterfall(d, named)
     )
 
@@ -143,7 +132,7 @@ def _gap_table(d: Diagnosis) -> str:
                  f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
             )  # fmt: skip
     head = ("role", "record", "point", "axis", "nominal", "re-calibrated", "with effect", "scatter")
-    return f"<details><summary>The gap as numbers, um rms</summary>{_rows((head,), rows)}</details>"
+    return f"<details><summary>The gap as numbers, um rms</summary>{html.table(rows, (head,))}</details>"
 
 
 def _unknown(d: Diagnosis) -> str:
@@ -167,22 +156,11 @@ def _tried(d: Diagnosis) -> str:
     if not rows:
         return ""
     head = ("explanation", "excess gone", "sum of squares", "excess at held-out points")
-    return f"<details><summary>Everything that was re-fitted</summary>{_rows((head,), rows)}</details>"
+    return f"<details><summary>Everything that was re-fitted</summary>{html.table(rows, (head,))}</details>"
 
 
 def _table(title: str, head: tuple[tuple[str, ...], ...], rows: Iterable[tuple[str, ...]], after: str = "") -> str:
-    return f"<section><h2>{title}</h2>{_rows(head, rows)}{after}</section>"
-
-
-def _rows(head: tuple[tuple[str, ...], ...], rows: Iterable[tuple[str, ...]]) -> str:
-    top = "".join("<tr>" + "".join(f"<th>{escape(h)}</th>" for h in line) + "</tr>" for line in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
-    return f"<table>{top}{body}</table>"
-
-
-def _figure(title: str, caption: str, figure: go.Figure) -> str:
-    drawn = pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS)
-    return f"<section><h2>{escape(title)}</h2><p>{escape(caption)}</p>{drawn}</section>"
+    return html.section(title, html.table(rows, head) + after)
 
 
 def _text(value: object) -> str:

@@ -5,20 +5,15 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 
-import plotly.io as pio
-from plotly.offline import get_plotlyjs
-
 from rotorsim.base.files import write_text
+from rotorsim.report.pages import html
 from rotorsim.report.pages.figure_lists import Found, found_sections
 from rotorsim.report.pages.run import RUNS, Run
 from rotorsim.report.text import tables
 from rotorsim.report.text.captions import CONVENTION
 
-POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
-"""Tells the browser to fetch nothing at all."""
 SIMULATED = "This is a simulation. Numbers of a machine file marked calibrated were fitted; see its comments."
 ORDERS = (
     CONVENTION,
@@ -27,7 +22,6 @@ ORDERS = (
 )
 NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random excitation", "impact": "impact test",
          "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
-TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 
 
 def save_page(run: Run, html_path: str | Path) -> None:
@@ -39,21 +33,16 @@ def page(run: Run) -> str:
     """The page's text."""
     name, description = machine_title(run)
     found = list(found_sections(run))
-    style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        f"<title>{escape(name)}: {escape(kind_of(run))}</title><style>{style}</style>"
-        f"<script>{get_plotlyjs()}</script></head><body>"
-        f"<header><h1>{escape(name)}</h1><p>{escape(kind_of(run).capitalize())}. {escape(description)}</p></header>"
+    body = (
         f"{_warning(run)}{_key_numbers(run)}"
-        f"<section><h2>Results</h2>{_table(tables.results(run))}</section>"
+        f"{html.section('Results', _table(tables.results(run)))}"
         f"{''.join(_figures(run, found))}{_left_out(found)}"
-        f'<div class="tables">{_told("Settings", tables.settings(run))}'
-        f"{_told('Provenance', tables.provenance(run))}</div>"
-        f"{_notes(run)}{_machine(run)}</body></html>\n"
+        f'<div class="tables">{_rows("Settings", tables.settings(run))}'
+        f"{_rows('Provenance', tables.provenance(run))}</div>"
+        f"{_notes(run)}{_machine(run)}"
     )
+    kind = kind_of(run)
+    return html.document(f"{name}: {kind}", name, f"{kind.capitalize()}. {description}", body)
 
 
 def machine_title(run: Run) -> tuple[str, str]:
@@ -90,11 +79,11 @@ def _key_numbers(run: Run) -> str:
         cards.append((f"{s['contact']['samples']}", "samples with contact"))
     if s["mass_flow"]:
         cards.append((f"{s['mass_flow']['mean_nl_min']:.3g} Nl/min", "mean gas consumption"))
-    return f'<div class="key">{"".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in cards)}</div>'
+    return html.key_numbers(cards)
 
 
-def _told(title: str, rows: tables.Rows) -> str:
-    return f"<section><h2>{title}</h2>{_table(rows)}</section>" if rows else ""
+def _rows(title: str, rows: tables.Rows) -> str:
+    return html.section(title, _table(rows)) if rows else ""
 
 
 def _table(rows: tables.Rows) -> str:
@@ -105,14 +94,12 @@ def _figures(run: Run, found: list[Found]) -> Iterator[str]:
     for one in found:
         if one.why is not None:
             continue
-        drawn = pio.to_html(one.section.draw(run, one.data), full_html=False, include_plotlyjs=False, config=TOOLS)
-        caption = escape(one.section.say(run, one.data))
-        yield f"<section><h2>{one.section.title}</h2><p>{caption}</p>{drawn}</section>"
+        yield html.figure_section(one.section.title, one.section.say(run, one.data), one.section.draw(run, one.data))
 
 
 def _left_out(found: list[Found]) -> str:
     """Figures that a reader would look for, and why they are not there."""
-    return _told("Not shown", [(one.section.title, one.why) for one in found if one.why])
+    return _rows("Not shown", [(one.section.title, one.why) for one in found if one.why])
 
 
 def _notes(run: Run) -> str:

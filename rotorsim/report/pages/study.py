@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import plotly.graph_objects as go
 import plotly.io as pio
-from plotly.offline import get_plotlyjs
 
 from rotorsim.base.files import write_text
-from rotorsim.report.pages.page import POLICY, TOOLS
+from rotorsim.report.pages import html
 
 
 @dataclass(frozen=True)
@@ -30,27 +28,18 @@ class Block:
 
 def save_study_page(title: str, description: str, blocks: Sequence[Block], path: Path) -> None:
     """Write the page, complete or not at all; raises WriteError."""
-    style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
-    text = (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        f"<title>{escape(title)}</title><style>{style}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<header><h1>{escape(title)}</h1><p>{escape(description)}</p></header>"
-        f"{''.join(map(_section, blocks))}</body></html>\n"
-    )
-    write_text(path, text)
+    write_text(path, html.document(title, title, description, "".join(map(_section, blocks))))
 
 
 def _section(block: Block) -> str:
     inner = f"<p>{escape(block.text)}</p>" if block.text else ""
     if block.figure is not None:
-        inner += pio.to_html(block.figure, full_html=False, include_plotlyjs=False, config=TOOLS)
+        inner += html.drawn(block.figure)
     if block.rows:
         head = "".join(f"<th>{escape(h)}</th>" for h in block.heads)
         body = "".join("<tr>" + "".join(f"<td>{_cell(c)}</td>" for c in row) + "</tr>" for row in block.rows)
         inner += f'<div style="overflow-x:auto"><table><tr>{head}</tr>{body}</table></div>'
-    return f"<section><h2>{escape(block.title)}</h2>{inner}</section>"
+    return html.section(block.title, inner)
 
 
 def _cell(value: Any) -> str:

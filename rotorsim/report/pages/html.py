@@ -1,0 +1,54 @@
+"""Frame and parts of an HTML page that loads nothing from elsewhere: sections, tables, figures, key numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib.resources import files
+
+import plotly.graph_objects as go
+import plotly.io as pio
+from plotly.offline import get_plotlyjs
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+"""Content policy by which the browser fetches nothing at all."""
+TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
+
+
+def document(title: str, heading: str, introduction: str, body: str) -> str:
+    """Text of a page; title, heading and introduction are plain text, the body is HTML."""
+    style = (files("rotorsim.report") / "page.css").read_text(encoding="utf-8")
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        f"<title>{escape(title)}</title><style>{style}</style><script>{get_plotlyjs()}</script></head><body>"
+        f"<header><h1>{escape(heading)}</h1><p>{escape(introduction)}</p></header>{body}</body></html>\n"
+    )
+
+
+def section(title: str, inner: str) -> str:
+    """A section of HTML under a plain title."""
+    return f"<section><h2>{escape(title)}</h2>{inner}</section>"
+
+
+def figure_section(title: str, caption: str, figure: go.Figure) -> str:
+    """A section with a caption and an interactive figure."""
+    return section(title, f"<p>{escape(caption)}</p>{drawn(figure)}")
+
+
+def drawn(figure: go.Figure) -> str:
+    """An interactive figure as HTML."""
+    return str(pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS))
+
+
+def table(rows: Iterable[Sequence[str]], heads: Iterable[Sequence[str]] = ()) -> str:
+    """Table of plain text below one or more rows of heads."""
+    top = "".join("<tr>" + "".join(f"<th>{escape(h)}</th>" for h in line) + "</tr>" for line in heads)
+    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+    return f"<table>{top}{body}</table>"
+
+
+def key_numbers(pairs: Iterable[tuple[str, str]]) -> str:
+    """Cards of the first numbers that a reader looks for, each with its name."""
+    return f'<div class="key">{"".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in pairs)}</div>'
