@@ -95,7 +95,7 @@ def main() -> None:
         answers[name] = pairs[0][0][1], pairs[0][1][1]
         rows.append(timed(name, *([pair[k][0] for pair in pairs] for k in range(2))))
         line = "{analysis:<28} {fe_shaft_s:9.4f} s {ross_s:9.3f} s   x {ratio:6.1f} ({least:.1f} to {most:.1f}; {said})"
-        print(line.format(**rows[-1], said=f"target {TARGETS[name]}"), file=out, flush=True)
+        print(line.format(**rows[-1], target=f"target {TARGETS[name]}"), file=out, flush=True)
     equal, apart = equalities(theirs), differences(answers)
     for name, value in equal.items():
         print(f"{name:<58} {value:.1e}  (target {EQUAL:g})", file=out)
@@ -103,8 +103,8 @@ def main() -> None:
         print(f"{name:<58} {value:.1e}", file=out)
     met = all(r["ratio"] >= r["target"] for r in rows) and max(equal.values()) <= EQUAL
     if "--json" in sys.argv:
-        told = {"ross": ross.__version__, "times": rows, "equal": equal, "differences": apart, "met": met}
-        print(json.dumps(told, indent=2))
+        results = {"ross": ross.__version__, "times": rows, "equal": equal, "differences": apart, "met": met}
+        print(json.dumps(results, indent=2))
     sys.exit(0 if met else 1)
 
 

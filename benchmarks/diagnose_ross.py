@@ -114,10 +114,10 @@ def table(fault: str, rng: np.random.Generator) -> Any:
 def verdict(fault: str, found: Diagnosis) -> str:
     """right, tie, unknown or wrong."""
     allowed = RIGHT[fault]
-    said = {f.effect for f in found.effects}
+    named = {f.effect for f in found.effects}
     if found.status in ("named", "tie"):
         ties = [{key.split(".")[0] for key in keys} for keys in found.ties]
-        holds = [s for s in (said, *ties) if allowed and s == set(allowed)]
+        holds = [s for s in (named, *ties) if allowed and s == set(allowed)]
         return ("right" if found.status == "named" else "tie") if holds else "wrong"
     return "right" if found.status == "no_disagreement" and not allowed else "unknown"
 
@@ -130,13 +130,13 @@ def main() -> int:
         made = [table(fault, rng)] if fault == "runup" else records(fault, rng)
         begin = time.perf_counter()
         found = diagnose(machine(), made)
-        said = {
+        row = {
             "fault": fault, "status": found.status, "effects": [f.form for f in found.effects],
             "ties": [list(t) for t in found.ties], "verdict": verdict(fault, found),
             "seconds": round(time.perf_counter() - begin, 1), "notes": list(found.notes),
         }  # fmt: skip
-        print(json.dumps(said), flush=True)
-        wrong += said["verdict"] == "wrong"
+        print(json.dumps(row), flush=True)
+        wrong += row["verdict"] == "wrong"
     return int(wrong > 0)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from fmu.places import temporary_error
 from rotorsim.errors import DataError
 
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 def fmpy() -> Any:
@@ -58,23 +58,23 @@ class ImportedUnit:
         """Scalar variables of a causality."""
         return [n for n, v in self.variables.items() if v.causality == causality and not v.dimensions]
 
-    def instance(self, name: str = "unit", say: Say | None = None, **options: bool) -> Instance:
+    def instance(self, name: str = "unit", log: Log | None = None, **options: bool) -> Instance:
         """A new instance, not yet initialised."""
-        return Instance(self, name, say, options)
+        return Instance(self, name, log, options)
 
 
-def fmi2_callbacks(say: Say) -> Any:
-    """Callbacks of one FMI 2.0 instance, messages to `say`.
+def fmi2_callbacks(log: Log) -> Any:
+    """Callbacks of one FMI 2.0 instance, messages to `log`.
 
     FMPy's own are shared by all instances, and `fmpy.simulate_fmu` leaves a freed logger in them.
     """
     from fmpy import fmi2
 
-    def log(environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
-        say(message.decode())
+    def logger(environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        log(message.decode())
 
     callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
     callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
     callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
     return callbacks
@@ -83,9 +83,9 @@ def fmi2_callbacks(say: Say) -> Any:
 class Instance:
     """One instance of a unit. `messages` collects what it logs."""
 
-    def __init__(self, unit: ImportedUnit, name: str, say: Say | None, options: dict[str, bool]) -> None:
+    def __init__(self, unit: ImportedUnit, name: str, log: Log | None, options: dict[str, bool]) -> None:
         self.unit, self.messages = unit, []  # type: ImportedUnit, list[str]
-        self.say = say or self.messages.append
+        self.log = log or self.messages.append
         d = unit.description
         common = {
             "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.coSimulation.modelIdentifier,
@@ -109,10 +109,10 @@ class Instance:
             from fmpy.fmi2 import FMU2Slave
 
             self.slave = FMU2Slave(**common)
-            self.slave.instantiate(callbacks=fmi2_callbacks(self.say), loggingOn=True)
+            self.slave.instantiate(callbacks=fmi2_callbacks(self.log), loggingOn=True)
 
     def _log3(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
-        self.say(message.decode())
+        self.log(message.decode())
 
     def initialise(
         self, values: Mapping[str, float] | None = None, start: float = 0.0, stop: float | None = None

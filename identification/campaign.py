@@ -46,14 +46,14 @@ def identify_all(
     settings: Prefilter | None = None,
     mapping: Any = None,
     workers: int = 2,
-    told: Callable[[Local], None] | None = None,
+    progress: Callable[[Local], None] | None = None,
 ) -> list[Local]:
-    """Local models of files, in their order; `told` is called as each is finished."""
+    """Local models of files, in their order; `progress` is called as each is finished."""
 
     def one(source: Source) -> Local:
         found = identify_source(source, model, order, method, settings, mapping)
-        if told is not None:
-            told(found)
+        if progress is not None:
+            progress(found)
         return found
 
     with ThreadPoolExecutor(max_workers=max(workers, 1)) as pool:

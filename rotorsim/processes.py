@@ -17,7 +17,7 @@ from rotorsim.errors import Unusual
 
 
 @contextmanager
-def deaf_processes() -> Iterator[None]:
+def sigint_blocked() -> Iterator[None]:
     """Processes started inside, or by threads that begin inside, do not hear the Ctrl-C of their terminal.
 
     The signal is blocked in this thread, which threads and processes inherit (POSIX); without other threads that hear
@@ -42,7 +42,7 @@ class Processes(ProcessPoolExecutor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Give work; a process is started here if none is free."""
-        with deaf_processes():
+        with sigint_blocked():
             return super().submit(fn, *args, **kwargs)
 
     def __exit__(

@@ -68,8 +68,8 @@ def make_basis(points: np.ndarray, order: int) -> Basis:
         )
     low, high = points.min(axis=0), points.max(axis=0)
     basis = Basis(np.array(exponents), (low + high) / 2, np.where(moving, (high - low) / 2, 1.0))
-    told_apart = np.linalg.svd(basis.at(points), compute_uv=False)
-    if told_apart[-1] < ALIKE * told_apart[0]:
+    singular = np.linalg.svd(basis.at(points), compute_uv=False)
+    if singular[-1] < ALIKE * singular[0]:
         raise UnfitError(
             f"fit_lpv.order: the points lie on a curve over speed and pressure, along which surfaces of order {order} "
             "cannot be distinguished; add points near it or lower the order"

@@ -43,14 +43,14 @@ def problems(time: np.ndarray) -> tuple[str, ...]:
 def _order(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
     """What is wrong with the order of the stamps."""
     found = []
-    for which, words, mend in (
+    for which, words, remedy in (
         (steps < 0, "falls", "sort or cut the record"),
         (steps == 0, "stands still", "remove the duplicated samples"),
     ):
         at = np.flatnonzero(which)
         if at.size:
             first = f"the first after sample {at[0] + 1} at {time[at[0]]:.6g} s"
-            found.append(f"time {words} at {at.size} places, {first}; {mend}")
+            found.append(f"time {words} at {at.size} places, {first}; {remedy}")
     return tuple(found)
 
 

@@ -96,11 +96,11 @@ def is_unit(text: str) -> bool:
     return any(plain in kind for kind in FACTORS.values()) or plain.partition(" ")[2].strip() in PEAK
 
 
-def agree(unit: str, said: str) -> bool:
+def agree(unit: str, stated: str) -> bool:
     """Whether a unit is what the file says, in other words or more exactly ('um pp' for 'um')."""
-    unit, said = _plain(unit), _plain(said)
-    same = any(unit in kind and said in kind and kind[unit] == kind[said] for kind in FACTORS.values())
-    return unit == said or same or unit.startswith(f"{said} ")
+    unit, stated = _plain(unit), _plain(stated)
+    same = any(unit in kind and stated in kind and kind[unit] == kind[stated] for kind in FACTORS.values())
+    return unit == stated or same or unit.startswith(f"{stated} ")
 
 
 def _plain(unit: str) -> str:

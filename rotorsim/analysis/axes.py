@@ -72,8 +72,8 @@ def read_field(text: str) -> Field:
     unit = units.pop()
     numbers = [float(match[1]) for match in found if match]
     grid = checked(f"--over {path.strip()}", np.linspace(numbers[0], numbers[1], count) if count else numbers)
-    said = tuple(f"{v:.12g} {unit}" if unit else (int(v) if v == int(v) else float(v)) for v in grid)
-    return Field(path.strip(), said, tuple(map(float, grid)), unit)
+    shown = tuple(f"{v:.12g} {unit}" if unit else (int(v) if v == int(v) else float(v)) for v in grid)
+    return Field(path.strip(), shown, tuple(map(float, grid)), unit)
 
 
 def _split(option: str, text: str) -> tuple[list[str], int]:

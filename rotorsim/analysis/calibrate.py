@@ -22,7 +22,7 @@ from scipy.optimize import least_squares
 
 from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
-from rotorsim.base.interrupt import heard
+from rotorsim.base.interrupt import finishing
 from rotorsim.errors import DataError, NoLiftOffError, RotorsimError
 from rotorsim.machine.edit import with_values
 from rotorsim.machine.schema import Machine
@@ -36,7 +36,7 @@ COVERED = 0.5
 LOST = 30.0
 """Residual of every target where the machine is not lifted or not valid."""
 
-Told = Callable[[int, float], None]
+Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,8 @@ def judge(machine: Machine, targets: Targets) -> dict[str, str]:
     return {t.name: verdict(t, e) for t, e in zip(targets.targets, ends, strict=True)}
 
 
-def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told | None = None) -> Calibration:
-    """Fit the parameters of `targets`, from their start values; `told` hears (evaluations, cost).
+def calibrate(machine: Machine, targets: Targets, passes: int = 20, progress: Progress | None = None) -> Calibration:
+    """Fit the parameters of `targets`, from their start values; `progress` hears (evaluations, cost).
 
     Raises
     ------
@@ -113,7 +113,7 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told |
     """
     parameters = tuple(_started(machine, p) for p in targets.parameters)
     targets = replace(targets, parameters=parameters)
-    state = _Fit(machine, targets, told)
+    state = _Fit(machine, targets, progress)
     begin = np.array([(p.start - p.low) / (p.high - p.low) for p in targets.parameters])
     before = _read(machine, targets, targets.targets)
     first = state.residual(begin, strict=True)
@@ -124,7 +124,7 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, told: Told |
                             bounds=(0, 1), max_nfev=passes, xtol=1e-6, ftol=1e-6)  # fmt: skip
         ended = "complete"
     except KeyboardInterrupt:
-        heard()
+        finishing()
         ended = "interrupted"
     return _outcome(state, targets, before, first, state.best if ended == "interrupted" else fit.x, ended)
 
@@ -152,8 +152,8 @@ def _started(machine: Machine, parameter: Parameter) -> Parameter:
 class _Fit:
     """Residuals over scaled parameters, each computed once, with the best so far."""
 
-    def __init__(self, machine: Machine, targets: Targets, told: Told | None) -> None:
-        self.machine, self.targets, self.told = machine, targets, told
+    def __init__(self, machine: Machine, targets: Targets, progress: Progress | None) -> None:
+        self.machine, self.targets, self.progress = machine, targets, progress
         self.count, self.cost = 0, np.inf
         self.best = np.zeros(len(targets.parameters))
         self.fitted = [t for t in targets.targets if t.role == "fit"]
@@ -188,8 +188,8 @@ class _Fit:
         self.count += 1
         if r @ r < self.cost:
             self.cost, self.best = float(r @ r), x.copy()
-        if self.told:
-            self.told(self.count, self.cost)
+        if self.progress:
+            self.progress(self.count, self.cost)
         return np.asarray(r)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from rotorsim.analysis.axes import MOST, Field, checked
 from rotorsim.analysis.point import AT, MODES, numbers
 from rotorsim.analysis.varied import with_fields
 from rotorsim.analysis.workers import spread, useful
-from rotorsim.base.interrupt import heard
+from rotorsim.base.interrupt import finishing
 from rotorsim.errors import DataError
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
@@ -30,7 +30,7 @@ def operating_map(
     fields: Sequence[Field] = (),
     frequencies: Sequence[float] | None = None,
     workers: int | None = 1,
-    told: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Equilibrium, modes, gains, delays and film coefficients over the grid.
 
@@ -44,7 +44,7 @@ def operating_map(
         Whirl frequencies of K and C [rad/s]; else 0 and those of the two lowest modes.
     workers : int or None
         Processes; None for as many as pay.
-    told : callable, optional
+    progress : callable, optional
         Called with (points done, points in all).
 
     Returns
@@ -71,12 +71,12 @@ def operating_map(
         for number, row in spread(_row, jobs, useful(workers, total)):
             rows[number] = row
             done += len(row)
-            if told:
-                told(done, total)
+            if progress:
+                progress(done, total)
     except KeyboardInterrupt:
         if not rows:
             raise
-        heard()
+        finishing()
         ended = "interrupted"
     tables = _tables(rows, len(jobs), shape)
     coords = labels.coordinates(fields, speeds, pressures, AT if frequencies is None else _names(frequencies))

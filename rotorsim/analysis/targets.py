@@ -77,12 +77,12 @@ def read_targets(path: str | Path) -> Targets:
     """Targets of a file, or of a shipped one by name; raises DataError with one sentence."""
     file = _found(path)
     try:
-        told = tomllib.loads(file.read_text(encoding="utf-8"))
+        document = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
         raise DataError(f"{path}: {reason}; correct it") from error
     try:
-        return _targets(told, str(file.stem))
+        return _targets(document, str(file.stem))
     except DataError as error:
         ours = instead(file, "targets", "a file of targets")
         raise DataError(f"{path}: {ours}; give a file of targets" if ours else f"{path}: {error}") from error
@@ -103,24 +103,24 @@ def _found(path: str | Path) -> Path:
     return Path(path)
 
 
-def _targets(told: dict[str, Any], name: str) -> Targets:
-    grid = _table(told, "operating_points", "")
+def _targets(document: dict[str, Any], name: str) -> Targets:
+    grid = _table(document, "operating_points", "")
     speeds = checked("operating_points.speeds", _numbers(grid, "speeds", "rad/s"))
     pressures = checked("operating_points.pressures", _numbers(grid, "pressures", "Pa"))
-    parameters = tuple(_parameter(n, t) for n, t in _table(told, "parameters", "").items())
-    entries = told.get("targets")
+    parameters = tuple(_parameter(n, t) for n, t in _table(document, "parameters", "").items())
+    entries = document.get("targets")
     if not isinstance(entries, list) or not entries or not parameters:
         raise DataError("there is nothing to fit; give [parameters.NAME] tables and [[targets]]")
     targets = tuple(_target(t, k) for k, t in enumerate(entries))
     if not any(t.role == "fit" for t in targets):
         raise DataError("no target has role = 'fit'; give at least one")
-    return Targets(str(told.get("name", name)), parameters, targets, speeds, pressures)
+    return Targets(str(document.get("name", name)), parameters, targets, speeds, pressures)
 
 
-def _table(told: dict[str, Any], key: str, where: str) -> dict[str, Any]:
-    if not isinstance(told.get(key), dict):
+def _table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
+    if not isinstance(document.get(key), dict):
         raise DataError(f"{where}{key}: is missing or no table; see 'rotorsim machine calibrate --help'")
-    return dict(told[key])
+    return dict(document[key])
 
 
 def _numbers(table: dict[str, Any], key: str, unit: str) -> list[float]:
@@ -162,15 +162,15 @@ def _parameter(name: str, table: dict[str, Any]) -> Parameter:
     return Parameter(name, start, low, high, unit, tuple(_field(where, f, unit) for f in fields))
 
 
-def _field(where: str, told: Any, unit: str) -> Field:
-    if isinstance(told, str):
-        return Field(told, 1.0, 0.0)
-    if not isinstance(told, dict) or not isinstance(told.get("path"), str):
-        raise DataError(f"{where}.fields: {told!r} has no path; write e.g. {{path = 'probe.position', scale = 1}}")
-    offset, own = split(f"{where}.fields.offset", told.get("offset", f"0 {unit}" if unit else 0))
+def _field(where: str, entry: Any, unit: str) -> Field:
+    if isinstance(entry, str):
+        return Field(entry, 1.0, 0.0)
+    if not isinstance(entry, dict) or not isinstance(entry.get("path"), str):
+        raise DataError(f"{where}.fields: {entry!r} has no path; write e.g. {{path = 'probe.position', scale = 1}}")
+    offset, own = split(f"{where}.fields.offset", entry.get("offset", f"0 {unit}" if unit else 0))
     if own != unit:
         raise DataError(f"{where}.fields.offset: unit '{own}' is not the parameter's, '{unit}'; write it in that")
-    return Field(told["path"], float(told.get("scale", 1.0)), offset)
+    return Field(entry["path"], float(entry.get("scale", 1.0)), offset)
 
 
 def split(where: str, value: Any) -> tuple[float, str]:
@@ -183,30 +183,30 @@ def split(where: str, value: Any) -> tuple[float, str]:
     return float(match[1]), match[2]
 
 
-def _target(told: dict[str, Any], number: int) -> Target:
-    name = str(told.get("name", f"target {number + 1}"))
-    where, quantity, role = f"target '{name}'", told.get("quantity"), told.get("role", "fit")
+def _target(entry: dict[str, Any], number: int) -> Target:
+    name = str(entry.get("name", f"target {number + 1}"))
+    where, quantity, role = f"target '{name}'", entry.get("quantity"), entry.get("role", "fit")
     if quantity not in UNITS:
         raise DataError(f"{where}: quantity {quantity!r} does not exist; there are {', '.join(UNITS)}")
     if role not in ROLES:
         raise DataError(f"{where}: role {role!r}; choose 'fit' or 'predict'")
     unit = UNITS[quantity]
-    single = "value" in told
-    if single == ("low" in told and "high" in told):
+    single = "value" in entry
+    if single == ("low" in entry and "high" in entry):
         raise DataError(f"{where}: give either a value or low and high")
-    low, high = (_quantity(f"{where}.{k}", told[k], unit) for k in (("value",) * 2 if single else ("low", "high")))
+    low, high = (_quantity(f"{where}.{k}", entry[k], unit) for k in (("value",) * 2 if single else ("low", "high")))
     if low > high:
         raise DataError(f"{where}: low is above high; exchange them")
-    tolerance = _quantity(f"{where}.tolerance", told.get("tolerance"), unit)
+    tolerance = _quantity(f"{where}.tolerance", entry.get("tolerance"), unit)
     if not tolerance > 0:
         raise DataError(f"{where}.tolerance: must be positive; it says what deviation counts as one")
-    at = _at(where, told, quantity) if single else None
-    return Target(name, quantity, low, high, tolerance, role, at, str(told.get("source", "")))
+    at = _at(where, entry, quantity) if single else None
+    return Target(name, quantity, low, high, tolerance, role, at, str(entry.get("source", "")))
 
 
-def _at(where: str, told: dict[str, Any], quantity: str) -> tuple[float, float]:
-    pressure = _quantity(f"{where}.pressure", told.get("pressure"), "Pa") if quantity != "lift_off" else 0.0
-    speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", told.get("speed"), "rad/s")
+def _at(where: str, entry: dict[str, Any], quantity: str) -> tuple[float, float]:
+    pressure = _quantity(f"{where}.pressure", entry.get("pressure"), "Pa") if quantity != "lift_off" else 0.0
+    speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", entry.get("speed"), "rad/s")
     return speed, pressure
 
 

@@ -113,12 +113,12 @@ def leave(code: Any) -> NoReturn:
 
 def interrupted() -> NoReturn:
     """End a command after Ctrl-C with one sentence."""
-    heard()
+    finishing()
     print(SENTENCE, file=sys.stderr)
     leave(CODE)
 
 
-_heard, _done = threading.Event(), threading.Event()
+_finishing, _done = threading.Event(), threading.Event()
 
 
 def done() -> None:
@@ -126,9 +126,9 @@ def done() -> None:
     _done.set()
 
 
-def heard() -> None:
+def finishing() -> None:
     """Note that the command ends by itself and may exceed `PATIENCE` while it writes its data."""
-    _heard.set()
+    _finishing.set()
 
 
 @contextmanager
@@ -151,7 +151,7 @@ def watched() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        heard()
+        finishing()
 
 
 def _unraisable(found: sys.UnraisableHookArgs) -> None:
@@ -166,7 +166,7 @@ def _unraisable(found: sys.UnraisableHookArgs) -> None:
 
 def _watch(read: int) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    while signal.SIGINT not in os.read(read, 64) or Interrupt.active is not None or _heard.wait(PATIENCE):
+    while signal.SIGINT not in os.read(read, 64) or Interrupt.active is not None or _finishing.wait(PATIENCE):
         pass
     with suppress(OSError):
         os.write(2, f"{SENTENCE}\n".encode())

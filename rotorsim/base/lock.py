@@ -56,10 +56,10 @@ class Lock:
         try:
             _acquire_within(self._file, self.wait)
         except OSError as error:
-            told = _read(self._file) if error.errno in BUSY else ""
+            holder = _read(self._file) if error.errno in BUSY else ""
             self._close()
             if error.errno in BUSY:
-                raise BusyError(error.errno, told or "another process", str(self.path)) from error
+                raise BusyError(error.errno, holder or "another process", str(self.path)) from error
             raise
 
     def _is_ours(self) -> bool:

@@ -68,17 +68,17 @@ def own_kind(path: str | Path) -> str:
         return "a report"
     try:
         text = start.decode("utf-8")
-        told = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)
+        content = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)
     except (ValueError, RecursionError):
         return ""
-    return _by_keys(told) if isinstance(told, Mapping) else ""
+    return _by_keys(content) if isinstance(content, Mapping) else ""
 
 
-def _by_keys(told: Mapping[str, Any]) -> str:
-    kind = told.get("kind")
+def _by_keys(content: Mapping[str, Any]) -> str:
+    kind = content.get("kind")
     if isinstance(kind, str) and kind in JSON:
         return JSON[kind]
-    return next((name for keys, name in (*RESULTS, *TABLES) if keys <= told.keys()), "")
+    return next((name for keys, name in (*RESULTS, *TABLES) if keys <= content.keys()), "")
 
 
 def instead(path: str | Path, wanted: str, ours: str) -> str:

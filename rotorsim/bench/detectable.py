@@ -14,7 +14,7 @@ import numpy as np
 from rotorsim.discrepancy.blind_test.hide import Truth, hide
 from rotorsim.discrepancy.data.intake import make_trials, open_records
 from rotorsim.discrepancy.diagnosis import Workshop
-from rotorsim.discrepancy.fit.calibrate import recalibrate, renewed
+from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.search.projection import Screen, screen
@@ -37,7 +37,7 @@ class Detectable:
         records = hide(machine, (), seed, twin=truth_plant, tiled=True)
         trials = [t for t in make_trials(machine, open_records(records, None), None) if t.role == "fit"]
         comparison = Comparison(workshop.twin, trials, threads=1)
-        base = renewed(comparison, recalibrate(comparison, workshop.fine, law=workshop.law))
+        base = relinearised(comparison, recalibrate(comparison, workshop.fine, law=workshop.law))
         base = replace(base, J=comparison.jacobian(base.point, base.parameters))
         forms, here = candidates(workshop.twin), comparison.predict(base.point)
         columns = [comparison.jacobian(base.point.holding(f.fixed), f.parameters, here) for f in forms]

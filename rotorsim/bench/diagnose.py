@@ -53,8 +53,8 @@ def run_case(
     try:
         d = diagnose(machine, records, effects=effects, workshop=workshop, threads=threads)
     except RotorsimError as error:
-        said = f"error: {error}"
-        return Case(number, kind, tuple(picked), steps, times, said, (), "silent", 0.0, np.nan, np.nan, 0.0)
+        outcome = f"error: {error}"
+        return Case(number, kind, tuple(picked), steps, times, outcome, (), "silent", 0.0, np.nan, np.nan, 0.0)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - used
     named = tuple(f.form for f in d.effects)
     hidden = tuple(f.key for f in truth.forms)
@@ -97,9 +97,9 @@ def kept_cases(path: Path | None) -> dict[int, Case]:
     done: dict[int, Case] = {}
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         try:
-            told: dict[str, Any] = json.loads(line)
-            told["hidden"], told["named"] = tuple(told["hidden"]), tuple(told["named"])
-            done[told["number"]] = Case(**told)
+            row: dict[str, Any] = json.loads(line)
+            row["hidden"], row["named"] = tuple(row["hidden"]), tuple(row["named"])
+            done[row["number"]] = Case(**row)
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(
                 f"{path}: line {number} is not a case of 'rotorsim bench diagnose'; name another file"

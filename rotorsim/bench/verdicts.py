@@ -47,9 +47,9 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
         return "right" if not hidden and (d.status == "no_disagreement" or kind == "foreign") else "silent"
     if d.status == "partial":
         return "partial"
-    said = [tuple(f.form for f in d.effects), *d.ties]
+    proposed = [tuple(f.form for f in d.effects), *d.ties]
     target = sorted(class_of(h, known) for h in hidden)
-    parts = [sorted(class_of(k, known) for k in keys) for keys in said]
+    parts = [sorted(class_of(k, known) for k in keys) for keys in proposed]
     holds = [own == target for own in parts]
     if kind == "left_out":
         # what is named instead is no error if no record could tell it from what is hidden
@@ -125,8 +125,8 @@ def figures(found: list[Case]) -> Iterator[Figure]:
     yield Figure("noise x3, wrong names", share(("noise",), ("wrong",)), "1", 0.0)
     yield Figure("pairs not both named", 1 - share(("pair",), ("right", "class"), 1.0), "1", 0.40)
     yield Figure("pairs, wrong names", share(("pair",), ("wrong",)), "1", 0.05)
-    told = [c for c in found if c.verdict in ("right", "class") and c.named]
-    left = [1 - c.reduction for c in told if np.isfinite(c.reduction)]
+    correct = [c for c in found if c.verdict in ("right", "class") and c.named]
+    left = [1 - c.reduction for c in correct if np.isfinite(c.reduction)]
     if left:
         yield Figure("gap left on untouched records, median", float(np.median(left)), "1", 0.20)
         yield Figure("gap left on untouched records, tenth percentile", float(np.percentile(left, 90)), "1", 0.50)
@@ -134,7 +134,7 @@ def figures(found: list[Case]) -> Iterator[Figure]:
     if numbered:
         missed = [c for c in numbered if _places(c.named) != _places(c.hidden)]
         yield Figure("another injector than the hidden one", len(missed) / len(numbered), "1", 0.10)
-    inside = [c.within for c in told if np.isfinite(c.within)]
+    inside = [c.within for c in correct if np.isfinite(c.within)]
     if inside:
         yield Figure("true sizes beyond two standard deviations", 1 - float(np.mean(inside)), "1", 0.10)
     seconds = [c.seconds for c in found if c.seconds > 0]

@@ -66,11 +66,11 @@ def bar(show: bool, total: int, done: int) -> AbstractContextManager[Any]:
 def update(progress: Any, done: int, rate: float, left: int, failed: int) -> None:
     """Update the progress bar."""
     if progress is not None:
-        said = f"{rate:.3g} cases/s" if rate >= 1 else f"{rate * 60:.3g} cases/min"
+        shown = f"{rate:.3g} cases/s" if rate >= 1 else f"{rate * 60:.3g} cases/min"
         progress.update(
             progress.task_ids[0],
             completed=done,
-            rate=said if rate else "" if done else COMPILING,
+            rate=shown if rate else "" if done else COMPILING,
             left=f"{spell(left / rate)} left" if rate else "",
             failed=f"{failed} failed" if failed else "",
         )

@@ -26,7 +26,7 @@ from rotorsim.campaign.workers.scheduler import Pump
 
 COMMIT = 1.0
 """Time [s] between two writes of the index."""
-TELL = 30.0
+LOG_EVERY = 30.0
 """Time [s] between two lines of progress in the log."""
 
 
@@ -165,7 +165,7 @@ class Campaign:
                 free_workers(client, self._id)
 
     def _loop(self, pump: Pump, waiting: Iterator[int], stop: Interrupt, progress: Any) -> None:
-        rate, written, told = Rate(), time.monotonic(), time.monotonic()
+        rate, written, logged = Rate(), time.monotonic(), time.monotonic()
         begin, more = 0.0, True
         while (more or len(pump)) and not stop.asked:
             while more and pump.room > 0:
@@ -180,9 +180,9 @@ class Campaign:
             if now - written > COMMIT:
                 self.index.commit()
                 written = now
-            if now - told > TELL:
+            if now - logged > LOG_EVERY:
                 log.info("%d cases left, %.3g cases/s", left, rate.value)
-                told = now
+                logged = now
 
     def _give(self, pump: Pump, waiting: Iterator[int], most: int) -> bool:
         """Give the next cases as a task; returns whether there were any."""

@@ -101,7 +101,7 @@ def diagnose(
         )  # fmt: skip
         files = _write(diagnosis, folder, report)
     if as_json:
-        typer.echo(json.dumps(diagnosis.told() | {"files": files}, indent=2, default=float))
+        typer.echo(json.dumps(diagnosis.as_dict() | {"files": files}, indent=2, default=float))
     else:
         _print(diagnosis, files)
     raise typer.Exit(diagnosis.exit_code)
@@ -159,7 +159,7 @@ def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
         if report:
             diagnosis.report(part / RESULTS["report"])
-        write_json(part / RESULTS["verdict"], diagnosis.told(), indent=2, default=float)
+        write_json(part / RESULTS["verdict"], diagnosis.as_dict(), indent=2, default=float)
         written = {kind: name for kind, name in RESULTS.items() if (part / name).exists()}
     return {kind: str(out / name) for kind, name in written.items()}
 
@@ -208,4 +208,4 @@ def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, a
     matrix = alias_matrix(machine, records or None, mapping, Stages().say)
     if sys.stderr.isatty():
         print(file=sys.stderr)
-    typer.echo(json.dumps(matrix.told(), indent=2) if as_json else markdown(matrix))
+    typer.echo(json.dumps(matrix.as_dict(), indent=2) if as_json else markdown(matrix))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.interrupt import done, heard
+from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
 
@@ -72,7 +72,7 @@ def live(
         desk.arrange(scene.values)  # of this machine, whatever --set changed of it
     if replay is not None:
         desk.runner.play(replay)
-    heard()  # from here on the server ends by itself, after the record under way
+    finishing()  # from here on the server ends by itself, after the record under way
     run_desk(desk, port, tell, browser, keep_open)
     done()
 

@@ -43,7 +43,7 @@ def verify(
     plant = make_plant(machine, grid, time_step, changes or [])
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         say_if_compiling(plant.assembly, "settle", "run")
-        result = closed_loop(loaded, plant, quick=quick, tell=_tell())
+        result = closed_loop(loaded, plant, quick=quick, progress=_tell())
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair

@@ -60,22 +60,22 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
     return law
 
 
-def _changed(spec: Any, path: list[str], value: str, said: str) -> Any:
+def _changed(spec: Any, path: list[str], value: str, setting: str) -> Any:
     names = [field.name for field in fields(spec)]
     if path[0] not in names:
-        raise DesignError(f"--spec: '{said}': no field '{path[0]}'; known are {', '.join(names)}")
+        raise DesignError(f"--spec: '{setting}': no field '{path[0]}'; known are {', '.join(names)}")
     old = getattr(spec, path[0])
     if len(path) > 1:
         if not is_dataclass(old):
-            raise DesignError(f"--spec: '{said}': '{path[0]}' has no fields of its own; write {path[0]}=VALUE")
-        return replace(spec, **{path[0]: _changed(old, path[1:], value, said)})
-    return replace(spec, **{path[0]: _value(old, path[0], value, said)})
+            raise DesignError(f"--spec: '{setting}': '{path[0]}' has no fields of its own; write {path[0]}=VALUE")
+        return replace(spec, **{path[0]: _changed(old, path[1:], value, setting)})
+    return replace(spec, **{path[0]: _value(old, path[0], value, setting)})
 
 
-def _value(old: Any, name: str, text: str, said: str) -> Any:
+def _value(old: Any, name: str, text: str, setting: str) -> Any:
     """The text as a value of the kind that the field holds; speeds and pressures have units."""
     if name in UNITS:
-        return _quantity(text, said, *UNITS[name])
+        return _quantity(text, setting, *UNITS[name])
     try:
         if isinstance(old, bool):
             return {"true": True, "false": False}[text.lower()]
@@ -88,13 +88,13 @@ def _value(old: Any, name: str, text: str, said: str) -> Any:
             return numbers
         return type(old)(text) if old is not None else int(text)
     except (ValueError, KeyError) as error:
-        raise DesignError(f"--spec: '{said}': '{text}' is no value like {old}; give another") from error
+        raise DesignError(f"--spec: '{setting}': '{text}' is no value like {old}; give another") from error
 
 
-def _quantity(text: str, said: str, unit: str, example: str) -> float:
+def _quantity(text: str, setting: str, unit: str, example: str) -> float:
     from rotorsim.machine.units import parse
 
     try:
         return float(parse(text, unit))
     except (ValueError, KeyError) as error:
-        raise DesignError(f"--spec: '{said}': '{text}' is not a number with a unit; write e.g. {example}") from error
+        raise DesignError(f"--spec: '{setting}': '{text}' is not a number with a unit; write e.g. {example}") from error

@@ -196,8 +196,8 @@ class Law:
     @cached_property
     def hash(self) -> str:
         """Fingerprint of everything that decides what the law does."""
-        told = self.table.tobytes() + self.axes.tobytes() + repr((self.Ts, self.settings, self.centre)).encode()
-        return hashlib.sha256(told).hexdigest()[:16]
+        content = self.table.tobytes() + self.axes.tobytes() + repr((self.Ts, self.settings, self.centre)).encode()
+        return hashlib.sha256(content).hexdigest()[:16]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""

@@ -13,7 +13,7 @@ from rotorsim.discrepancy.data.intake import data_hash, limits, make_trials, ope
 from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.unit_checks import check_before
-from rotorsim.discrepancy.fit.calibrate import MOST_RENEWALS, null_vectors, recalibrate, renewed
+from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recalibrate, relinearised
 from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
@@ -42,7 +42,7 @@ FINE_GRID, FINE_STEP = (32, 16), 1e-4
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def diagnose(
     mapping: Any = None,
     workshop: Workshop | None = None,
     threads: int = THREADS,
-    progress: Say = lambda stage: None,
+    progress: Progress = lambda stage: None,
     resume: str | Path | None = None,
 ) -> Diagnosis:
     """Compare a machine file with measured records, and identify the missing effect.
@@ -122,7 +122,7 @@ def diagnose(
 
 
 def work_on(
-    machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Say,
+    machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Progress,
     workshop: Workshop | None = None, threads: int = THREADS, memo: Memo | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnosis of prepared trials."""
@@ -147,7 +147,7 @@ class Work:
     forms: tuple[Form, ...]
     trials: Sequence[Trial]
     tolerance: float
-    say: Say
+    progress: Progress
 
     @property
     def fitted(self) -> Comparison:
@@ -156,37 +156,37 @@ class Work:
 
     def run(self) -> Diagnosis:
         """All steps."""
-        self.say("check")
+        self.progress("check")
         check_before(self.fitted, self.fitted.predict(Point()))
-        self.say("calibrate")
+        self.progress("calibrate")
         workshop = self.workshop
-        base = recalibrate(self.fitted, workshop.fine, self.tolerance, lambda: self.say("calibrate"), workshop.law)
+        base = recalibrate(self.fitted, workshop.fine, self.tolerance, lambda: self.progress("calibrate"), workshop.law)
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
         notes += self._scatter_note()
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
         notes += check_after(self.fitted, fitted)
-        for _ in range(MOST_RENEWALS):
+        for _ in range(MOST_REPEATS):
             if not flagged(table(self.fitted, base.residual)):
                 break
-            last, base = base.cost, renewed(self.fitted, base, lambda: self.say("calibrate"))
+            last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > 0.95 * last:
                 break
         apart = self._unsteady(base)
         flags = flagged(table(self.fitted, base.residual)) + apart
         for role in ("held_out", "untouched"):
             if role in self.parts:
-                self.say("prove")
+                self.progress("prove")
                 self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
         verdict, search = self._name(base, flags, apart)
         if verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
         if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
             verdict = replace(verdict, status="unknown", best=None, rivals=())
-        return self._told(base, flags, verdict, search, notes)
+        return self._result(base, flags, verdict, search, notes)
 
     def _scatter_note(self) -> list[str]:
-        if self.fitted.told_scatter:
+        if self.fitted.scatter_known:
             return []
         return ["no repeats and no periods: the floor comes from the quiet lines within the records"]
 
@@ -209,21 +209,22 @@ class Work:
         usable: list[Form] = []
         origin, store = Point(), Sensitivities(self.fitted)
         for form in self.forms:
-            self.say("screen")
-            own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.say("screen"))
+            self.progress("screen")
+            own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.progress("screen"))
             if form.felt(own):
                 usable.append(form)
                 raw[form.label] = own / self.fitted.sigma[:, None]
         nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
-        return Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags), held_excess,
-                      lambda: self.say("name"), nominal=nominal, unsteady=sum(f.excess for f in apart))  # fmt: skip
+        return Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
+                      held_excess, lambda: self.progress("name"), nominal=nominal,
+                      unsteady=sum(f.excess for f in apart))  # fmt: skip
 
-    def _told(
+    def _result(
         self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None, notes: list[str]
     ) -> Diagnosis:
-        self.say("show")
+        self.progress("show")
         best = verdict.best
         final = base if best is None else best.fit
         proven, V = self._measured(final, best is not None)
@@ -268,7 +269,7 @@ class Work:
         """The fit whose numbers are reported, with `effects` proven once more, and their covariance (k, k)."""
         comparison, proven = self._proven(fit) if effects else (self.fitted, fit)
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
-        done = finished(comparison, proven, lambda: self.say("show"))
+        done = finished(comparison, proven, lambda: self.progress("show"))
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
     def _proven(self, fit: Fit) -> tuple[Comparison, Fit]:
@@ -277,7 +278,7 @@ class Work:
         if fine is None:
             return self.fitted, fit
         comparison = self.fitted.proven(fit.point, fine)
-        return comparison, refit(comparison, fit.point, fit.parameters, fit.J, say=lambda: self.say("show"))
+        return comparison, refit(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
 
 
 __all__ = ["Workshop", "diagnose"]

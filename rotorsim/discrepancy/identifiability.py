@@ -55,7 +55,7 @@ class AliasMatrix:
                 out.append(tuple(sorted(near)))
         return out
 
-    def told(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """As plain lists."""
         return {
             "names": list(self.names), "likeness": self.likeness.round(4).tolist(),
@@ -129,7 +129,7 @@ def markdown(matrix: AliasMatrix) -> str:
         near = [f"{matrix.names[j]} ({matrix.likeness[i, j]:.2f})" for j in others if j != i][:3]
         rows.append(f"| {name} | {100 * matrix.survives[i]:.3g} % | {', '.join(near)} | {resembles(name)} |")
     classes = [f"- {', '.join(a)}" for a in matrix.aliases()]
-    told = ["", "Never told apart in this campaign:", *(classes or ["- none"])]
+    lines = ["", "Never told apart in this campaign:", *(classes or ["- none"])]
     for null in matrix.null:
-        told += ["", "Null vector of the calibration: " + ", ".join(f"{v:+.2f} {k}" for k, v in null.items())]
-    return "\n".join([*rows, *told])
+        lines += ["", "Null vector of the calibration: " + ", ".join(f"{v:+.2f} {k}" for k, v in null.items())]
+    return "\n".join([*rows, *lines])

@@ -64,11 +64,11 @@ class Controlled(AtPoint):
 
     def attrs(self) -> dict[str, Any]:
         """Name and parameters of the experiment, its controller and its excitations, SI."""
-        told = super().attrs() | provenance(self.controller)
+        attrs = super().attrs() | provenance(self.controller)
         for number, other in enumerate(self.excitations, start=1):
             own = {key: value for key, value in other.attrs().items() if key not in ("speed", "pressure")}
-            told |= {f"excitation_{number}_{key}": value for key, value in own.items()}
-        return told
+            attrs |= {f"excitation_{number}_{key}": value for key, value in own.items()}
+        return attrs
 
 
 def controlled(

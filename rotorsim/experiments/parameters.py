@@ -117,15 +117,15 @@ def checked(name: str, value: Any, known: Param, default: Any = None) -> Any:
 
 
 def _check_limits(name: str, number: float, known: Param) -> None:
-    said = f"{name} = {show(number, known.unit)}"
+    shown = f"{name} = {show(number, known.unit)}"
     if known.above is not None and number <= known.above:
-        raise DataError(f"{said}: must be above {show(known.above, known.unit)}; give more")
+        raise DataError(f"{shown}: must be above {show(known.above, known.unit)}; give more")
     low = -LARGEST if known.low is None else known.low
     if number < low:
-        raise DataError(f"{said}: is below the limit; give at least {show(low, known.unit)}")
+        raise DataError(f"{shown}: is below the limit; give at least {show(low, known.unit)}")
     high = known.high or LARGEST
     if number > high:
-        raise DataError(f"{said}: is above the limit; give at most {show(high, known.unit)}")
+        raise DataError(f"{shown}: is above the limit; give at most {show(high, known.unit)}")
 
 
 def whole_samples(name: str, seconds: float) -> int:
@@ -134,7 +134,7 @@ def whole_samples(name: str, seconds: float) -> int:
     if count < 1 and seconds > 0:
         raise DataError(f"{name} = {show(seconds, 's')}: is shorter than a sample; give at least {show(SAMPLE, 's')}")
     if abs(count * SAMPLE - seconds) > 1e-6 * SAMPLE * max(1.0, 1e-6 * count):
-        said, sample = show(seconds, "s"), show(SAMPLE, "s")
+        shown, sample = show(seconds, "s"), show(SAMPLE, "s")
         better = show(float(f"{max(count, 1) * SAMPLE:.12g}"), "s")
-        raise DataError(f"{name} = {said}: is not a whole number of samples of {sample}; give e.g. {better}")
+        raise DataError(f"{name} = {shown}: is not a whole number of samples of {sample}; give e.g. {better}")
     return count

@@ -78,15 +78,15 @@ def _gains(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
         found = static_gain_map(record)
     except DataError:  # steps too short or too few for a map
         return {}
-    told: dict[str, Any] = {}
+    gains: dict[str, Any] = {}
     for axis in found["input"].values:
         column = found.sel(input=axis)
-        told[str(axis)] = {"gain_um_per_v": (column["gain"].values * TO_UM).tolist()}
-        told[str(axis)] |= {
+        gains[str(axis)] = {"gain_um_per_v": (column["gain"].values * TO_UM).tolist()}
+        gains[str(axis)] |= {
             f"{name}_um": (column[name].values * TO_UM).tolist()
             for name in ("deviation_max", "deviation_rms", "hysteresis")
         }
-    return {"static_gain": told}
+    return {"static_gain": gains}
 
 
 def _deceleration(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:

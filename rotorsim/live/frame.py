@@ -54,7 +54,7 @@ class Geometry:
         """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
         return not len(self.theta) or (np.array_equal(self.theta, other.theta) and np.array_equal(self.z, other.z))
 
-    def told(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Plain values for a page."""
         return {
             "clearance": round(self.clearance, 3), "safety": round(self.safety, 2), "pins": self.pins,

@@ -45,7 +45,7 @@ class Guard:
         headers = _headers(scope)
         if not self._from_here(headers):
             await _answer(send, 403, "this rig answers only pages of its own; open the address it printed")
-        elif _said_token(scope) and hmac.compare_digest(_said_token(scope), self.token):
+        elif _token_in_address(scope) and hmac.compare_digest(_token_in_address(scope), self.token):
             await _welcome(send, f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/", scope["method"])
         elif not self._known(headers):
             await _answer(send, 403, "the token is missing or wrong; open the whole address that rotorsim live printed")
@@ -114,11 +114,11 @@ def _headers(scope: Scope) -> dict[str, str]:
     return {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
 
 
-def _said_token(scope: Scope) -> str:
+def _token_in_address(scope: Scope) -> str:
     if scope["path"] != "/":
         return ""
-    said = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
-    return said if said.isascii() else ""
+    token = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
+    return token if token.isascii() else ""
 
 
 async def _welcome(send: Send, cookie: str, method: str) -> None:

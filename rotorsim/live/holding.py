@@ -84,8 +84,8 @@ class Verdict:
     def sentence(self, name: str) -> str:
         """What is said when it is switched on."""
         (zeta, own), (before, after) = self.damping, self.orbit
-        said = f"{name} is on; by the linear model smallest damping {zeta:.3f} -> {own:.3f}"
-        return said + (f", orbit at 1X {before:.1f} -> {after:.1f} um" if max(before, after) > 0.05 else "")
+        sentence = f"{name} is on; by the linear model smallest damping {zeta:.3f} -> {own:.3f}"
+        return sentence + (f", orbit at 1X {before:.1f} -> {after:.1f} um" if max(before, after) > 0.05 else "")
 
 
 def motion(rows: np.ndarray, external: tuple[float, float] = (0.0, 0.0)) -> Motion | None:

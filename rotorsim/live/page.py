@@ -54,7 +54,7 @@ class Board:
         self._orders = count()
         self._typing: set[str] = set()
         self._showing = False
-        self._seen, self._heard = -1, self.runner.rig.sentences
+        self._seen, self._notified = -1, self.runner.rig.sentences
         self._build()
         ui.timer(REFRESH, self._refresh)
         ui.timer(LIST, self._list)
@@ -75,7 +75,7 @@ class Board:
             with ui.column().classes("live-controls"):
                 self._tabs()
             with ui.column().classes("live-main"):
-                Views(self.runner.geometry.told()).classes("w-full").on("shortcut", self._key)
+                Views(self.runner.geometry.as_dict()).classes("w-full").on("shortcut", self._key)
 
     def _tabs(self) -> None:
         with ui.tabs().props("dense") as tabs:
@@ -189,9 +189,9 @@ class Board:
         """Show what the rig says: settings, sentences, files."""
         self._refresh_controls()
         rig = self.runner.rig
-        for number, sentence in list(rig.said):
-            if number > self._heard:
-                self._heard = number
+        for number, sentence in list(rig.messages):
+            if number > self._notified:
+                self._notified = number
                 ui.notify(sentence, position="bottom-left", timeout=8000, multi_line=True)
         recorder, replay = self.runner.recorder, self.runner.replay
         self._record.text = "Record" if recorder is None else f"Stop ({recorder.seconds:.0f} s)"

@@ -19,7 +19,7 @@ def write_effect(a: Assembly, record: str, effect: Effect, parameter: str) -> No
         row[name] = value
 
 
-def renew(a: Assembly, w: Any) -> None:
+def update_derived(a: Assembly, w: Any) -> None:
     """Recompute the numbers derived from parameters: supports, plena, rotor matrix."""
     for call in a.calls:
         if call.effect.port == "support":

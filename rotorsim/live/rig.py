@@ -1,7 +1,7 @@
 """Live plant without clock or page: settings in, samples out.
 
 What a person sets acts from the next sample on. Nothing a person does ends the rig: a value beyond its limits is
-clamped, one that does not fit is refused, a step without solution stops the plant until it is reset; `said` tells.
+clamped, one that does not fit is refused, a step without solution stops the plant until it is reset; `messages` tells.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rotorsim.live.history import History
 from rotorsim.live.holding import DECAY, Verdict, check, motion
 from rotorsim.live.laws import running
 from rotorsim.live.operating import OFF, PAUSE, START
-from rotorsim.live.parameters import renew, write_effect
+from rotorsim.live.parameters import update_derived, write_effect
 from rotorsim.live.settings import Settings
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import SAMPLE
@@ -64,7 +64,7 @@ class Rig:
         self.settings = Settings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
         self.drag = float(self.assembly.P.dry_drag)
-        self.said: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
+        self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
         self.hammer = Hammer()
         self.loop: Loop | None = None
@@ -109,10 +109,10 @@ class Rig:
         """Radial clearance of the film [m], infinite without one."""
         return float("inf") if self.machine.film is None else self.machine.film.clearance
 
-    def say(self, sentence: str) -> None:
+    def notify(self, sentence: str) -> None:
         """Tell the people at the rig something."""
         self.sentences += 1
-        self.said.append((self.sentences, sentence))
+        self.messages.append((self.sentences, sentence))
 
     def in_force(self) -> dict[str, float | str]:
         """What acts in the plant now, by key: effects as its parameter record has them, everything else as set."""
@@ -127,7 +127,7 @@ class Rig:
         try:
             self.put(key, value)
         except RotorsimError as error:
-            self.say(str(error))
+            self.notify(str(error))
             self.settings.revision += 1
 
     def put(self, key: str, value: Any) -> None:
@@ -177,7 +177,7 @@ class Rig:
         try:
             w = settle(self.assembly, self.target if self._held else self.speed, self.pressure)
         except RotorsimError as error:
-            self.say(str(error))
+            self.notify(str(error))
             if hasattr(self, "simulation"):
                 return False
             w = self._first(error)
@@ -213,7 +213,7 @@ class Rig:
         except ConvergenceError as error:
             table, used = error.where["table"], error.where.get("rows", rows)
             self.stopped = str(error)
-            self.say(f"{self.stopped}; reset goes back to the equilibrium")
+            self.notify(f"{self.stopped}; reset goes back to the equilibrium")
         except ControllerError as error:
             table, used = error.where["table"], error.where["rows"]
             self._switch_off(str(error))
@@ -235,7 +235,7 @@ class Rig:
     def _switch_off(self, why: str) -> None:
         self._switch("controller", OFF)
         self._changed("the controller was switched off")
-        self.say(f"{why}; the controller is off")
+        self.notify(f"{why}; the controller is off")
 
     @property
     def _held(self) -> bool:
@@ -260,7 +260,7 @@ class Rig:
             self._set_effect(key, value)
         self.settings.keep(key, value)
         if remark:
-            self.say(remark)
+            self.notify(remark)
 
     def _set_effect(self, key: str, value: float) -> None:
         """Change an effect's parameter in machine, parameter record and workspace."""
@@ -270,8 +270,8 @@ class Rig:
         self.machine = self.machine.model_copy(update={"effects": self.machine.effects | {name: tables}})
         silent = key in SCATTER and self.settings.positions["noise"] == "off"
         write_effect(self.assembly, f"{name}_0", replace(effect, **{parameter: 0.0}) if silent else effect, parameter)
-        renew(self.assembly, self.assembly.w)
-        renew(self.assembly, self.simulation.w)
+        update_derived(self.assembly, self.assembly.w)
+        update_derived(self.assembly, self.simulation.w)
 
     def _switch(self, key: str, position: str) -> None:
         if key == "controller" and position != OFF:
@@ -308,16 +308,16 @@ class Rig:
         self.loop = None
         self.settings.keep("controller", OFF)
         if verdict.why:
-            self.say(f"{name}: {verdict.why}; the controller stays off")
+            self.notify(f"{name}: {verdict.why}; the controller stays off")
             return
         try:
             disc = describe(self.assembly, settle(self.assembly, self.speed, self.pressure)).disc
             self.loop = Loop(running(self.laws[name], (float(disc[0]), float(disc[1]))))
         except RotorsimError as error:
-            self.say(f"{error}; the controller stays off")
+            self.notify(f"{error}; the controller stays off")
             return
         self.settings.keep("controller", name)
-        self.say(verdict.sentence(name))
+        self.notify(verdict.sentence(name))
         self._changed("the controller was switched on")
 
     def _close_loop(self, name: str) -> None:

@@ -106,7 +106,7 @@ class Runner:
         """Order a replay in place of the plant, or the plant again; a film on another grid is left out."""
         if replay is not None and not replay.geometry.alike(self.geometry):
             replay.drop_film()
-            self.rig.say(f"{replay.name}: its film is on another grid than this rig's and is not drawn")
+            self.rig.notify(f"{replay.name}: its film is on another grid than this rig's and is not drawn")
         return self.order(lambda: setattr(self, "replay", replay))
 
     def frame(self) -> dict[str, Any]:
@@ -127,10 +127,10 @@ class Runner:
         self.recorder = None
         try:
             recorder.close()
-            self.rig.say(f"{recorder.seconds:.1f} s recorded in {recorder.path}")
+            self.rig.notify(f"{recorder.seconds:.1f} s recorded in {recorder.path}")
         except OSError as error:
             kept = f"{recorder.seconds:.1f} s are in {recorder.path}" if recorder.kept else "nothing was kept"
-            self.rig.say(f"the record ends here: {error}; {kept}")
+            self.rig.notify(f"the record ends here: {error}; {kept}")
 
     def _rig_frame(self) -> dict[str, Any]:
         rig = self.rig
@@ -162,7 +162,7 @@ class Runner:
                 try:
                     what()
                 except Exception as error:  # the plant's thread must live on
-                    self.rig.say(_sentence(error))
+                    self.rig.notify(_sentence(error))
         self._watch()
 
     def _advance(self, samples: int) -> int:
@@ -188,7 +188,7 @@ class Runner:
             self._listen()
         except Exception as error:  # the plant's thread must live on
             self.rig.stopped = f"{_sentence(error)}; reset starts it again"
-            self.rig.say(self.rig.stopped)
+            self.rig.notify(self.rig.stopped)
             return 0
         return len(new)
 
@@ -246,7 +246,7 @@ class Runner:
                 self.reading = (*self.reading[:2], replace(self.reading[2], why="it could not be read"))
             else:
                 self.modes = self.rig.epoch, Modes(why="cannot be computed here")
-            self.rig.say(_sentence(error))
+            self.rig.notify(_sentence(error))
 
         self.order(end)
 
@@ -270,7 +270,7 @@ class Runner:
 
     def _reset(self) -> None:
         if self.recorder is not None:
-            self.rig.say("a record cannot jump; stop recording before a reset")
+            self.rig.notify("a record cannot jump; stop recording before a reset")
         else:
             self.stand()
 

@@ -23,7 +23,7 @@ HOST = "127.0.0.1"
 TRIES = 50
 GRACE = 10
 """Seconds without any window after which the server ends."""
-Tell = Callable[[str, int], None]
+Announce = Callable[[str, int], None]
 
 
 def free_port(wanted: int) -> tuple[socket.socket, int]:
@@ -95,11 +95,11 @@ def complaint(name: str, problems: Iterable[str]) -> Any:
     from fastapi import FastAPI
     from nicegui import ui
 
-    said = list(problems)
+    printed = list(problems)
 
     def root() -> None:
         ui.label(f"rotorsim live: {name} cannot be run").classes("text-h6")
-        for problem in said:
+        for problem in printed:
             ui.label(problem).props('role="alert"').style("font-family: monospace; white-space: pre-wrap")
         ui.label("Correct the file and start rotorsim live again.")
 
@@ -115,12 +115,12 @@ def has_browser() -> bool:
     return True
 
 
-def run_desk(desk: Desk, port: int, tell: Tell, show: bool, keep_open: bool) -> None:
+def run_desk(desk: Desk, port: int, announce: Announce, show: bool, keep_open: bool) -> None:
     """Run a desk's rig and serve its page; see `serve`."""
     runner: Runner = desk.runner
     runner.start()
     try:
-        serve(application(desk), port, tell, show, keep_open)
+        serve(application(desk), port, announce, show, keep_open)
     finally:
         runner.close()
 
@@ -130,8 +130,10 @@ def _end_if(server: Any, early: Interrupt) -> None:
     server.should_exit = server.should_exit or early.asked > 0
 
 
-def serve(application: Any, port: int, tell: Tell, show: bool, keep_open: bool, patience: float = float("inf")) -> None:
-    """Serve until Ctrl-C or until the last window is closed; `tell` receives address and port.
+def serve(
+    application: Any, port: int, announce: Announce, show: bool, keep_open: bool, patience: float = float("inf")
+) -> None:
+    """Serve until Ctrl-C or until the last window is closed; `announce` receives address and port.
 
     `patience` [s] is how long the first window is waited for.
     """
@@ -154,7 +156,7 @@ def serve(application: Any, port: int, tell: Tell, show: bool, keep_open: bool, 
     try:
         with private_page(address) as page, Interrupt() as early:
             pages.on_startup(lambda: _end_if(server, early))
-            tell(address, taken)
+            announce(address, taken)
             if show:
                 webbrowser.open(page)
             server.run(sockets=[listener])

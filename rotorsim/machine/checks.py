@@ -102,8 +102,8 @@ def _film(machine: Machine) -> tuple[str, GasFilm]:
 def _floor(machine: Machine) -> Problems:
     path, film = _film(machine)
     if path and machine.solver.minimum_film >= film.clearance:
-        said, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
-        yield "solver.minimum_film", f"'{said}' is not below the clearance '{limit}'; make it smaller"
+        shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
+        yield "solver.minimum_film", f"'{shown}' is not below the clearance '{limit}'; make it smaller"
 
 
 def _thin(machine: Machine) -> Problems:
@@ -129,8 +129,8 @@ def _offsets(machine: Machine) -> Problems:
     room = max((film.length - orifice) / 2, 0.0)
     for i, injector in enumerate(machine.injectors):
         if abs(getattr(injector, "offset", 0.0)) > room:
-            said, limit = show(injector.offset, "m"), show(room, "m")
-            yield f"injectors.{i}.offset", f"'{said}' puts the orifice outside the film; write at most '{limit}'"
+            shown, limit = show(injector.offset, "m"), show(room, "m")
+            yield f"injectors.{i}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
 
 
 def _each_effect(machine: Machine) -> Iterator[tuple[str, Effect]]:

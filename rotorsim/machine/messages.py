@@ -49,9 +49,9 @@ def _lines(item: Any, model: type[BaseModel]) -> list[str]:
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, PartError):
         return [f"{'.'.join(filter(None, (path, below)))}: {sentence}" for below, sentence in cause.items]
-    say = _SENTENCES.get(item["type"], _plainly)
+    sentence = _SENTENCES.get(item["type"], _plainly)
     suffix = ".kind" if item["type"].startswith("union_tag") and isinstance(item["input"], dict) else ""
-    return [f"{path}{suffix}: {say(item, owner)}".removeprefix(": ")]
+    return [f"{path}{suffix}: {sentence(item, owner)}".removeprefix(": ")]
 
 
 def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseModel]]:
@@ -103,8 +103,8 @@ def _tag(item: Any, _: type[BaseModel]) -> str:
     given = item["input"]
     if not isinstance(given, dict):
         return _table(item, _)
-    said = f"{quote(given['kind'])} is not known" if "kind" in given else "missing"
-    return f"{said}; write 'linear' or 'gas_film'"
+    problem = f"{quote(given['kind'])} is not known" if "kind" in given else "missing"
+    return f"{problem}; write 'linear' or 'gas_film'"
 
 
 def _table(item: Any, _: type[BaseModel]) -> str:

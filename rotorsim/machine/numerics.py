@@ -42,5 +42,5 @@ class Solver(Part):
         """The step divides the sample."""
         steps = SAMPLE / self.time_step
         if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
-            said = show(self.time_step, "s")
-            yield "time_step", f"'{said}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"
+            shown = show(self.time_step, "s")
+            yield "time_step", f"'{shown}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"

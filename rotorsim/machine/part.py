@@ -73,28 +73,28 @@ class Spec:
         return str(int(number)) if self.multiple else text
 
     def _whole(self, value: Any, number: float) -> int:
-        said = units.quote(value)
+        given = units.quote(value)
         near = max(round(number / self.multiple), 1) * self.multiple
         if isinstance(value, float) or number != int(number):
-            raise ValueError(f"{said} is not a whole number; write e.g. {self.suggestion(str(near))}")
+            raise ValueError(f"{given} is not a whole number; write e.g. {self.suggestion(str(near))}")
         if number % self.multiple:
             kind = "even" if self.multiple == 2 else f"a multiple of {self.multiple}"
             near = ceil(number / self.multiple) * self.multiple
-            raise ValueError(f"{said} is not {kind}; write e.g. {self.suggestion(str(near))}")
+            raise ValueError(f"{given} is not {kind}; write e.g. {self.suggestion(str(near))}")
         return int(number)
 
     def _check_limits(self, value: Any, number: float) -> None:
-        said = units.quote(value)
+        given = units.quote(value)
         if self.above is not None and number <= self.above:
             limit = units.show(self.above, self.unit) if self.above else "0"
             example = self._show(-number) if self.holds(-number) else self.suggestion()
-            raise ValueError(f"{said} must be above {limit}; write e.g. {units.quoted(example, self.unit)}")
+            raise ValueError(f"{given} must be above {limit}; write e.g. {units.quoted(example, self.unit)}")
         if self.low is not None and number < self.low:
             slip, low = self._slip(value, number, self.low), units.quoted(self._show(self.low), self.unit)
-            raise ValueError(f"{said} is below the limit{slip}; write at least {low}")
+            raise ValueError(f"{given} is below the limit{slip}; write at least {low}")
         if self.high is not None and number > self.high:
             slip, high = self._slip(value, number, self.high), units.quoted(self._show(self.high), self.unit)
-            raise ValueError(f"{said} is above the limit{slip}; write at most {high}")
+            raise ValueError(f"{given} is above the limit{slip}; write at most {high}")
 
     def _slip(self, value: Any, number: float, limit: float) -> str:
         """The digits of a text with a unit that fits, where a number is far beyond its limit; else empty."""

@@ -23,13 +23,13 @@ def every_problem(error: ValidationError, model: type[Part], tables: Mapping[str
     """Sentences of all problems of the tables of a file, those first that decide what the machine is."""
     machine: Any = readable(model, tables)
     filed = tables.get("effects", {})
-    first = [_line(found) for check in decisive(machine) for found in _told(check)]
+    first = [_line(found) for check in decisive(machine) for found in _found(check)]
     if not isinstance(filed, Mapping) or len(machine.effects) < len(filed):
         machine.__dict__.pop("effects")  # one effect may need another that cannot be read
-    between = [_line(found) for part in _parts(machine) for found in _told(*part)]
+    between = [_line(found) for part in _parts(machine) for found in _found(*part)]
     with suppress(AttributeError):
         for check in further(machine):
-            between += [_line(found) for found in _told(check)]
+            between += [_line(found) for found in _found(check)]
     return list(dict.fromkeys([*first, *sentences(error, model), *between, *questions(machine)]))
 
 
@@ -89,7 +89,7 @@ def _parts(part: Any, path: str = "") -> Iterator[tuple[Iterable[tuple[str, str]
             yield from _parts(one, f"{here}.")
 
 
-def _told(problems: Iterable[tuple[str, str]], path: str = "") -> Iterator[tuple[str, str]]:
+def _found(problems: Iterable[tuple[str, str]], path: str = "") -> Iterator[tuple[str, str]]:
     """Problems up to where a value is missing."""
     with suppress(AttributeError):
         for below, sentence in problems:

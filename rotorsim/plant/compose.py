@@ -33,7 +33,8 @@ KERNELS = Path(__file__).parent / "kernels"
 TEMPLATES = ("piezo", "supply", "film_gap", "outputs", "step", "entry", "equilibrium_kernel", "cosimulation")
 NEEDED = """from reynolds.grid import Layout
 from reynolds.jit import inlined
-from rotorsim.plant.kernels.motion_forces import NUDGE, add_tangent, form_compliance, guess, mend, miss, velocity
+from rotorsim.plant.kernels.motion_forces import NUDGE, add_tangent, correct_guess, form_compliance, guess, miss
+from rotorsim.plant.kernels.motion_forces import velocity
 from rotorsim.plant.kernels.rig_layout import RigLayout
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, add_force, build_support, project"""
 

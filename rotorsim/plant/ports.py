@@ -89,7 +89,7 @@ FUNCTIONS = (
     ),
     Function(
         "motion",
-        "mend_motion(w, P, t, angle, speed, adt)",
+        "correct_motion(w, P, t, angle, speed, adt)",
         (
             "x, y = w[{slot}], w[{slot} + 1]",
             "vx, vy = velocity(w, {slot}, x + NUDGE, y, adt)",
@@ -97,7 +97,7 @@ FUNCTIONS = (
             "vx, vy = velocity(w, {slot}, x, y + NUDGE, adt)",
             "bx, by = {kernel}(t, angle, speed, x, y + NUDGE, vx, vy, {p})",
             "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
-            "mend(w, {slot}, x, y, ax, ay, bx, by)",
+            "correct_guess(w, {slot}, x, y, ax, ay, bx, by)",
         ),
     ),
     Function(

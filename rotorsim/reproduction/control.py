@@ -16,7 +16,7 @@ from rotorsim.control.designs import h2_scheduled
 from rotorsim.plant import Plant
 from rotorsim.reproduction.cache import key_of
 from rotorsim.reproduction.claims.rules import points
-from rotorsim.reproduction.pool import Case, Told, run_cases
+from rotorsim.reproduction.pool import Case, Progress, run_cases
 
 HOME = "rotorsim.reproduction.control_cases"
 OPEN = "open loop"
@@ -105,12 +105,17 @@ def _effort(energies: list[dict[str, Any]]) -> np.ndarray:
     return np.asarray(np.array([e["effort"] for e in energies]).mean(axis=0))
 
 
-def _silent(name: str, done: int, of: int) -> None:
+def _no_progress(name: str, done: int, of: int) -> None:
     pass
 
 
 def control_study(
-    plant: Plant, model: LpvModel, folder: Path, told: Told = _silent, workers: int = 1, quick: bool = False
+    plant: Plant,
+    model: LpvModel,
+    folder: Path,
+    progress: Progress = _no_progress,
+    workers: int = 1,
+    quick: bool = False,
 ) -> ControlStudy:
     """Design, verify and run up; what an earlier call with the same model, machine and sources found is kept.
 
@@ -119,7 +124,7 @@ def control_study(
     plant : the machine that the laws are verified on
     model : what they are designed on
     folder : where laws and results are kept
-    told : called with what ended, how many have and how many there are
+    progress : called with what ended, how many have and how many there are
     workers : processes
     quick : without the LPV syntheses and the full verification
     """
@@ -128,16 +133,16 @@ def control_study(
     files = _Files(plant, model, folder)
     names = [name for name in DESIGNS if not (quick and name.startswith("lpv"))]
     cases = [*map(files.design, names), *_runs(files, {OPEN: ""})]
-    first = run_cases(folder, cases if quick else [files.machine_code(), *cases], workers, told)
+    first = run_cases(folder, cases if quick else [files.machine_code(), *cases], workers, progress)
     for name in names:
         _take_design(found, files, name, first[f"design {name}"])
     if "h2_scheduled" in found.laws:
         found.laws["local"] = h2_scheduled.local(model, *points("cell")[0])
         found.laws["local"].save(files.law("local"))
-    second = run_cases(folder, _runs(files, {name: str(files.law(name)) for name in found.laws}), workers, told)
+    second = run_cases(folder, _runs(files, {name: str(files.law(name)) for name in found.laws}), workers, progress)
     _take_runs(found, first | second)
     checked = [] if quick else [name for name in VERIFIED if name in found.laws]
-    last = run_cases(folder, [files.verification(name, found) for name in checked], workers, told)
+    last = run_cases(folder, [files.verification(name, found) for name in checked], workers, progress)
     found.verified = {name: last[f"verification {name}"] for name in checked}
     return found
 
@@ -170,8 +175,8 @@ class _Files:
         """A case that runs the plant; `title` tells cases of one stage and law apart."""
         fingerprint = load_law(Path(law)).hash if law else ""
         key = key_of(stage, self.physics, fingerprint, repr(more))
-        told = f"{title or stage.replace('_', ' ')} {name}"
-        return Case(stage, told, key, f"{HOME}:{stage}", (self.machine, law, *more))
+        label = f"{title or stage.replace('_', ' ')} {name}"
+        return Case(stage, label, key, f"{HOME}:{stage}", (self.machine, law, *more))
 
     def whirl(self) -> Case:
         """The case of the linearised plant's whirl."""
@@ -213,21 +218,21 @@ def _ringing(name: str) -> list[tuple[float, float]]:
     return [q for one in named for q in points(one)]
 
 
-def _take_design(found: ControlStudy, files: _Files, name: str, told: dict[str, Any]) -> None:
-    if "refused" in told:
-        found.refused[name] = told["refused"]
+def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str, Any]) -> None:
+    if "refused" in result:
+        found.refused[name] = result["refused"]
         return
     found.laws[name] = load_law(files.law(name))
-    found.overview[name] = told["overview"]
+    found.overview[name] = result["overview"]
 
 
-def _take_runs(found: ControlStudy, told: dict[str, Any]) -> None:
+def _take_runs(found: ControlStudy, result: dict[str, Any]) -> None:
     homes: dict[str, dict[str, Any]] = {
         "hits": found.impacts, "held out hits": found.held_out, "hits by size": found.by_size,
         "ring downs": found.ringing, "run up": found.runup, "extension": found.safe, "cell": found.cell,
     }  # fmt: skip
-    for title in sorted(told, key=len):
+    for title in sorted(result, key=len):
         stage = max((s for s in homes if title.startswith(f"{s} ")), key=len, default="")
         if stage:
-            homes[stage][title.removeprefix(f"{stage} ")] = told[title]
-    found.whirl = told["whirl"]
+            homes[stage][title.removeprefix(f"{stage} ")] = result[title]
+    found.whirl = result["whirl"]

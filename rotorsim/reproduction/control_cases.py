@@ -76,9 +76,9 @@ def hits_by_size(machine: str, law: str) -> list[dict[str, Any]]:
     for speed, pressure in SIZE_POINTS:
         for peak in SIZES:
             pair = [impact_energies(_plant(machine), one, speed, pressure, peak) for one in (None, _law(law))]
-            told: dict[str, Any] = {"speed": speed, "pressure": pressure, "peak": peak, "largest": pair[1].largest}
-            told |= {"open": pair[0].response, "closed": pair[1].response}
-            rows.append(told | {"damping": (pair[0].damping, pair[1].damping)})
+            row: dict[str, Any] = {"speed": speed, "pressure": pressure, "peak": peak, "largest": pair[1].largest}
+            row |= {"open": pair[0].response, "closed": pair[1].response}
+            rows.append(row | {"damping": (pair[0].damping, pair[1].damping)})
     return rows
 
 

@@ -13,7 +13,7 @@ from identification.local.identify import actuator_signals
 from rotorsim.errors import DataError
 from rotorsim.reproduction.claims.rules import points as rule_points
 from rotorsim.reproduction.coherent import Coherent, coherent
-from rotorsim.reproduction.local_models import RECIPE, Local, Told, at_points, make_locals
+from rotorsim.reproduction.local_models import RECIPE, Local, Progress, at_points, make_locals
 from rotorsim.reproduction.physics import Physics, physics
 from rotorsim.reproduction.pool import Each, processes
 
@@ -67,14 +67,16 @@ class Study:
         return np.array([(r.speed, r.pressure) for r in self.results])
 
 
-def _silent() -> None:
+def _no_progress() -> None:
     pass
 
 
 ROLES = ("identification", "validation", "centre", "claim", "claim_second")
 
 
-def study(plant: Plant, sources: Sequence[idn.Source], workers: int = 1, order: int = 2, told: Told = _silent) -> Study:
+def study(
+    plant: Plant, sources: Sequence[idn.Source], workers: int = 1, order: int = 2, progress: Progress = _no_progress
+) -> Study:
     """The study of records with the roles ROLES: of the grid, between its points, and at the thesis' other points.
 
     Parameters
@@ -84,7 +86,7 @@ def study(plant: Plant, sources: Sequence[idn.Source], workers: int = 1, order: 
     sources : sequence of Source
     workers : processes; a script that asks for more than one runs under if __name__ == '__main__'
     order : degree of the surfaces
-    told : called after each record of the grid
+    progress : called after each record of the grid
 
     Raises
     ------
@@ -97,15 +99,15 @@ def study(plant: Plant, sources: Sequence[idn.Source], workers: int = 1, order: 
     if not by_role["identification"]:
         raise DataError("study: no record with the role 'identification'; let the study make its own campaign")
     with processes(workers) as each:
-        return _study(plant, by_role, each, order, told)
+        return _study(plant, by_role, each, order, progress)
 
 
-def _study(plant: Plant, by_role: Mapping[str, list[idn.Source]], each: Each, order: int, told: Told) -> Study:
-    points, failed = make_locals(by_role["identification"], by_role["validation"], each, told)
+def _study(plant: Plant, by_role: Mapping[str, list[idn.Source]], each: Each, order: int, progress: Progress) -> Study:
+    points, failed = make_locals(by_role["identification"], by_role["validation"], each, progress)
     if not points:
         raise DataError(failed[0])
-    centres, lost = make_locals(by_role["centre"], (), each, told)
-    claimed, missed = make_locals(by_role["claim"], by_role["claim_second"], each, told)
+    centres, lost = make_locals(by_role["centre"], (), each, progress)
+    claimed, missed = make_locals(by_role["claim"], by_role["claim_second"], each, progress)
     results, held = ([point.found["3"] for point in some] for some in (points, centres))
     lpv, refined = (idn.fit_lpv(results, order, held, refine=name) for name in ("none", "frequency"))
     sweep, actuators = compare_models(at_points([*points, *claimed], rule_points("orders")), each)

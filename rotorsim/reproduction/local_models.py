@@ -20,7 +20,7 @@ RECIPE = idn.Prefilter(median=3)
 """The thesis' prefilter: a running median of three."""
 NEAR = (5.0, 1e4)
 """Records are at the same operating point within so many rad/s and Pa."""
-Told = Callable[[], None]
+Progress = Callable[[], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +57,13 @@ def second_of(source: idn.Source, others: Sequence[idn.Source]) -> idn.Source | 
 
 
 def make_locals(
-    sources: Sequence[idn.Source], others: Sequence[idn.Source], each: Each, told: Told
+    sources: Sequence[idn.Source], others: Sequence[idn.Source], each: Each, progress: Progress
 ) -> tuple[list[Local], list[str]]:
     """Locals of all records that could be identified, in their order, and a sentence for each that could not."""
     made: list[Local | str] = []
     for one in each(_local_of, [(source, second_of(source, others)) for source in sources]):
         made.append(one)
-        told()
+        progress()
     return [m for m in made if isinstance(m, Local)], [m for m in made if isinstance(m, str)]
 
 

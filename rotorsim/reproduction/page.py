@@ -29,14 +29,14 @@ def identification_blocks(found: Study, reached: Sequence[Target]) -> list[Block
         for t in reached
     ]
     errors = [(kind, name, value) for kind, table in summary(found).items() for name, value in table.items()]
-    says = "Hz, um/V, ms, %. A delay of Model 3 holds actuators and film, the physics' the film alone."
+    units = "Hz, um/V, ms, %. A delay of Model 3 holds actuators and film, the physics' the film alone."
     blocks = [
         Block("Aims of identification", "", ("figure", "value", "bound", "verdict", "remark"), aims),
         Block("Identified models against the physics", "Errors over the grid in per cent. One lag for actuators and "
               "film lowers the damping and raises the gain of Model 3; Model 2 knows the pins.",
               ("model", "error", "%"), errors),
         *(Block(title, text, figure=figure) for title, text, figure in figures(found)),
-        Block("Model 3, point by point", says, HEADS, rows(found)),
+        Block("Model 3, point by point", units, HEADS, rows(found)),
         Block("Model 2, point by point", "Hz, um/V, ms, %.", HEADS, rows(found, "2")),
     ]  # fmt: skip
     if found.failed:
@@ -68,10 +68,10 @@ def control_blocks(found: ControlStudy) -> list[Block]:
         Block("Loops on the model", "Over the model's range; sensitivity and margins at the law's own point.",
               ("law", "order", "gamma", "unstable", "smallest damping", "peak of S", "disk margin"), _loops(found)),
     ]  # fmt: skip
-    for name, told in found.verified.items():
+    for name, result in found.verified.items():
         rows = [(r["check"], f"{r['measured']:.4g} {r['unit']}", "" if r["bound"] is None else f"{r['bound']:.4g}",
-                 VERDICTS[r["passed"]], r["remark"]) for r in told["rows"]]  # fmt: skip
-        text = "Passed." if told["passed"] else "FAILED."
+                 VERDICTS[r["passed"]], r["remark"]) for r in result["rows"]]  # fmt: skip
+        text = "Passed." if result["passed"] else "FAILED."
         blocks.append(Block(f"Verification of {name}", text, ("criterion", "measured", "bound", "", "remark"), rows))
     if found.refused:
         blocks.append(Block("Refused designs", "", ("design", "why"), list(found.refused.items())))
@@ -97,39 +97,39 @@ def _energy(name: str, ratio: np.ndarray, effort: np.ndarray) -> tuple[str, ...]
 def _reach(found: ControlStudy) -> list[tuple[str, ...]]:
     alone = found.safe["open loop"]
     rows: list[tuple[str, ...]] = []
-    for name, told in ({"open loop": alone} | found.safe).items():
-        mark, first, own = "" if told["left"] else "> ", alone["onset"], told["onset"]
+    for name, result in ({"open loop": alone} | found.safe).items():
+        mark, first, own = "" if result["left"] else "> ", alone["onset"], result["onset"]
         onset = "none" if own is None else f"{own * TO_HZ:.0f} Hz"
         later = "" if first is None else "beyond the end" if own is None else f"{(own - first) * TO_HZ:+.0f} Hz"
-        rows.append((name, f"{mark}{told['speed'] * TO_HZ:.0f} Hz", f"{mark}{told['speed'] / alone['speed']:.2f}",
-                     onset, later, told["why"]))  # fmt: skip
+        rows.append((name, f"{mark}{result['speed'] * TO_HZ:.0f} Hz", f"{mark}{result['speed'] / alone['speed']:.2f}",
+                     onset, later, result["why"]))  # fmt: skip
     return rows
 
 
 def _loops(found: ControlStudy) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for name, told in found.overview.items():
-        if told:
-            gamma = f"{told['gamma']:.4g}" if "gamma" in told else ""
-            damping = f"{told['smallest_damping_open']:.3f} -> {told['smallest_damping_closed']:.3f}"
-            rows.append((name, str(found.laws[name].order), gamma, str(told["unstable_points"]), damping,
-                         f"{told['peak_sensitivity']:.2f}", f"{told['disk_margin']:.2f}"))  # fmt: skip
+    for name, result in found.overview.items():
+        if result:
+            gamma = f"{result['gamma']:.4g}" if "gamma" in result else ""
+            damping = f"{result['smallest_damping_open']:.3f} -> {result['smallest_damping_closed']:.3f}"
+            rows.append((name, str(found.laws[name].order), gamma, str(result["unstable_points"]), damping,
+                         f"{result['peak_sensitivity']:.2f}", f"{result['disk_margin']:.2f}"))  # fmt: skip
     return rows
 
 
 def plain_blocks(blocks: Sequence[Block]) -> list[dict[str, Any]]:
     """Sections as plain JSON."""
-    told = []
+    plain = []
     for block in blocks:
         figure = None if block.figure is None else block.figure.to_json()
         rows = [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in block.rows]
-        told.append({"title": block.title, "text": block.text, "heads": list(block.heads), "rows": rows,
+        plain.append({"title": block.title, "text": block.text, "heads": list(block.heads), "rows": rows,
                      "figure": figure})  # fmt: skip
-    return told
+    return plain
 
 
-def blocks_of(told: Sequence[dict[str, Any]]) -> list[Block]:
+def blocks_of(plain: Sequence[dict[str, Any]]) -> list[Block]:
     """Sections from plain JSON."""
     from rotorsim.report.pages.study import figure_of
 
-    return [Block(t["title"], t["text"], t["heads"], t["rows"], figure_of(t["figure"])) for t in told]
+    return [Block(t["title"], t["text"], t["heads"], t["rows"], figure_of(t["figure"])) for t in plain]

@@ -13,7 +13,7 @@ from typing import Any
 from rotorsim.processes import Processes
 from rotorsim.reproduction.cache import find, keep
 
-Told = Callable[[str, int, int], None]
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Case:
     arguments: tuple[Any, ...]
 
 
-def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> dict[str, Any]:
+def run_cases(folder: Path, cases: Iterable[Case], workers: int, progress: Progress) -> dict[str, Any]:
     """Results by the cases' names; what is in `folder` already is read, all else is run and written as it ends."""
     listed = list(cases)
     found = {case.name: find(folder, case.stage, case.key) for case in listed}
@@ -35,7 +35,7 @@ def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> 
     done = len(listed) - len(left)
     if workers <= 1 or len(left) <= 1:
         for case in left:
-            told(case.name, done, len(listed))
+            progress(case.name, done, len(listed))
             found[case.name] = keep(folder, case.stage, case.key, run_case(case.function, case.arguments))
             done += 1
         return found
@@ -44,7 +44,7 @@ def run_cases(folder: Path, cases: Iterable[Case], workers: int, told: Told) -> 
         for case, result in _as_they_end(running):
             found[case.name] = keep(folder, case.stage, case.key, result)
             done += 1
-            told(case.name, done, len(listed))
+            progress(case.name, done, len(listed))
     return found
 
 

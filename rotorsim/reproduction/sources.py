@@ -67,9 +67,9 @@ def _source(store: Store, row: Row) -> Source | None:
     from rotorsim.campaign.store.store import record_path
 
     entry = next(entry for entry in store.plan.entries if entry.name == row.experiment)
-    told = {**entry.parameters, **row.parameters}
-    if entry.kind not in EXCITING + QUIET or not {"speed", "pressure"} <= told.keys():
+    values = {**entry.parameters, **row.parameters}
+    if entry.kind not in EXCITING + QUIET or not {"speed", "pressure"} <= values.keys():
         return None
     path = record_path(store.folder, row.key)
     excited = entry.kind in EXCITING
-    return Source(path, float(told["speed"]), float(told["pressure"]), excited, row.experiment)
+    return Source(path, float(values["speed"]), float(values["pressure"]), excited, row.experiment)

@@ -21,7 +21,7 @@ from rotorsim.reproduction.claims.verdicts import claims_blocks, markdown, verdi
 from rotorsim.reproduction.control import ControlStudy, control_study
 from rotorsim.reproduction.page import blocks_of, control_blocks, plain_blocks
 from rotorsim.reproduction.plans import QUICK, Layout, run
-from rotorsim.reproduction.pool import Case, Told, run_cases
+from rotorsim.reproduction.pool import Case, Progress, run_cases
 
 DESIGN_MODEL = "model_2.json"
 """Laws are designed on Model 2: it has the right gain at rest, which Model 3 has not (docs/identification.md)."""
@@ -38,7 +38,7 @@ class Whole:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-def whole_study(plant: Plant, out: Path, told: Told, workers: int = 2, quick: bool = False) -> Whole:
+def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, quick: bool = False) -> Whole:
     """Everything that is not yet in `out`, then claims and sections; the report is written to `out`.
 
     Raises
@@ -56,15 +56,15 @@ def whole_study(plant: Plant, out: Path, told: Told, workers: int = 2, quick: bo
     out.mkdir(parents=True, exist_ok=True)
     folders = run(plant.machine, QUICK if quick else Layout(), out, workers)
     clock.lap("campaign")
-    kept = _identification(plant, folders, stages, workers, told)
+    kept = _identification(plant, folders, stages, workers, progress)
     for name, text in kept["models"].items():
         write_text(out / name, text)
     clock.lap("identification")
     model = load_model(out / DESIGN_MODEL)
     assert isinstance(model, LpvModel)
-    found.control = control_study(plant, model, stages, told, workers, quick)
+    found.control = control_study(plant, model, stages, progress, workers, quick)
     clock.lap("designs and verification")
-    found.claims = verdicts(kept["numbers"] | _hysteresis(plant, stages, told) | _control(found.control, model))
+    found.claims = verdicts(kept["numbers"] | _hysteresis(plant, stages, progress) | _control(found.control, model))
     write_text(out / "claims.md", markdown(found.claims))
     found.targets, found.seconds = kept["targets"], clock.laps
     clock.lap("claims")
@@ -97,14 +97,16 @@ def _records(folders: Iterable[Path]) -> Sequence[str]:
     return sorted(path.name for folder in folders for path in folder.rglob("*.nc"))
 
 
-def _identification(plant: Plant, folders: list[Path], stages: Path, workers: int, told: Told) -> dict[str, Any]:
+def _identification(
+    plant: Plant, folders: list[Path], stages: Path, workers: int, progress: Progress
+) -> dict[str, Any]:
     """Numbers, aims, sections and models, from `stages` or made now."""
     key = key_of(plant.machine.hash, *_records(folders), kind="identification")
     known = find(stages, "identification", key)
-    return known if known else keep(stages, "identification", key, _identify(plant, folders, workers, told))
+    return known if known else keep(stages, "identification", key, _identify(plant, folders, workers, progress))
 
 
-def _identify(plant: Plant, folders: list[Path], workers: int, told: Told) -> dict[str, Any]:
+def _identify(plant: Plant, folders: list[Path], workers: int, progress: Progress) -> dict[str, Any]:
     import json
 
     from rotorsim.reproduction.claims.identification_numbers import identification_numbers
@@ -119,7 +121,7 @@ def _identify(plant: Plant, folders: list[Path], workers: int, told: Told) -> di
 
     def count() -> None:
         done[0] += 1
-        told("operating point", done[0], total)
+        progress("operating point", done[0], total)
 
     found = study(plant, sources, workers, 2, count)
     reached = targets(found)
@@ -132,13 +134,13 @@ def _identify(plant: Plant, folders: list[Path], workers: int, told: Told) -> di
     }
 
 
-def _hysteresis(plant: Plant, stages: Path, told: Told) -> dict[str, dict[str, float]]:
+def _hysteresis(plant: Plant, stages: Path, progress: Progress) -> dict[str, dict[str, float]]:
     """Numbers of claim I13, which is of the actuators and not of the campaign's records."""
     key = key_of(plant.machine.hash, plant.assembly.module.__name__, kind="hysteresis")
     case = Case(
         "hysteresis", "hysteresis", key, "rotorsim.reproduction.claims.hysteresis:hysteresis", (plant.machine.text,)
     )
-    return {"I13": hysteresis_numbers(run_cases(stages, [case], 1, told)["hysteresis"])}
+    return {"I13": hysteresis_numbers(run_cases(stages, [case], 1, progress)["hysteresis"])}
 
 
 def _control(found: ControlStudy, model: LpvModel) -> dict[str, dict[str, float]]:

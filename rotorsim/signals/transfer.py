@@ -69,8 +69,8 @@ def welch_transfer(record: xr.Dataset, inputs: tuple[int, ...], drive: str, outp
     """
     dt, n = sampling_time(record), record.sizes["time"]
     length = round(min(LONGEST, max(LEAST, n * dt / 8)) / dt)
-    told = f"The record of {n * dt:.2g} s is too short: a frequency response takes {FEWEST} averages of {LEAST:g} s."
-    need(n >= FEWEST / 2 * length + length // 2, told)
+    reason = f"The record of {n * dt:.2g} s is too short: a frequency response takes {FEWEST} averages of {LEAST:g} s."
+    need(n >= FEWEST / 2 * length + length // 2, reason)
     window, sums, count = taper(length), Sums(), 0
     for part in segments(record, (drive, output), length, length // 2):
         sums.add(transformed(part[drive][:, inputs], window), transformed(part[output], window))

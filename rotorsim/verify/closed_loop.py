@@ -25,7 +25,7 @@ from rotorsim.verify.impacts import POINTS, Energies, impact_energies
 SHIPPED = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
 """Calibrations A, B, C."""
 CORNERS = ((0.0, 0.3e6), (0.0, 0.7e6), (6 * KRPM, 0.3e6), (6 * KRPM, 0.7e6), (3 * KRPM, 0.5e6))
-Told = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Verification:
 
 
 def closed_loop(
-    law: Law, plant: Plant, criteria: Criteria | None = None, quick: bool = False, tell: Told | None = None,
+    law: Law, plant: Plant, criteria: Criteria | None = None, quick: bool = False, progress: Progress | None = None,
     open_loop: tuple[Energies, ...] | None = None, closed: tuple[Energies, ...] | None = None,
 ) -> Verification:  # fmt: skip
     """Verify a law on a plant.
@@ -77,7 +77,7 @@ def closed_loop(
         What it must reach.
     quick : bool
         Five impact points in place of twenty, no other machines, a quicker run-up.
-    tell : callable, optional
+    progress : callable, optional
         Called with the name of each step before it starts.
     open_loop, closed : energies, optional
         Of the plant without and with the law at the same points, if they are known.
@@ -91,25 +91,25 @@ def closed_loop(
     check_sampling(law)
     if plant.assembly.film_model is None or plant.machine.actuators is None:
         raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
-    say = tell or (lambda _: None)
+    report = progress or (lambda _: None)
     points = CORNERS if quick else POINTS
-    say("impacts, open loop")
+    report("impacts, open loop")
     before = open_loop or tuple(impact_energies(plant, None, *q) for q in points)
-    say("impacts, closed loop")
+    report("impacts, closed loop")
     after = closed or tuple(impact_energies(plant, law, *q) for q in points)
     runs: dict[str, Any] = {}
     rows = [*_impact_rows(before, after, criteria)]
-    say("noise")
+    report("noise")
     rows.append(at_most("noise in the reference at rest", transients.noise(plant, law).max(), criteria.noise, "V"))
-    say("run-up and coast-down")
+    report("run-up and coast-down")
     rows += _runup_rows(plant, law, criteria, runs, quick)
-    say("ramps, steps, saturation, sensor faults")
+    report("ramps, steps, saturation, sensor faults")
     rows += _transient_rows(plant, law, criteria)
     if not quick:
-        say("full-order loops")
+        report("full-order loops")
         rows += _full_order_rows(plant, law, criteria)
         for name, other in other_machines(plant):
-            say(f"robustness: {name}")
+            report(f"robustness: {name}")
             rows.append(_robustness(name, other, law, criteria))
     return Verification(law, plant.machine.name, tuple(rows), before, after, {"criteria": asdict(criteria)}, runs)
 

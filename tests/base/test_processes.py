@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from rotorsim.commands.options import resumable
-from rotorsim.processes import Processes, deaf_processes
+from rotorsim.processes import Processes, sigint_blocked
 
 
 def test_work_under_way_ends_with_an_exception():
@@ -33,13 +33,13 @@ def test_a_process_does_not_hear_ctrl_c_and_we_do():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_a_signal_that_comes_meanwhile_is_heard_afterwards():
-    heard = []
-    before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
+    received = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: received.append(number))
     try:
-        with deaf_processes():
+        with sigint_blocked():
             signal.raise_signal(signal.SIGINT)
-            assert heard == []
-        assert heard == [signal.SIGINT]
+            assert received == []
+        assert received == [signal.SIGINT]
     finally:
         signal.signal(signal.SIGINT, before)
 

@@ -45,7 +45,7 @@ def test_a_hidden_force_of_the_coupling_is_named_and_closes_the_gap(coupled):
 def test_the_order_of_records_and_of_candidates_changes_nothing(machine, workshop, coupled):
     found, _, records = coupled
     again = diagnose(machine, records[::-1], effects=FEW[::-1], workshop=workshop)
-    assert json.dumps(again.told(), default=float) == json.dumps(found.told(), default=float)
+    assert json.dumps(again.as_dict(), default=float) == json.dumps(found.as_dict(), default=float)
 
 
 def test_the_new_machine_file_holds_the_effect_with_its_evidence(coupled, tmp_path):

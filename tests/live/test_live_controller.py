@@ -23,7 +23,9 @@ def test_a_law_that_cannot_hold_the_point_is_refused_with_the_reason():
     rig = make_rig()
     rig.set("controller", "P")
     assert rig.settings.positions["controller"] == "off"
-    assert rig.said[-1][1].startswith("P: with it the rotor is unstable if the pins move 50% more at 0 rpm, 0.30 MPa")
+    assert rig.messages[-1][1].startswith(
+        "P: with it the rotor is unstable if the pins move 50% more at 0 rpm, 0.30 MPa"
+    )
     assert np.abs(rig.advance(500)[:, -4:-2]).max() == 0.0
 
 
@@ -58,7 +60,7 @@ def test_a_law_beyond_the_reserve_for_the_present_orbit_is_refused():
     rig.advance(5000)
     rig.set("controller", "hinf")
     assert rig.settings.positions["controller"] == "off"
-    assert "hinf: the present motion would take" in rig.said[-1][1] and "of its 5 V" in rig.said[-1][1]
+    assert "hinf: the present motion would take" in rig.messages[-1][1] and "of its 5 V" in rig.messages[-1][1]
 
 
 def test_a_controller_that_stays_at_the_limit_is_switched_off_with_the_reason():
@@ -66,7 +68,7 @@ def test_a_controller_that_stays_at_the_limit_is_switched_off_with_the_reason():
     rig.switch_on("P", Verdict())
     rig.advance(5000)
     assert rig.settings.positions["controller"] == "off"
-    assert any("P: at the actuators' limit of 5 V" in said for _, said in rig.said)
+    assert any("P: at the actuators' limit of 5 V" in said for _, said in rig.messages)
     assert np.abs(rig.advance(50)[:, -4:-2]).max() == 0.0
 
 
@@ -127,7 +129,7 @@ def test_a_check_right_after_a_reset_waits_until_the_motion_is_seen(runner):
     runner._obey()
     assert runner.frame()["status"]["checking"] == "hinf" and runner.rig.loop is None
     shown(runner)
-    assert runner.rig.loop is None and "hinf: the present motion would take" in runner.rig.said[-1][1]
+    assert runner.rig.loop is None and "hinf: the present motion would take" in runner.rig.messages[-1][1]
 
 
 def test_a_computation_that_fails_says_so_and_the_next_one_is_answered(runner):
@@ -136,7 +138,7 @@ def test_a_computation_that_fails_says_so_and_the_next_one_is_answered(runner):
     runner.rig.check = lambda name: lambda: 1 / 0
     runner.apply("controller", "hinf")
     assert shown(runner)["checking"] == ""
-    assert "ZeroDivisionError" in runner.rig.said[-1][1]
+    assert "ZeroDivisionError" in runner.rig.messages[-1][1]
     runner.rig.check = check
     runner.apply("controller", "hinf")
     shown(runner)

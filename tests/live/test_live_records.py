@@ -94,7 +94,7 @@ def test_a_film_on_another_grid_is_not_drawn_and_that_is_said(tmp_path):
     other.geometry = replace(other.geometry, theta=other.geometry.theta[::2])
     other.play(replay)
     other._obey()
-    assert "its film is on another grid" in other.rig.said[-1][1]
+    assert "its film is on another grid" in other.rig.messages[-1][1]
     assert other.replay is replay and "film" not in other.frame()
     other.close()
 

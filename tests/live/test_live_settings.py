@@ -81,7 +81,7 @@ def test_what_cannot_be_set_is_said_and_the_plant_runs_on(key, value, sentence):
 
     rig = make_rig()
     rig.set(key, value)
-    assert re.search(sentence, rig.said[-1][1]), rig.said[-1]
+    assert re.search(sentence, rig.messages[-1][1]), rig.messages[-1]
     assert len(rig.advance(20)) == 20
 
 
@@ -121,7 +121,7 @@ def test_a_step_without_solution_stops_the_plant_and_a_reset_brings_it_back():
     rig.strike(1)
     for _ in range(20):
         rig.advance(50)
-    assert rig.stopped and "reset" in rig.said[-1][1]
+    assert rig.stopped and "reset" in rig.messages[-1][1]
     assert len(rig.advance(50)) == 0
     rig.reset()
     assert not rig.stopped and len(rig.advance(50)) == 50
@@ -139,15 +139,15 @@ def test_values_that_fit_only_together_are_set_in_any_order(turned):
     values = {"gravity.acceleration": 0.0, "crack.loss": 0.0}
     rig = make_rig(**{"crack.loss": 1e6})
     rig.put_all(dict(sorted(values.items(), reverse=turned)))
-    assert not rig.said
+    assert not rig.messages
     assert (rig.in_force()["gravity.acceleration"], rig.in_force()["crack.loss"]) == (0.0, 0.0)
 
 
 def test_values_that_a_machine_file_refuses_together_are_refused_here():
     rig = make_rig(**{"crack.loss": 1e6})
     rig.put_all({"gravity.acceleration": 0.0, "rub.friction": 0.2})
-    assert len(rig.said) == 1
-    assert rig.said[0][1].startswith("crack: the weight opens and closes a crack, but there is none")
+    assert len(rig.messages) == 1
+    assert rig.messages[0][1].startswith("crack: the weight opens and closes a crack, but there is none")
     assert (rig.in_force()["gravity.acceleration"], rig.in_force()["rub.friction"]) == (9.81, 0.2)
     assert len(rig.advance(20)) == 20
 

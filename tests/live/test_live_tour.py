@@ -70,7 +70,8 @@ def test_every_scene_of_the_tour_can_be_set_and_the_law_comes_on(tmp_path):
         runner._obey()
         runner._part(50)
         shown(runner)
-        assert not [said for _, said in runner.rig.said if "hinf is on" not in said], (stop.title, runner.rig.said)
+        messages = [text for _, text in runner.rig.messages]
+        assert all("hinf is on" in text for text in messages), (stop.title, messages)
         assert runner.rig.settings.positions["controller"] == stop.values["controller"]
     runner.close()
 
@@ -95,8 +96,8 @@ def test_a_rig_has_the_controls_scenes_and_laws_of_its_machine(tmp_path, kind, l
         desk.visit(stop)
         runner._obey()
         ran(runner, 100)
-        assert not rig.stopped and not any("is not a setting" in said for _, said in rig.said)
-    assert runner.geometry.told()["safety"] == (0.0 if kind == "plain" else 20.0)
+        assert not rig.stopped and not any("is not a setting" in text for _, text in rig.messages)
+    assert runner.geometry.as_dict()["safety"] == (0.0 if kind == "plain" else 20.0)
     runner.close()
 
 

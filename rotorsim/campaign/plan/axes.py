@@ -52,8 +52,8 @@ def read_axis(target: Target, table: AxisTable) -> Axis | Limits:
     where = f"axes.{target.name}"
     given = [kind for kind in ("list", "grid", "latin") if getattr(table, kind) is not None]
     if len(given) != 1:
-        said = " and ".join(given) if given else "neither list nor grid nor latin"
-        raise PlanError(f"{where}: {said}; give one of list, grid, latin")
+        problem = " and ".join(given) if given else "neither list nor grid nor latin"
+        raise PlanError(f"{where}: {problem}; give one of list, grid, latin")
     if table.points is not None and given != ["grid"]:
         raise PlanError(f"{where}.points: only a grid has points; leave it out or write grid = [from, to]")
     if table.spacing != "linear" and given == ["list"]:
@@ -81,8 +81,8 @@ def _grid(target: Target, table: AxisTable, where: str) -> Axis:
     first, last = (float(target.read(value, f"{where}.grid")) for value in table.grid)
     points = table.points
     if points is None or not 1 <= points <= MOST_POINTS:
-        said = "missing" if points is None else f"{points} is not from 1 to {MOST_POINTS}"
-        raise PlanError(f"{where}.points: {said}; give the number of values, e.g. 5")
+        problem = "missing" if points is None else f"{points} is not from 1 to {MOST_POINTS}"
+        raise PlanError(f"{where}.points: {problem}; give the number of values, e.g. 5")
     if (first == last) != (points == 1):
         raise PlanError(f"{where}.grid: {points} points from {table.grid[0]!r} to {table.grid[1]!r}; give two ends")
     _check_log(table, min(first, last), where)
@@ -102,8 +102,8 @@ def _limits(target: Target, table: AxisTable, where: str) -> Limits:
     assert table.latin is not None
     low, high = (float(target.read(value, f"{where}.latin")) for value in table.latin)
     if not low < high:
-        said = f"{table.latin[0]!r} is not below {table.latin[1]!r}"
-        raise PlanError(f"{where}.latin: {said}; give the lower limit first and a higher one")
+        problem = f"{table.latin[0]!r} is not below {table.latin[1]!r}"
+        raise PlanError(f"{where}.latin: {problem}; give the lower limit first and a higher one")
     _check_log(table, low, where)
     return Limits(target, low, high, table.spacing == "log")
 

@@ -37,10 +37,10 @@ class Case:
     @classmethod
     def from_text(cls, text: str) -> Case:
         """The case of its JSON."""
-        told: dict[str, Any] = json.loads(text)
-        pairs = {name: tuple((key, value) for key, value in told[name]) for name in ("set", "parameters")}
-        keep = None if told["keep"] is None else tuple(told["keep"])
-        return cls(**{**told, **pairs, "keep": keep})
+        content: dict[str, Any] = json.loads(text)
+        pairs = {name: tuple((key, value) for key, value in content[name]) for name in ("set", "parameters")}
+        keep = None if content["keep"] is None else tuple(content["keep"])
+        return cls(**{**content, **pairs, "keep": keep})
 
 
 def text_hash(text: str) -> str:

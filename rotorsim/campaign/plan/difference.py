@@ -14,11 +14,11 @@ def differences(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str
         sentence
         for name in [*there, *(key for key in wanted if key not in there)]
         if there.get(name) != wanted.get(name)
-        for sentence in _say(name, there.get(name), wanted.get(name))
+        for sentence in _sentences(name, there.get(name), wanted.get(name))
     ]
 
 
-def _say(name: str, there: Any, wanted: Any) -> Iterator[str]:
+def _sentences(name: str, there: Any, wanted: Any) -> Iterator[str]:
     if there is None or wanted is None:
         yield f"{name} {'is only in this plan' if there is None else 'is only in the store'}"
     elif name.startswith("machine "):

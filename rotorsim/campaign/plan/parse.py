@@ -93,8 +93,10 @@ def _machine(name: str, look: Look, changes: Mapping[str, Value]) -> Machine:
 
 def _entries(table: PlanTable) -> list[Entry]:
     if bool(table.experiment) == bool(table.experiments):
-        said = "is missing" if not table.experiment else "and experiments are both there"
-        raise PlanError(f"experiment: {said}; write [experiment] with kind = 'prbs', or [experiments.NAME] for several")
+        problem = "is missing" if not table.experiment else "and experiments are both there"
+        raise PlanError(
+            f"experiment: {problem}; write [experiment] with kind = 'prbs', or [experiments.NAME] for several"
+        )
     tables = {str(table.experiment.get("kind", "")): table.experiment} if table.experiment else table.experiments
     return [_entry(name, rest, bool(table.experiment), table.seed) for name, rest in tables.items()]
 

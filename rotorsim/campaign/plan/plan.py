@@ -130,14 +130,14 @@ class Plan:
     @cached_property
     def content(self) -> dict[str, Any]:
         """Everything that the cases depend on, by dotted names: what two plans must share to use one store."""
-        told: dict[str, Any] = {f"machine {name}": text for name, text in self.machines.items()}
-        told |= {f"set.{path}": value for path, value in self.set}
+        settings: dict[str, Any] = {f"machine {name}": text for name, text in self.machines.items()}
+        settings |= {f"set.{path}": value for path, value in self.set}
         for entry in self.entries:
-            told |= {f"experiments.{entry.name}.{name}": value for name, value in entry.parameters.items()}
-            told |= {f"experiments.{entry.name}.kind": entry.kind, f"experiments.{entry.name}.seed": entry.seed}
-        told |= {f"axes.{axis.name}": list(axis.values) for axis in self.axes}
-        told |= {"repeats": self.repeats, "seeds": "different" if self.different_seeds else "same"}
-        return told | {"keep": "all" if self.keep is None else list(self.keep), "summary": list(self.summary)}
+            settings |= {f"experiments.{entry.name}.{name}": value for name, value in entry.parameters.items()}
+            settings |= {f"experiments.{entry.name}.kind": entry.kind, f"experiments.{entry.name}.seed": entry.seed}
+        settings |= {f"axes.{axis.name}": list(axis.values) for axis in self.axes}
+        settings |= {"repeats": self.repeats, "seeds": "different" if self.different_seeds else "same"}
+        return settings | {"keep": "all" if self.keep is None else list(self.keep), "summary": list(self.summary)}
 
     @cached_property
     def digest(self) -> str:

@@ -98,10 +98,10 @@ def read_table(kind: type[T], table: Any, where: str) -> T:
     except ValidationError as error:
         problem = error.errors()[0]
         path = ".".join(filter(None, (where, *(str(key) for key in problem["loc"][:1]))))
-        raise PlanError(f"{path}: {_say(problem, kind)}") from error
+        raise PlanError(f"{path}: {_sentence(problem, kind)}") from error
 
 
-def _say(problem: Any, kind: type[Table]) -> str:
+def _sentence(problem: Any, kind: type[Table]) -> str:
     given, key = problem["input"], str(problem["loc"][0]) if problem["loc"] else ""
     if problem["type"] == "missing" and len(problem["loc"]) == 1:
         return "missing; add it"

@@ -105,8 +105,8 @@ def _coordinates(found: Finished) -> dict[str, Any]:
     for axis in found.plan.axes_of(entry):
         if axis.name != "seed":
             values = np.array([row.parameters[axis.name] for row in rows])
-            told = {} if axis.target.unit is None else {"units": axis.target.unit}
-            coordinates[f"set_{axis.name}"] = ("case", values, told)
+            attrs = {} if axis.target.unit is None else {"units": axis.target.unit}
+            coordinates[f"set_{axis.name}"] = ("case", values, attrs)
     return coordinates
 
 
@@ -167,9 +167,9 @@ def _size(path: Path) -> int:
 
 def _lengths(found: Finished) -> np.ndarray:
     """Samples of every record, from the summary or, without one, from the file."""
-    told = [row.summary.get("numbers.samples") for row in found.rows]
-    if all(n is not None for n in told):
-        return np.array(told, int)
+    samples = [row.summary.get("numbers.samples") for row in found.rows]
+    if all(n is not None for n in samples):
+        return np.array(samples, int)
     lengths = []
     for path in found.paths:
         with opened(path) as file:

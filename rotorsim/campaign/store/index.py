@@ -105,19 +105,19 @@ class Index:
         query = f"SELECT {', '.join(COLUMNS)} FROM cases WHERE (?1 IS NULL OR status = ?1) "
         query += "AND (?2 IS NULL OR experiment = ?2) ORDER BY number LIMIT ?3"
         for values in self._db.execute(query, (status, experiment, limit)):
-            told = dict(zip(COLUMNS, values, strict=True))
-            told["parameters"], told["summary"] = json.loads(told["parameters"]), json.loads(told["summary"] or "{}")
-            yield Row(**told)
+            row = dict(zip(COLUMNS, values, strict=True))
+            row["parameters"], row["summary"] = json.loads(row["parameters"]), json.loads(row["summary"] or "{}")
+            yield Row(**row)
 
     def sizes(self) -> Iterator[tuple[int, str, int | None]]:
         """Number, key and bytes of every case that is done."""
         yield from self._db.execute("SELECT number, key, bytes FROM cases WHERE status = ?", (DONE,))
 
-    def note(self, number: int, told: Mapping[str, Any]) -> None:
+    def note(self, number: int, result: Mapping[str, Any]) -> None:
         """Keep a case's outcome; it is written with the next `commit`."""
-        summary = json.dumps(told["summary"]) if "summary" in told else None
-        values = (told.get(name) for name in ("duration", "cpu", "bytes", "host", "versions", "finished"))
-        self._waiting.append((told["status"], told.get("error"), summary, *values, number))
+        summary = json.dumps(result["summary"]) if "summary" in result else None
+        values = (result.get(name) for name in ("duration", "cpu", "bytes", "host", "versions", "finished"))
+        self._waiting.append((result["status"], result.get("error"), summary, *values, number))
         if len(self._waiting) >= BATCH:
             self.commit()
 

@@ -87,16 +87,16 @@ def open_store(folder: Path) -> Store:
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        if told["format"] != FORMAT:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+        if manifest["format"] != FORMAT:
             raise StoreError(
-                f"{path}: has format {told['format']!r}, this version reads {FORMAT}; use the one it is of"
+                f"{path}: has format {manifest['format']!r}, this version reads {FORMAT}; use the one it is of"
             )
-        plan = make_plan(told["plan"], machines=told["machines"])
-        known = {str(name): str(value) for name, value in told["versions"].items()}
+        plan = make_plan(manifest["plan"], machines=manifest["machines"])
+        known = {str(name): str(value) for name, value in manifest["versions"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise StoreError(f"{path}: is damaged ({error!r}); restore it from a copy") from error
-    if plan.digest != told.get("digest"):
+    if plan.digest != manifest.get("digest"):
         wrong = mismatch(known, versions(), physics_only=True) or "the same versions"
         raise StoreError(
             f"{path}: was changed, or means other cases in this version ({wrong}); use the version it was made with"
@@ -106,8 +106,8 @@ def open_store(folder: Path) -> Store:
 
 def machines(folder: Path) -> dict[str, str]:
     """Texts of a store's machines by their hash."""
-    told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    return {text_hash(text): text for text in told["machines"].values()}
+    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    return {text_hash(text): text for text in manifest["machines"].values()}
 
 
 def make_store(plan: Plan, folder: Path) -> Store:

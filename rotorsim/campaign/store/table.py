@@ -22,5 +22,5 @@ def header(plan: Plan, rows: Iterable[Row]) -> tuple[str, ...]:
 def line(row: Row, names: Iterable[str]) -> list[Any]:
     """Values of a row; empty where there is none."""
     own = set(FIRST + LAST)
-    told = {f"set.{name}": value for name, value in row.parameters.items()} | row.summary
-    return [getattr(row, name) if name in own else told.get(name) for name in names]
+    values = {f"set.{name}": value for name, value in row.parameters.items()} | row.summary
+    return [getattr(row, name) if name in own else values.get(name) for name in names]

@@ -36,15 +36,15 @@ def main() -> None:
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
     from rotorsim.campaign.store.versions import versions
 
-    say(answers, {"versions": versions()})
+    send(answers, {"versions": versions()})
     while True:
         order = json.loads(orders.get())
-        say(answers, run(order, answers))
+        send(answers, run(order, answers))
 
 
-def say(answers: Any, told: dict[str, Any]) -> None:
+def send(answers: Any, result: dict[str, Any]) -> None:
     """Write one line of JSON."""
-    answers.write(json.dumps(told) + "\n")
+    answers.write(json.dumps(result) + "\n")
 
 
 def _listen(orders: SimpleQueue[str]) -> None:
@@ -66,28 +66,28 @@ def run(order: dict[str, Any], answers: Any) -> dict[str, Any]:
     try:
         text = machine_text(folder, case.machine)
         physics.prepare(case, text)
-        say(answers, {"ready": True})
+        send(answers, {"ready": True})
         begin, worked = time.perf_counter(), time.process_time()
         faulthandler.dump_traceback_later(order["time_limit"] + GRACE, exit=True)
-        told = {"status": "done"} | physics.solve(folder, case, text, order["summary"])
+        result = {"status": "done"} | physics.solve(folder, case, text, order["summary"])
     except (StorageError, WriteError) as error:
-        told = {"status": "storage", "error": str(error)}
+        result = {"status": "storage", "error": str(error)}
     except RotorsimError as error:
-        told = {"status": "failed", "error": str(error).splitlines()[0]}
+        result = {"status": "failed", "error": str(error).splitlines()[0]}
     except MemoryError:
-        told = {"status": "failed", "error": "case: needs more memory than there is; make it shorter or keep less"}
+        result = {"status": "failed", "error": "case: needs more memory than there is; make it shorter or keep less"}
     except Exception as error:
-        told = {"status": "failed", "error": _unexpected(error), "trace": traceback.format_exc()}
+        result = {"status": "failed", "error": _unexpected(error), "trace": traceback.format_exc()}
     finally:
         faulthandler.cancel_dump_traceback_later()
     finished = datetime.now(UTC).isoformat(timespec="seconds")
     spent = {"duration": time.perf_counter() - begin, "cpu": time.process_time() - worked}
-    return told | spent | {"finished": finished}
+    return result | spent | {"finished": finished}
 
 
 def _unexpected(error: Exception) -> str:
-    said = (str(error).splitlines() or [""])[0][:200]
-    return f"{type(error).__name__}: {said}; this is a fault of the program, campaign.log has the details"
+    first_line = (str(error).splitlines() or [""])[0][:200]
+    return f"{type(error).__name__}: {first_line}; this is a fault of the program, campaign.log has the details"
 
 
 _machines: dict[tuple[Path, str], str] = {}

@@ -14,7 +14,7 @@ from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
 from rotorsim.campaign.store.versions import mismatch, versions
-from rotorsim.processes import deaf_processes
+from rotorsim.processes import sigint_blocked
 
 CONNECT = 10.0
 """Time [s] to wait for a scheduler."""
@@ -72,7 +72,7 @@ def _local(workers: int | None, most: int) -> Iterator[Any]:
         stack.enter_context(dask.config.set(CALM))
         scratch = stack.enter_context(TemporaryDirectory(prefix="rotorsim-", ignore_cleanup_errors=True))
         try:
-            with deaf_processes():
+            with sigint_blocked():
                 local = LocalCluster(
                     n_workers=count, threads_per_worker=1, processes=True, host=LOOPBACK, dashboard_address=None,
                     memory_limit=0, silence_logs=logging.CRITICAL, local_directory=scratch,
@@ -144,8 +144,8 @@ def threads(client: Any) -> int:
 def check_workers(client: Any, folder: Path, name: str) -> None:
     """Raise ClusterError unless every worker has the same versions and access to the store."""
     here = versions()
-    for address, told in _ask(client, _about, str(folder), name):
-        found = json.loads(told)
+    for address, answer in _ask(client, _about, str(folder), name):
+        found = json.loads(answer)
         if wrong := mismatch(here, found["versions"]):
             raise ClusterError(f"worker {address}: other versions ({wrong}); install the same on client and workers")
         if not found["sees"]:
@@ -155,12 +155,12 @@ def check_workers(client: Any, folder: Path, name: str) -> None:
 
 
 def _ask(client: Any, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:
-    for address, told in client.run(function, *arguments, on_error="return").items():
-        if isinstance(told, Exception):
+    for address, answer in client.run(function, *arguments, on_error="return").items():
+        if isinstance(answer, Exception):
             raise ClusterError(
-                f"worker {address}: cannot run rotorsim ({_reason(told)}); install it there as it is here"
-            ) from told
-        yield address, told
+                f"worker {address}: cannot run rotorsim ({_reason(answer)}); install it there as it is here"
+            ) from answer
+        yield address, answer
 
 
 def _about(folder: str, name: str) -> str:

@@ -48,14 +48,18 @@ class Memory:
             return record
         times, speeds, pressures = zip(*self._snapshots, strict=True)
         return record.assign(
-            film_pressure=(("snapshot", "theta", "z"), np.array(pressures), _told("Pa", "film pressure, absolute")),
-            snapshot_time=("snapshot", np.array(times), _told("s", "time of the snapshot")),
-            snapshot_speed=("snapshot", np.array(speeds), _told("rad/s", "shaft speed at the snapshot")),
+            film_pressure=(
+                ("snapshot", "theta", "z"),
+                np.array(pressures),
+                _attributes("Pa", "film pressure, absolute"),
+            ),
+            snapshot_time=("snapshot", np.array(times), _attributes("s", "time of the snapshot")),
+            snapshot_speed=("snapshot", np.array(speeds), _attributes("rad/s", "shaft speed at the snapshot")),
         ).assign_coords(
-            theta=("theta", self._grid[0], _told("rad", "angle on the bearing")),
-            z=("z", self._grid[1], _told("m", "axial position")),
+            theta=("theta", self._grid[0], _attributes("rad", "angle on the bearing")),
+            z=("z", self._grid[1], _attributes("m", "axial position")),
         )
 
 
-def _told(units: str, long_name: str) -> dict[str, str]:
+def _attributes(units: str, long_name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}

@@ -93,8 +93,8 @@ class Pump:
         done = [self._under_way.pop(key) for key in keys if key in self._under_way]
         with connected():
             answers = self._client.gather([future for future, _ in done if future.status == "finished"])
-        for told in answers:
-            for row in json.loads(told):
+        for answer in answers:
+            for row in json.loads(answer):
                 self._mean += 0.05 * (row.get("duration", TASK) + STEP - self._mean)
                 yield row
         for future, orders in done:

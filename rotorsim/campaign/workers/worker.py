@@ -44,11 +44,11 @@ class Cell:
         root = Path(__file__).parents[2]
         paths = filter(None, (str(root), os.environ.get("PYTHONPATH")))
         environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(paths)}
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "rotorsim.campaign.workers.case_process"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=self._said, env=environment, text=True, bufsize=1, start_new_session=True,
+            stderr=self._stderr, env=environment, text=True, bufsize=1, start_new_session=True,
         )  # fmt: skip
         self.run = ""
         self._answers: SimpleQueue[str] = SimpleQueue()
@@ -62,7 +62,7 @@ class Cell:
             self._answers.put(line)
         self._answers.put("")
 
-    def tell(self, order: str) -> None:
+    def send(self, order: str) -> None:
         """Give an order."""
         assert self.process.stdin is not None
         with suppress(OSError):
@@ -82,8 +82,8 @@ class Cell:
     def _how(self) -> str:
         self.process.wait()
         code = self.process.returncode
-        self._said.seek(max(self._said.seek(0, os.SEEK_END) - 2000, 0))
-        last = (self._said.read().decode(errors="replace").strip().splitlines() or [""])[-1][:200]
+        self._stderr.seek(max(self._stderr.seek(0, os.SEEK_END) - 2000, 0))
+        last = (self._stderr.read().decode(errors="replace").strip().splitlines() or [""])[-1][:200]
         if code < 0:
             with suppress(ValueError):
                 return f"was ended by {signal.Signals(-code).name}"
@@ -137,30 +137,30 @@ def _row(order: dict[str, Any]) -> dict[str, Any]:
     return row | {"status": "failed"} if row["status"] == "died" else row
 
 
-def _try(told: dict[str, Any]) -> dict[str, Any]:
+def _try(order: dict[str, Any]) -> dict[str, Any]:
     try:
         cell = own_cell()
-        cell.run = told["run"]
-        if cell.versions != told["versions"]:
+        cell.run = order["run"]
+        if cell.versions != order["versions"]:
             return {"status": "versions", "error": "", "versions": cell.versions}
-        cell.tell(json.dumps(told))
+        cell.send(json.dumps(order))
         row: dict[str, Any] = cell.answer(PREPARE_LIMIT)
         if row.get("ready"):
-            row = cell.answer(told["time_limit"])
+            row = cell.answer(order["time_limit"])
         return row
     except TimeoutError:
         _own.cell.kill()
-        limit = told["time_limit"]
+        limit = order["time_limit"]
         return {
             "status": "failed",
             "duration": limit,
             "error": f"case: took longer than the time limit of {limit:g} s; raise time_limit or make it shorter",
         }
     except CellDiedError as error:
-        if _full(told["folder"]):
+        if _full(order["folder"]):
             return {
                 "status": "storage",
-                "error": f"{told['folder']}: no space left; free some and run the same command",
+                "error": f"{order['folder']}: no space left; free some and run the same command",
             }
         return {
             "status": "died",

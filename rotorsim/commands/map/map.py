@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.interrupt import heard
+from rotorsim.base.interrupt import finishing
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.map.tables import LISTED, tables
 from rotorsim.commands.options import (
@@ -136,7 +136,7 @@ def _more(
             if wanted:
                 found = found.merge(over_fields(plant, fields, analysis))
     except KeyboardInterrupt:
-        heard()
+        finishing()
         found = found.assign_attrs(ended="interrupted")
     return found
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rotorsim.reproduction.claims.judge import Judged
     from rotorsim.reproduction.claims.targets import Target
     from rotorsim.reproduction.identification_vs_physics import Study
-    from rotorsim.reproduction.pool import Told
+    from rotorsim.reproduction.pool import Progress
 
 
 class Counter:
@@ -49,7 +49,7 @@ def write_page(found: Study, told: list[Judged], reached: list[Target], path: Pa
                     blocks, path)  # fmt: skip
 
 
-def stage_bar() -> Told:
+def stage_bar() -> Progress:
     """One-line progress of the stages on a terminal; nothing in a pipe."""
 
     def told(name: str, done: int, of: int) -> None:

@@ -34,12 +34,12 @@ def overview(law: Law, model: Model) -> dict[str, Any]:
     p = float(np.mean(pressures)) if p is None else float(p)
     plant = sampled_plant(model, w, p, law.Ts)
     loop = loop_of(plant, law_system(law, w, p), law.Ts)
-    told: dict[str, Any] = {"design": law.name, "order": law.order, "scheduled": law.scheduled}
+    overview: dict[str, Any] = {"design": law.name, "order": law.order, "scheduled": law.scheduled}
     if law.gamma is not None:
-        told["gamma"] = law.gamma
-    told |= {key: value for key, value in law.about.items() if isinstance(value, (int, float)) and key != "spec"}
+        overview["gamma"] = law.gamma
+    overview |= {key: value for key, value in law.about.items() if isinstance(value, (int, float)) and key != "spec"}
     own = smallest_damping(np.linalg.eigvals(plant.A), law.Ts)
-    told |= {
+    overview |= {
         "operating_point": f"{w / KRPM:.3g} krpm, {p / MPA:.3g} MPa",
         "smallest_damping_open": own,
         "smallest_damping_closed": float(found.damping.min()),
@@ -50,4 +50,4 @@ def overview(law: Law, model: Model) -> dict[str, Any]:
         "gain_margin": loop.gain_margin,
         "phase_margin_deg": loop.phase_margin,
     }
-    return told
+    return overview

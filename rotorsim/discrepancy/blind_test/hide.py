@@ -55,7 +55,7 @@ class Truth:
     point: Point
     seed: int
 
-    def told(self, twin: Twin) -> dict[str, Any]:
+    def as_dict(self, twin: Twin) -> dict[str, Any]:
         """As it is sealed."""
         own = {key: v for key, v in setting(twin, contributions(self.point.values, 0.0, 0.0), self.point.fixed).items()}
         return {
@@ -233,7 +233,7 @@ def write(folder: Path, records: Sequence[xr.Dataset], truth: Truth, twin: Twin)
     with replacing_all(folder, ("sealed", "records")) as part:
         for record in records:
             write_netcdf(make_folder(part / "records") / f"{record.attrs['record']}.nc", record)
-        write_json(make_folder(part / "sealed") / "truth.json", truth.told(twin), default=float)
+        write_json(make_folder(part / "sealed") / "truth.json", truth.as_dict(twin), default=float)
 
 
 def scaled(truth: Truth, factor: float) -> Truth:

@@ -71,22 +71,22 @@ def check_units(machine: Machine, trial: Trial) -> None:
 
 def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     """Sentences on effects that this set of records cannot distinguish."""
-    said = []
+    notes = []
     speeds = {round(t.speed) for t in trials}
     points = {(round(t.speed), round(t.pressure, -4)) for t in trials}
     sizes = {round(t.amplitude, 3) for t in trials if t.amplitude > 0}
     if len(points) < FEWEST_POINTS:
-        said.append(
+        notes.append(
             f"{len(points)} operating points: a smooth trend of the calibration cannot be told from a missing effect "
             f"whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
         )
     if len(speeds) < 2:
-        said.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
+        notes.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
     if len(sizes) < 2:
-        said.append(
+        notes.append(
             "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects cannot be told "
             "from linear ones"
         )
     if film and len({round(t.pressure, -4) for t in trials}) < 2:
-        said.append("one pressure only: supply droop, discharge and clearance cannot be told apart")
-    return said
+        notes.append("one pressure only: supply droop, discharge and clearance cannot be told apart")
+    return notes

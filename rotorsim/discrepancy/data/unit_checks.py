@@ -69,10 +69,10 @@ def check_units(comparison: Comparison, simulated: np.ndarray) -> None:
     (factor, what), ratio = found[0]
     only = len(every) == 2 and len(found) == 1 and ratio == drive
     channel = "the reference, or the force," if only else "the displacement"
-    said = f"{1 / ratio:.3g}" if only else f"{ratio:.3g}"
+    shown = f"{1 / ratio:.3g}" if only else f"{ratio:.3g}"
     near = 1 / factor if only else factor
     raise DataError(
-        f"records: {channel} is {said} times what the machine file makes of it, about {near:.4g}: is it a matter of "
+        f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
         f"units, {what}? state the unit in the mapping; nothing was assumed"
     )
 

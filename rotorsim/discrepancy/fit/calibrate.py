@@ -16,7 +16,7 @@ from rotorsim.discrepancy.residuals.localise import flagged, table
 from rotorsim.discrepancy.twin.sensitivity_cache import columns
 from rotorsim.discrepancy.twin.twin import Twin
 
-MOST_RENEWALS = 2
+MOST_REPEATS = 2
 ROUGH = 0.02
 """Tolerance of the first fit, before the solver is proven."""
 
@@ -25,17 +25,17 @@ def recalibrate(
     comparison: Comparison,
     fine: Twin | None,
     tolerance: float = TOLERANCE,
-    say: Callable[[], None] = lambda: None,
+    progress: Callable[[], None] = lambda: None,
     law: tuple[Twin, float] | None = None,
 ) -> Fit:
     """Fit the calibration parameters; sets the comparison's noise floor and discretisation correction."""
     points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})
     parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
-    start = nearest(comparison, parameters, say)
+    start = nearest(comparison, parameters, progress)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
-    raw = columns(comparison, start, parameters, say)
-    rough = fit(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, say=say)
-    rough = closer(comparison, rough, say)
+    raw = columns(comparison, start, parameters, progress)
+    rough = fit(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, progress=progress)
+    rough = closer(comparison, rough, progress)
     first = comparison.sigma.copy()
     comparison.set_floor(rough.point, fine, tolerance, *(law or ()))
     J = rough.J * (first / comparison.sigma)[:, None]
@@ -43,7 +43,7 @@ def recalibrate(
         if parameter.key in comparison.directions:
             parameters = (*parameters, parameter)
             J = np.column_stack([J, comparison.directions[parameter.key] / comparison.sigma])
-    return fit(comparison, rough.point, parameters, J, say=say)
+    return fit(comparison, rough.point, parameters, J, progress=progress)
 
 
 def null_vectors(there: Fit, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
@@ -52,13 +52,13 @@ def null_vectors(there: Fit, parameters: Sequence[FitParameter]) -> list[dict[st
     return singular_directions(there.J[:, [there.parameters.index(k) for k in free]], free)
 
 
-def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:
+def closer(comparison: Comparison, rough: Fit, progress: Callable[[], None]) -> Fit:
     """Continue a fit that ended far from the records with new Jacobians, as long as the misfit falls."""
-    for _ in range(MOST_RENEWALS):
+    for _ in range(MOST_REPEATS):
         if not flagged(table(comparison, rough.residual)):
             break
-        J = comparison.jacobian(rough.point, rough.parameters, say=say)
-        again = fit(comparison, rough.point, rough.parameters, J, rough.residual, say=say)
+        J = comparison.jacobian(rough.point, rough.parameters, progress=progress)
+        again = fit(comparison, rough.point, rough.parameters, J, rough.residual, progress=progress)
         enough = again.cost > 0.9 * rough.cost
         rough = again
         if enough:
@@ -66,7 +66,7 @@ def closer(comparison: Comparison, rough: Fit, say: Callable[[], None]) -> Fit:
     return rough
 
 
-def renewed(comparison: Comparison, base: Fit, say: Callable[[], None] = lambda: None) -> Fit:
+def relinearised(comparison: Comparison, base: Fit, progress: Callable[[], None] = lambda: None) -> Fit:
     """Repeat a fit with the Jacobian at its own solution."""
-    J = comparison.jacobian(base.point, base.parameters, say=say)
-    return fit(comparison, base.point, base.parameters, J, base.residual, steps=3, say=say)
+    J = comparison.jacobian(base.point, base.parameters, progress=progress)
+    return fit(comparison, base.point, base.parameters, J, base.residual, steps=3, progress=progress)

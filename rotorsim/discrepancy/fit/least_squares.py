@@ -68,7 +68,7 @@ def fit(
     J: np.ndarray,
     residual: np.ndarray | None = None,
     steps: int = MOST_STEPS,
-    say: Callable[[], None] | None = None,
+    progress: Callable[[], None] | None = None,
 ) -> Fit:
     """Fit parameters from the start `point` with the Jacobian J (n, k) there."""
     parameters, J = tuple(parameters), J.copy()
@@ -82,8 +82,8 @@ def fit(
         while share > 0.1:
             there = point.moved(parameters, share * change)
             new = comparison.residual(there)
-            if say is not None:
-                say()
+            if progress is not None:
+                progress()
             if (found := cost_of(new, v + share * change, p)) < cost:
                 break
             share *= 0.35

@@ -18,7 +18,7 @@ REACH, STEPS, FINER = 2.5, 21, 2
 """Scan to so many standard deviations of the prior, in so many steps, and refine so many times."""
 
 
-def nearest(comparison: Comparison, parameters: tuple[FitParameter, ...], say: Callable[[], None]) -> Point:
+def nearest(comparison: Comparison, parameters: tuple[FitParameter, ...], progress: Callable[[], None]) -> Point:
     """Point with the shaft stiffness that best fits the excited lines; origin for a machine without it."""
     parameter = next((k for k in parameters if k.key == KEY), None)
     if parameter is None:
@@ -36,7 +36,7 @@ def nearest(comparison: Comparison, parameters: tuple[FitParameter, ...], say: C
             if v not in tried:
                 r = (comparison.measured - comparison.predict(Point({parameter: v})))[counted]
                 tried[v] = float(r @ r)
-                say()
+                progress()
         best = min(tried, key=lambda v: (tried[v], v))
         gap = abs(values[1] - values[0]) / 3
         values = best + gap * np.array([-1.0, 1.0])

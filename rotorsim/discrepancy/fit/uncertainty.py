@@ -30,13 +30,13 @@ STILL = 0.25
 deviation."""
 
 
-def finished(comparison: Comparison, fit: Fit, say: Callable[[], None] | None = None) -> Fit:
+def finished(comparison: Comparison, fit: Fit, progress: Callable[[], None] | None = None) -> Fit:
     """Converged fit with central-difference Jacobians at its own point, the last one included."""
     for number in range(MOST_ROUNDS):
-        fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, say=say, central=True))
+        fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=True))
         if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
             break
-        fit = again(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2, say=say)
+        fit = again(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2, progress=progress)
     return fit
 
 

@@ -50,16 +50,16 @@ def calibration_of(fit: Fit, V: np.ndarray, parameters: Sequence[FitParameter]) 
 
 def evidence_of(base: Fit, best: Hypothesis | None, search: Search | None) -> dict[str, float]:
     """Sums of squares and excess misfit before and with the effect."""
-    told = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
+    evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
     if search is not None:
-        told |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
+        evidence |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
     if best is not None:
-        told |= {
+        evidence |= {
             "chi2_with_effect": best.fit.chi2,
             "share_gone": best.gone,
             "held_out_excess_with_effect": best.held_out,
         }
-    return told
+    return evidence
 
 
 def null_sentence(null: dict[str, float]) -> str:

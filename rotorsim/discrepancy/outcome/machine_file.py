@@ -137,9 +137,9 @@ def short(value: float) -> float:
     return float(f"{value:.9g}")
 
 
-def _bearing(table: Any, bearing: Any, axis: str, told: dict[str, tuple[float, float]]) -> None:
-    """Write stiffness and damping of a bearing along an axis; `told` has changes and their scatter by 'k', 'c'."""
-    (stiffer, sd_k), (lossier, sd_c) = (told.get(what, (0.0, 0.0)) for what in "kc")
+def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[float, float]]) -> None:
+    """Write stiffness and damping of a bearing along an axis; `estimates` has changes and their scatter by 'k', 'c'."""
+    (stiffer, sd_k), (lossier, sd_c) = (estimates.get(what, (0.0, 0.0)) for what in "kc")
     new = of_bearing(*of_axis(bearing, axis), stiffer, lossier)
     shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
     for what, value, share, unit in zip("kc", map(short, new), shares, ("N/m", "N*s/m"), strict=True):
@@ -178,8 +178,8 @@ def _calibrate(document: Any, effects: Any, diagnosis: Diagnosis) -> list[str]:
         else:
             name, _, parameter = key.split(".")
             tables.setdefault(name, {})[parameter] = value
-    for (number, axis), told in bearings.items():
-        _bearing(document["bearings"][number], machine.bearings[number], axis, told)
+    for (number, axis), estimates in bearings.items():
+        _bearing(document["bearings"][number], machine.bearings[number], axis, estimates)
     for name, changes in tables.items():
         present = machine.effects.get(name, ())
         before = present[0] if present and REGISTRY[name].single else REGISTRY[name]()

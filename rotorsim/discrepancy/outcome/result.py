@@ -90,7 +90,7 @@ class Diagnosis:
 
         import_module("rotorsim.report.pages.diagnosis").write_diagnosis(self, Path(path))
 
-    def told(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """As plain numbers and text, for JSON."""
         return {
             "status": self.status,

@@ -54,7 +54,7 @@ class Comparison:
     sigma: np.ndarray = field(default_factory=lambda: np.zeros(0))
     correction: np.ndarray = field(default_factory=lambda: np.zeros(0))
     evaluations: int = 0
-    told_scatter: bool = True
+    scatter_known: bool = True
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
     memo: Memo | None = None
     """Responses on disk, so that a diagnosis that was interrupted goes on where it was."""
@@ -119,7 +119,7 @@ class Comparison:
         point: Point,
         parameter: FitParameter,
         here: np.ndarray,
-        say: Callable[[], None] | None = None,
+        progress: Callable[[], None] | None = None,
         central: bool = False,
     ) -> np.ndarray:
         """Whitened derivative (n,) of the simulated response by a parameter, by a finite step away from `point`.
@@ -131,8 +131,8 @@ class Comparison:
         base = point.values.get(parameter, 0.0)
         step = parameter.step if base + parameter.step <= parameter.high else -parameter.step
         moved = self.predict(point.moved([parameter], np.array([step])))
-        if say is not None:
-            say()
+        if progress is not None:
+            progress()
         if central and parameter.low <= base - step <= parameter.high:
             behind = self.predict(point.moved([parameter], np.array([-step])))
             if np.abs(moved - here).max() > LOST:
@@ -143,7 +143,7 @@ class Comparison:
 
     def jacobian(
         self, point: Point, parameters: Sequence[FitParameter], here: np.ndarray | None = None,
-        say: Callable[[], None] | None = None, central: bool = False,
+        progress: Callable[[], None] | None = None, central: bool = False,
     ) -> np.ndarray:  # fmt: skip
         """Whitened derivatives (n, k); trends cost no runs of their own."""
         here = self.predict(point) if here is None else here
@@ -151,7 +151,7 @@ class Comparison:
         columns = []
         for parameter in parameters:
             if parameter.key not in found:
-                found[parameter.key] = self.column(point, replace(parameter, trend=""), here, say, central)
+                found[parameter.key] = self.column(point, replace(parameter, trend=""), here, progress, central)
             share = np.array([parameter.share(t.speed, t.pressure) for t in self.trials])
             columns.append(found[parameter.key] * (share[self.layout.record] if parameter.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
@@ -196,7 +196,7 @@ class Comparison:
         """
         found = self.spectra(point)
         residuals = self._apart(found)
-        scatter, means, drifts, self.told_scatter = repeat_scatter(self.trials, residuals)
+        scatter, means, drifts, self.scatter_known = repeat_scatter(self.trials, residuals)
         self.scatter = (scatter, means, drifts)
         response = self._joined(found)
         error = np.zeros_like(response)

@@ -32,7 +32,7 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
     value says whether there were blocks or repeats to tell it from.
     """
     squares = [_within(r) for r in residuals]
-    told = any(s is not None for s in squares)
+    known = any(s is not None for s in squares)
     pooled = _pooled([s for s in squares if s is not None], residuals)
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
     means, drifts = _slow(residuals, pairs)
@@ -45,9 +45,9 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
         between = [np.abs(residuals[i].mean(0) - residuals[j].mean(0))[None] ** 2 / 2 for i, j in pairs]
         # quiet lines of a residual are a guess: where records repeat each other, that counts
         scatter = np.maximum(
-            scatter if told else 0.0, np.repeat(_pooled(between, residuals)[None], len(trials), axis=0)
+            scatter if known else 0.0, np.repeat(_pooled(between, residuals)[None], len(trials), axis=0)
         )
-    return scatter, means, drifts, told or bool(pairs)
+    return scatter, means, drifts, known or bool(pairs)
 
 
 def repeats(a: Trial, b: Trial) -> bool:

@@ -70,8 +70,8 @@ class Search:
     columns: dict[str, np.ndarray]
     base_excess: float
     base_held: float
-    say: Callable[[], None] = lambda: None
-    renewed: set[str] | None = None
+    progress: Callable[[], None] = lambda: None
+    updated: set[str] | None = None
     nominal: Fit | None = None
     """The base with sensitivities of where `columns` were taken; where there is none all are renewed at once."""
     unsteady: float = 0.0
@@ -88,17 +88,17 @@ class Search:
         view = self.screened(self.nominal)
         return max((view.drop(i)[0] for i in range(len(self.forms))), default=0.0)
 
-    def renew(self, forms: Iterable[Form]) -> None:
+    def update_columns(self, forms: Iterable[Form]) -> None:
         """Take sensitivities of these forms at the re-fitted point."""
-        self.renewed = self.renewed or set()
-        todo = [f for f in forms if f.label not in self.renewed]
+        self.updated = self.updated or set()
+        todo = [f for f in forms if f.label not in self.updated]
         if not todo:
             return
         here = self.comparison.predict(self.base.point)
         for form in todo:
             point = self.base.point.holding(form.fixed)
-            self.columns[form.label] = self.comparison.jacobian(point, form.parameters, here, self.say)
-            self.renewed.add(form.label)
+            self.columns[form.label] = self.comparison.jacobian(point, form.parameters, here, self.progress)
+            self.updated.add(form.label)
 
     def hypothesis(self, forms: Sequence[Form], start: np.ndarray) -> Hypothesis:
         """Fit forms and calibration together, from the linear estimate, renewing the forms' own columns once."""
@@ -116,15 +116,22 @@ class Search:
             start = 0.4 * start
             point = self._start(own, fixed, S, start)
             residual = self.comparison.residual(point)
-        first = fit(self.comparison, point, parameters, J, residual, say=self.say)
+        first = fit(self.comparison, point, parameters, J, residual, progress=self.progress)
         done = self._left(first) <= (1 - ENOUGH) * self.base_excess
         if not done and first.cost < self.base.cost:
             refine = tuple(k for f in forms for k in f.refine)
             turned = (*own, *refine)
             here = self.comparison.predict(first.point)
-            fresh = self.comparison.jacobian(first.point, turned, here, self.say)
+            fresh = self.comparison.jacobian(first.point, turned, here, self.progress)
             J = np.concatenate([first.J[:, : len(self.base.parameters)], fresh], axis=1)
-            again = fit(self.comparison, first.point, (*self.base.parameters, *turned), J, first.residual, say=self.say)
+            again = fit(
+                self.comparison,
+                first.point,
+                (*self.base.parameters, *turned),
+                J,
+                first.residual,
+                progress=self.progress,
+            )
             first = again if again.cost < first.cost else first
         found = self._found(tuple(forms), first)
         if NEARLY <= found.gone < ENOUGH:
@@ -136,8 +143,8 @@ class Search:
 
         The calibration's sensitivities change with the effect at work: without them its size and uncertainty are off.
         """
-        J = self.comparison.jacobian(h.fit.point, h.fit.parameters, say=self.say)
-        done = fit(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, say=self.say)
+        J = self.comparison.jacobian(h.fit.point, h.fit.parameters, progress=self.progress)
+        done = fit(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
         return self._found(h.forms, done)
 
     def _left(self, fit: Fit) -> float:
@@ -154,7 +161,7 @@ class Search:
         forms = tuple(f for f in self.forms if f.effect not in taken)
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
-        return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.say)
+        return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
 
     def _start(self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
@@ -181,15 +188,15 @@ class Search:
         if not self.forms:
             return []
         if self.nominal is None:
-            self.renew(self.forms)
+            self.update_columns(self.forms)
         else:
             # sensitivities of forms and calibration of one point: mixed, a faint effect drowns in the difference
             first = self.screened(self.nominal)
             order = np.argsort([-first.drop(i)[0] for i in range(len(self.forms))])
-            self.renew(self.forms[i] for i in order[:FINALISTS] if first.drop(int(i))[0] > 0)
+            self.update_columns(self.forms[i] for i in order[:FINALISTS] if first.drop(int(i))[0] > 0)
         again = self.screened()
         ranked = sorted(range(len(self.forms)), key=lambda i: -again.drop(i)[0])
-        ranked = [i for i in ranked if self.forms[i].label in (self.renewed or set())]
+        ranked = [i for i in ranked if self.forms[i].label in (self.updated or set())]
         chosen = _distinct([(self.forms[i],) for i in ranked], REFITS + 3)
         best = max((again.drop(i)[0] for i in ranked), default=0.0)
         found: list[Hypothesis] = []
@@ -205,7 +212,7 @@ class Search:
 
     def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
         """The best pairs or triples, re-fitted."""
-        self.renew(self.forms)
+        self.update_columns(self.forms)
         view = self.screened()
         pool = list(of) if of is not None else self._pool(view, 40 if size == 2 else 14)
         combos = [c for c in combinations(pool, size) if len({self.forms[i].effect for i in c}) == size]

@@ -59,10 +59,10 @@ def _accepted(
     best = search.polished(best)
     rivals = tied(best, found, search.base)
     while len(best.forms) < MOST_EFFECTS and best.excess - search.unsteady > MORE:
-        beside = _beside(search, best, tried)
-        if not beside:
+        extended = _extended(search, best, tried)
+        if not extended:
             break
-        best, *others = beside
+        best, *others = extended
         rivals += others
     rivals = [h for h in rivals if len(h.forms) <= len(best.forms) and not set(h.keys) < set(best.keys)]
     classes = tuple(class_of(k, known) for k in best.keys)
@@ -71,7 +71,7 @@ def _accepted(
     return Verdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
 
 
-def _beside(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
+def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
     """The best hypothesis with another effect beside it that explains what it leaves, and what is tied with that."""
     onward = search.onward(best)
     found = onward.singles()

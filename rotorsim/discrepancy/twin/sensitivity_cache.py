@@ -52,7 +52,7 @@ class Sensitivities:
         self.folder = cache_root() / "sensitivities"
 
     def columns(
-        self, point: Point, parameters: Sequence[FitParameter], say: Callable[[], None] | None = None
+        self, point: Point, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
     ) -> np.ndarray:
         """As `Comparison.jacobian`, but in metres (n, k), kept on disk column by column."""
         comparison = self.comparison
@@ -63,16 +63,16 @@ class Sensitivities:
                 out.append(comparison.directions[parameter.key])
                 continue
             column = self._column(
-                point, FitParameter(parameter.key, parameter.step, low=parameter.low, high=parameter.high), say
+                point, FitParameter(parameter.key, parameter.step, low=parameter.low, high=parameter.high), progress
             )
             out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
 
-    def _column(self, point: Point, parameter: FitParameter, say: Callable[[], None] | None) -> np.ndarray:
+    def _column(self, point: Point, parameter: FitParameter, progress: Callable[[], None] | None) -> np.ndarray:
         path = self.folder / f"{key_of(self.rough, point, parameter)}.npy"
         column = read(path, len(self.comparison.measured))
         if column is None:
-            column = self.rough.column(point, parameter, self._at(point), say)
+            column = self.rough.column(point, parameter, self._at(point), progress)
             write(path, column)
         return column
 
@@ -90,7 +90,7 @@ class Sensitivities:
 
 
 def columns(
-    comparison: Comparison, point: Point, parameters: Sequence[FitParameter], say: Callable[[], None] | None = None
+    comparison: Comparison, point: Point, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
 ) -> np.ndarray:
     """Sensitivity columns of a comparison at one point."""
-    return Sensitivities(comparison).columns(point, parameters, say)
+    return Sensitivities(comparison).columns(point, parameters, progress)

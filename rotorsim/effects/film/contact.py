@@ -67,5 +67,5 @@ class Contact(Effect):
         clearance = machine.film.clearance
         if self.asperity < clearance:
             return {}
-        said, limit = self.asperity * 1e6, clearance * 1e6
-        return {"asperity": f"'{said:g} um' is not below the clearance '{limit:g} um'; make it smaller"}
+        asperity, limit = self.asperity * 1e6, clearance * 1e6
+        return {"asperity": f"'{asperity:g} um' is not below the clearance '{limit:g} um'; make it smaller"}

@@ -76,7 +76,7 @@ def add_tangent(w, R, shape, x, y, fx, fy, ax, ay, bx, by):
 
 
 @inlined
-def mend(w, slot, x, y, ax, ay, bx, by):
+def correct_guess(w, slot, x, y, ax, ay, bx, by):
     """Newton's step of the guess towards (x, y); a and b: forces at the guess nudged along x and along y."""
     c = slot + COMPLIANCE
     fx, fy = w[slot + FORCE], w[slot + FORCE + 1]

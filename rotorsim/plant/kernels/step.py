@@ -31,9 +31,9 @@ from rotorsim.plant.kernels.stubs import (
     add_forces,
     add_motion,
     contact_forces,
+    correct_motion,
     form_motion,
     guess_motion,
-    mend_motion,
     missed_motion,
     rotating_damping,
 )
@@ -154,7 +154,7 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
         limit = P.tolerance * P.film.clearance if ROTOR.has_film == 1 else 1e-11
         if missed_motion(w, P, t, angle, speed, adt) < limit:
             return 1
-        mend_motion(w, P, t, angle, speed, adt)
+        correct_motion(w, P, t, angle, speed, adt)
     return NOT_CONVERGED
 
 
@@ -180,9 +180,9 @@ def try_step(w, ix, P, dt):
         angle = w[ROTOR.angle] + (w[ROTOR.speed] + 0.5 * acceleration * tau) * tau
         t = w[ROTOR.time] + tau
         if adt != w[ROTOR.matrix_step] or abs(speed - w[ROTOR.matrix_speed]) > SPEED_STEP:
-            renew = adt != w[ROTOR.matrix_step]
+            new_step = adt != w[ROTOR.matrix_step]
             form(w, P, speed, adt)
-            if ROTOR.has_film == 1 and renew:
+            if ROTOR.has_film == 1 and new_step:
                 factorise(w, ix, P, speed, 1.0 / adt)
         rotor_rhs(w, ROTOR, stage, adt)
         if ROTOR.has_film == 1:

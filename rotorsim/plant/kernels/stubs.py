@@ -61,7 +61,7 @@ def missed_motion(w, P, t, angle, speed, adt):
 
 
 @inlined
-def mend_motion(w, P, t, angle, speed, adt):
+def correct_motion(w, P, t, angle, speed, adt):
     """Better guesses from the motion found."""
 
 

@@ -35,10 +35,10 @@ def ratios_figure(ratios: dict[str, np.ndarray]) -> go.Figure:
 def sizes_figure(rows: dict[str, list[dict[str, Any]]]) -> go.Figure:
     """Closed over open loop over the size of the hit, a panel per law, a line per operating point."""
     figure = make_subplots(1, len(rows), subplot_titles=list(rows), shared_yaxes=True)
-    for column, told in enumerate(rows.values(), 1):
-        points = list(dict.fromkeys((row["speed"], row["pressure"]) for row in told))
+    for column, own in enumerate(rows.values(), 1):
+        points = list(dict.fromkeys((row["speed"], row["pressure"]) for row in own))
         for k, (speed, pressure) in enumerate(points):
-            at = [row for row in told if (row["speed"], row["pressure"]) == (speed, pressure)]
+            at = [row for row in own if (row["speed"], row["pressure"]) == (speed, pressure)]
             ratio = [max(c / o for c, o in zip(row["closed"], row["open"], strict=True)) for row in at]
             name = f"{speed * TO_RPM:.0f} rpm, {pressure / 1e6:.1f} MPa"
             figure.add_trace(go.Scatter(x=[row["peak"] for row in at], y=ratio, name=name, legendgroup=name,
@@ -56,9 +56,9 @@ def waterfalls_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
     figure = make_subplots(count, columns, subplot_titles=list(runs), shared_xaxes=True, shared_yaxes=True,
                            vertical_spacing=0.2 / count, horizontal_spacing=0.03)  # fmt: skip
     top = 5.0
-    for k, told in enumerate(runs.values()):
+    for k, run in enumerate(runs.values()):
         at = {"row": k // columns + 1, "col": k % columns + 1}
-        spectra = told["spectra"]
+        spectra = run["spectra"]
         rpm = np.array(spectra["speed"]) * TO_RPM / 1000
         figure.add_trace(go.Heatmap(x=compact(np.array(spectra["frequency"])), y=compact(rpm),
                                     z=compact(np.array(spectra["heights"]), 3), zmin=0, zmax=top,
@@ -67,12 +67,12 @@ def waterfalls_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
         line = {"color": INK, "width": 1, "dash": "dot"}
         figure.add_trace(go.Scatter(x=compact(rpm * 1000 / 60), y=compact(rpm), mode="lines", name="shaft speed",
                                     showlegend=k == 0, line=line), **at)  # fmt: skip
-        for value, name, colour in ((told["speed"] if told["left"] else None, "circle left", AXIS_COLOURS["y"]),
-                                    (told["onset"], "onset of whirl", NEUTRAL)):  # fmt: skip
+        for value, name, colour in ((run["speed"] if run["left"] else None, "circle left", AXIS_COLOURS["y"]),
+                                    (run["onset"], "onset of whirl", NEUTRAL)):  # fmt: skip
             height = [np.nan if value is None else value * TO_RPM / 1000] * 2
             figure.add_trace(go.Scatter(x=[0, 400], y=height, mode="lines", name=name, legendgroup=name,
                                         showlegend=k == 0, line={"color": colour, "width": 1.5}), **at)  # fmt: skip
-    last = max(max(told["spectra"]["speed"]) for told in runs.values()) * TO_RPM / 1000
+    last = max(max(run["spectra"]["speed"]) for run in runs.values()) * TO_RPM / 1000
     figure.update_xaxes(range=[0, 400])
     figure.update_yaxes(range=[0, last])
     for k in range(max(len(runs) - columns, 0), len(runs)):
@@ -86,7 +86,7 @@ def reach_figure(runs: dict[str, dict[str, Any]]) -> go.Figure:
     figure = go.Figure()
     names = list(runs)
     hertz = 1 / (2 * np.pi)
-    ends = [told["speed"] * hertz for told in runs.values()]
+    ends = [run["speed"] * hertz for run in runs.values()]
     figure.add_trace(go.Bar(x=ends, y=names, orientation="h", marker_color=AXIS_COLOURS["x"], opacity=0.6,
                             name="circle left, or end of the run-up (hatched)",
                             marker_pattern_shape=["" if t["left"] else "/" for t in runs.values()]))  # fmt: skip

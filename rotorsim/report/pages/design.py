@@ -23,11 +23,11 @@ def write_design(law: Law, model: Any, path: Path) -> Path:
     """Write the page; raises DataError where it cannot be written."""
     speeds, pressures = fine_axes(law, model)
     corners = [(w, p) for w in {speeds[0], speeds[-1]} for p in {pressures[0], pressures[-1]}]
-    told = [
+    rows = [
         (key.replace("_", " "), f"{v:.5g}" if isinstance(v, float) else v) for key, v in overview(law, model).items()
     ]
     blocks = [
-        Block("The loop", "With the identified model, one sample of delay and the hold.", ("", ""), told),
+        Block("The loop", "With the identified model, one sample of delay and the hold.", ("", ""), rows),
         Block("Sensitivities", "Largest singular values at the corners of the range: disc to disc (S), disc to "
               "reference (KS), disturbance at the reference to disc, closed (solid) and open (dotted).",
               figure=sensitivity_figure(law, model, sorted(corners))),

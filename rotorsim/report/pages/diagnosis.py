@@ -83,8 +83,8 @@ def _sections(d: Diagnosis) -> Iterator[str]:
     if d.unknown:
         yield _unknown(d)
     if d.notes:
-        said = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
-        yield f"<section><h2>What these records cannot tell</h2>{said}</section>"
+        text = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
+        yield f"<section><h2>What these records cannot tell</h2>{text}</section>"
     yield _tried(d)
     rows = [(k, f"{v:.4g}", f"{s:.2g}") for k, (v, s) in d.calibration.items()]
     yield _table("Re-calibration", (("fit parameter", "change", "sd"),), rows)
@@ -97,13 +97,13 @@ def _sections(d: Diagnosis) -> Iterator[str]:
 
 def _effects(d: Diagnosis) -> str:
     rows = [(f.form, p, value, sd or "held") for f in d.effects for p, value, sd in f.sizes()]
-    said = "".join(
+    text = "".join(
         f"<p>No record tells {escape(f.form)} from {escape(', '.join(k for k in f.tie_class if k != f.form))}.</p>"
         for f in d.effects
         if len(f.tie_class) > 1
     )
-    said += "".join(f"<p>Fits as well: {escape(' with '.join(t))}.</p>" for t in d.ties)
-    return _table("What is missing", (("effect", "parameter", "value", "standard deviation"),), rows, said)
+    text += "".join(f"<p>Fits as well: {escape(' with '.join(t))}.</p>" for t in d.ties)
+    return _table("What is missing", (("effect", "parameter", "value", "standard deviation"),), rows, text)
 
 
 def _spectra(d: Diagnosis) -> Iterator[str]:
@@ -143,9 +143,9 @@ def _unknown(d: Diagnosis) -> str:
         for x in d.unknown["lines"]
     ]  # fmt: skip
     growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in d.unknown["growth"].items())
-    said = f"<p>Acting {escape(d.unknown['where'])}. It grows with {escape(growth or 'nothing that was varied')}.</p>"
+    text = f"<p>Acting {escape(d.unknown['where'])}. It grows with {escape(growth or 'nothing that was varied')}.</p>"
     head = ("point", "frequency", "order", "force", "direction", "residual")
-    return _table("Equivalent force of what is not explained", (head,), rows, said)
+    return _table("Equivalent force of what is not explained", (head,), rows, text)
 
 
 def _tried(d: Diagnosis) -> str:

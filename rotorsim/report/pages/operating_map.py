@@ -43,8 +43,8 @@ def blocks(one: xr.Dataset) -> list[Block]:
         text = f"At {rpm:.0f} rpm, at whirl frequency 0 and those of the two lowest modes unless given otherwise."
         out.append(Block("Film coefficients", text, figure=film_figure(one)))
     rows = _rows(one)
-    said = "" if len(rows) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(rows)} points; all are in the file."
-    return [*out, Block("Point by point", said, HEADS, rows[:MOST_ROWS])]
+    text = "" if len(rows) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(rows)} points; all are in the file."
+    return [*out, Block("Point by point", text, HEADS, rows[:MOST_ROWS])]
 
 
 def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:

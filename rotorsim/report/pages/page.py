@@ -48,10 +48,10 @@ def page(run: Run) -> str:
 def machine_title(run: Run) -> tuple[str, str]:
     """Name and description of the machine, as far as its text can be read."""
     try:
-        told = tomllib.loads(str(run.record.attrs.get("machine", "")))
+        machine = tomllib.loads(str(run.record.attrs.get("machine", "")))
     except tomllib.TOMLDecodeError:
-        told = {}
-    return str(told.get("name", "Unnamed machine")), str(told.get("description", ""))
+        machine = {}
+    return str(machine.get("name", "Unnamed machine")), str(machine.get("description", ""))
 
 
 def kind_of(run: Run) -> str:
@@ -94,7 +94,8 @@ def _figures(run: Run, found: list[Found]) -> Iterator[str]:
     for one in found:
         if one.why is not None:
             continue
-        yield html.figure_section(one.section.title, one.section.say(run, one.data), one.section.draw(run, one.data))
+        caption = one.section.caption(run, one.data)
+        yield html.figure_section(one.section.title, caption, one.section.draw(run, one.data))
 
 
 def _left_out(found: list[Found]) -> str:
@@ -104,8 +105,8 @@ def _left_out(found: list[Found]) -> str:
 
 def _notes(run: Run) -> str:
     notes = [SIMULATED] * run.simulated + list(ORDERS) * (run.tracked.sizes["window"] > 0)
-    said = "".join(f"<p>{escape(note)}</p>" for note in notes)
-    return f"<section><h2>Notes</h2>{said}</section>" if said else ""
+    text = "".join(f"<p>{escape(note)}</p>" for note in notes)
+    return f"<section><h2>Notes</h2>{text}</section>" if text else ""
 
 
 def _machine(run: Run) -> str:

@@ -40,26 +40,26 @@ SHORTEST = 0.5
 
 @dataclass(frozen=True)
 class Section:
-    """A figure of the report: its title, `find` makes what it shows or raises, `draw` and `say` use it."""
+    """A figure of the report: its title, `find` makes what it shows or raises, `draw` and `caption` use it."""
 
     title: str
     find: Callable[[Run], Any]
     draw: Callable[[Run, Any], go.Figure]
-    say: Callable[[Run, Any], str]
+    caption: Callable[[Run, Any], str]
 
 
 def _simple(
-    title: str, check: Callable[[Run], Any], draw: Callable[[Run], go.Figure], say: Callable[[Run], str]
+    title: str, check: Callable[[Run], Any], draw: Callable[[Run], go.Figure], caption: Callable[[Run], str]
 ) -> Section:
     """A section whose figure and caption need nothing but the run."""
-    return Section(title, check, lambda run, _: draw(run), lambda run, _: say(run))
+    return Section(title, check, lambda run, _: draw(run), lambda run, _: caption(run))
 
 
 def _orders(run: Run) -> None:
     _moving(run)
     run.need_turning()
-    told = f"The shaft turns {run.revolutions:.2g} revolutions; orders are fitted over 8 within 0.25 to 30 s."
-    need(run.tracked.sizes["window"] > 0, told)
+    reason = f"The shaft turns {run.revolutions:.2g} revolutions; orders are fitted over 8 within 0.25 to 30 s."
+    need(run.tracked.sizes["window"] > 0, reason)
 
 
 def _moving(run: Run) -> None:

@@ -96,14 +96,16 @@ def orbits_caption(run: Run) -> str:
 def overview_caption(run: Run) -> str:
     """Film thickness, contact and flow in a sentence each."""
     film, contact, flow = (run.summary[k] for k in ("smallest_film", "contact", "mass_flow"))
-    said = ["Bands span the least and the largest value of each stretch of time."]
+    sentences = ["Bands span the least and the largest value of each stretch of time."]
     if film:
-        said.append(f"The film is thinnest at {film['time_s']:.2f} s, {film['rpm']:.0f} rpm, with {film['um']:.3g} µm.")
+        sentences.append(
+            f"The film is thinnest at {film['time_s']:.2f} s, {film['rpm']:.0f} rpm, with {film['um']:.3g} µm."
+        )
     if contact:
-        said.append(contact_text(contact))
+        sentences.append(contact_text(contact))
     if flow:
-        said.append(f"The injectors take {flow['mean_nl_min']:.3g} normal litres per minute on average.")
-    return " ".join(said)
+        sentences.append(f"The injectors take {flow['mean_nl_min']:.3g} normal litres per minute on average.")
+    return " ".join(sentences)
 
 
 def contact_text(contact: dict[str, Any]) -> str:

@@ -40,9 +40,9 @@ def transfer_caption(run: Run, transfer: Transfer) -> str:
     """Where the direct responses peak, and how they were estimated."""
     peaks = [(k, *peak_of(transfer, k, i)) for i, k in enumerate(transfer.inputs)]
     unit = UNITS[transfer.input_name]
-    said = [f"{'xy'[k]} answers {'xy'[k]} most at {f:.4g} Hz with {size * TO_UM:.3g} {unit}."
+    parts = [f"{'xy'[k]} answers {'xy'[k]} most at {f:.4g} Hz with {size * TO_UM:.3g} {unit}."
             for k, f, size in peaks if np.isfinite(f)]  # fmt: skip
-    text = " ".join(said) or "No peak stands out with a coherence above one half."
+    text = " ".join(parts) or "No peak stands out with a coherence above one half."
     times = "impact" if transfer.input_name == "disc_force" else "segment"
     text += f" H1 estimate from {transfer.count} {times}{'s' * (transfer.count > 1)}"
     known = transfer.coherence is not None
@@ -75,7 +75,7 @@ def _decay_sentence(down: RingDown) -> str:
 
 def gain_caption(run: Run, gains: list[Branches]) -> str:
     """Gains, and what departs from the line."""
-    said = []
+    parts = []
     for g in gains:
         own, cross = g.gain[g.axis] * TO_UM, g.gain[1 - g.axis] * TO_UM
         a, b = "xy"[g.axis], "xy"[1 - g.axis]
@@ -89,19 +89,19 @@ def gain_caption(run: Run, gains: list[Branches]) -> str:
         )
         if g.other_moves:
             text += f" Reference {b} moves as well, so its share is in the line."
-        said.append(text)
-    return " ".join(said) + seen_by(run)
+        parts.append(text)
+    return " ".join(parts) + seen_by(run)
 
 
 def loop_caption(run: Run, loops: list[Loop]) -> str:
     """Travel and opening of every loop."""
-    said = [
+    parts = [
         f"pin {k.injector} travels {k.travel * TO_UM:.3g} µm"
         + (f", its loop opens {k.opening * TO_UM:.2g} µm ({100 * k.opening / k.travel:.1f} % of the travel)"
            if np.isfinite(k.opening) else "")
         for k in loops
     ]  # fmt: skip
-    text = "; ".join(said)
+    text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}. The opening is the largest distance between the rising and falling branch."
 
 
@@ -120,12 +120,12 @@ def spectrum_caption(run: Run, spectrum: Spectrum) -> str:
 
 def filtered_caption(run: Run) -> str:
     """Forward and backward part of 1X and 2X."""
-    said = []
+    parts = []
     for n, (x, y) in zip((1, 2), mean_orders(run.tracked), strict=True):
         f, b = abs(x + 1j * y) / 2 * TO_UM, abs(x - 1j * y) / 2 * TO_UM
-        said.append(f"{n}X: {f:.3g} µm {_whirl(run, True)}, {b:.3g} µm {_whirl(run, False)}.")
+        parts.append(f"{n}X: {f:.3g} µm {_whirl(run, True)}, {b:.3g} µm {_whirl(run, False)}.")
     return (
-        " ".join(said)
+        " ".join(parts)
         + " Dots mark whole turns of the shaft. 1X and 2X are fitted over whole revolutions and averaged."
     )
 
@@ -136,27 +136,27 @@ def _whirl(run: Run, forward: bool) -> str:
 
 def runout_caption(run: Run, runout: Runout) -> str:
     """Peak-to-peak runout, its harmonics and the scatter."""
-    said = []
+    parts = []
     for k, axis in enumerate("xy"):
         order = int(np.abs(runout.harmonic[:, k]).argmax())
-        said.append(
+        parts.append(
             f"Disc {axis}: {np.nanmax(runout.mean[:, k]) * TO_UM - np.nanmin(runout.mean[:, k]) * TO_UM:.3g} µm pk-pk, "
             "largest "
             f"harmonic {order + 1}X with {abs(runout.harmonic[order, k]) * TO_UM:.3g} µm 0-pk, scatter about the mean "
             f"{np.sqrt(np.nanmean(runout.scatter[:, k] ** 2)) * TO_UM:.2g} µm rms."
         )
-    said.append(f"Mean of {runout.revolutions:.1f} revolutions; bands are one standard deviation.")
-    return " ".join(said) + seen_by(run)
+    parts.append(f"Mean of {runout.revolutions:.1f} revolutions; bands are one standard deviation.")
+    return " ".join(parts) + seen_by(run)
 
 
 def difference_caption(run: Run, difference: Difference) -> str:
     """Noise levels."""
-    said = [
+    parts = [
         f"along {axis} {difference.rms[k] * TO_UM:.3g} µm rms and {difference.peak_to_peak[k] * TO_UM:.3g} µm pk-pk "
         f"about an offset of {difference.offset[k] * TO_UM + 0.0:.3f} µm"
         for k, axis in enumerate("xy")
     ]
-    text = f"Measured less true displacement is {' and '.join(said)}."
+    text = f"Measured less true displacement is {' and '.join(parts)}."
     return text + (" Lines at multiples of the shaft speed are runout." if run.revolutions >= 1 else "")
 
 
