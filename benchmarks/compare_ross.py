@@ -85,7 +85,7 @@ def main() -> None:
     }
     repeats = 1 if "--quick" in sys.argv else REPEATS
     out = sys.stderr if "--json" in sys.argv else sys.stdout
-    print(f"fe_shaft beside ROSS {ross.__version__}, CPU time on one thread, medians of {repeats}", file=out)
+    print(f"fe_shaft compared with ROSS {ross.__version__}, CPU time on one thread, medians of {repeats}", file=out)
     rows, answers = [], {}
     for name, (mine, other) in jobs.items():
         seconds(mine, ours)

@@ -4,7 +4,7 @@ Run with the `benchmarks` extra installed:  python benchmarks/diagnose_ross.py [
 
 ROSS turns the rotor of the shipped file `plain_rotor` (the same shaft, disc and bearings, other elements, its own time
 integration) with nothing wrong, with a parallel misalignment of a flexible coupling at the left end, or with a crack
-after Mayes beside the disc, about half the first critical speed; `runup` gives the cracked one as a table of 1X, 2X, 3X
+after Mayes by the disc, about half the first critical speed; `runup` gives the cracked one as a table of 1X, 2X, 3X
 alone. A verdict is right if it names what is hidden, a tie that holds it, or is an honest unknown or partial one, and
 wrong otherwise; the script ends with 1 on a wrong one.
 """

@@ -1,7 +1,7 @@
 r"""Linear bearings: constant coefficients, or tables over shaft speed and whirl frequency.
 
 The force on the shaft is -[k] (x, y) - [c] (dx, dy), relative to the ground or to the node `n_link` of a pedestal.
-Between the entries of a table coefficients are linear; outside it they are refused, or held where the user says so.
+Between the entries of a table coefficients are linear; outside it they are refused, or held constant on request.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def to_ross(rotor: Rotor, module: Any) -> Any:
     Raises
     ------
     ValueError
-        If the rotor has what ROSS cannot say: held nodes, internal coordinates, turning damping, whirl tables.
+        If the rotor has what ROSS cannot represent: held nodes, internal coordinates, turning damping, whirl tables.
     """
     _check_sayable(rotor)
     shaft = [

@@ -60,7 +60,7 @@ def run_static(rotor: Rotor, gravity: float = GRAVITY, force: ArrayLike | None =
     Raises
     ------
     ValueError
-        If the supports leave the rotor free to move as a rigid body: which motions, is said.
+        If the supports leave the rotor free to move as a rigid body; the message names the motions.
     """
     block = np.ix_(rotor.free, rotor.free)
     K = rotor.K()

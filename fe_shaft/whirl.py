@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-_STILL = 1e-3  # a node that moves less than this part of the largest motion has no say in the whirl
+_STILL = 1e-3  # a node that moves less than this part of the largest motion does not count for the whirl
 _PLANAR = 1e-3  # circles whose radii differ by less than this part of their sum make a straight line
 
 

@@ -172,7 +172,7 @@ def _second(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
             rows[i].append(instance.run(row, model.sample, outputs, k)[1])
     one.close()
     two.close()
-    yield Check("second instance beside the first", *_equal(np.array(rows[0]), np.array(rows[1])))
+    yield Check("second instance next to the first", *_equal(np.array(rows[0]), np.array(rows[1])))
 
 
 def _equal(a: np.ndarray, b: np.ndarray) -> tuple[str, bool]:

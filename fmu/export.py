@@ -71,7 +71,7 @@ def export(
 
 
 def _reference(model: Unit, trial: Path) -> Reference:
-    """Run of the unit itself; where it finds no start, the plant in Python says why."""
+    """Run of the unit itself; where it finds no start, the Python plant gives the reason."""
     try:
         return make_reference(model, trial)
     except Exception as error:  # FMPy has several

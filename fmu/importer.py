@@ -20,7 +20,7 @@ Log = Callable[[str], None]
 
 
 def fmpy() -> Any:
-    """The importer; raises DataError that says what to install."""
+    """The importer; raises DataError that names what to install."""
     try:
         import fmpy as importer
     except ImportError as error:

@@ -31,7 +31,7 @@ BEFORE_START = ("support", "rotating", "plenum")
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable: `store` says where its value lies ('input', 'output', 'parameter', ...), `index` at which place."""
+    """A variable: `store` is where its value lies ('input', 'output', 'parameter', ...), `index` its place there."""
 
     name: str
     store: str

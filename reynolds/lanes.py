@@ -2,7 +2,7 @@
 
 Without reassociation a compiler may not vectorise a sum; here the eight partial sums are part of the definition,
 written as LLVM vectors. A processor with shorter vectors takes several of them and finds the same bits. The Python
-bodies say what is computed and serve when compilation is switched off.
+bodies define what is computed and run when compilation is switched off.
 """
 
 from __future__ import annotations

@@ -73,9 +73,9 @@ def slip_jacobian(w, L, k, face_t, face_z, kt, kz):
 
 @inlined
 def footprint_mean(w, ix, L, k):
-    """Mean of q over the footprint of injector k; says in w[outward] whether the sub-grid correction is in it.
+    """Mean of q over the footprint of injector k; sets w[outward] to whether the sub-grid correction is in it.
 
-    The correction belongs to a source. Where the nodes say that q dips (backflow, or squeezed by a fast journal) the
+    The correction belongs to a source. Where the nodes show that q dips (backflow, or squeezed by a fast journal) the
     plain mean is read: it stays positive, whatever the neighbours are.
     """
     plain = 0.0

@@ -104,7 +104,7 @@ def _print_no_more() -> None:
 
 
 def sentence(error: RotorsimError | OSError | Unusual) -> str:
-    """What to tell the user about an error."""
+    """Message to the user about an error."""
     if isinstance(error, Unusual):
         return "\n".join(f"{line}; add --yes to run with it" for line in str(error).splitlines())
     if isinstance(error, (RotorsimError, WriteError)):

@@ -10,7 +10,7 @@
 static const fmi2Status statuses[] = {fmi2OK, fmi2Warning, fmi2Error};
 
 /* The text is the format itself, because some importers show that and nothing else. */
-static void say(Unit *u, Outcome outcome, const char *category, const char *text) {
+static void log_message(Unit *u, Outcome outcome, const char *category, const char *text) {
     const fmi2CallbackFunctions *f = u->callback;
     char format[1000], *at = format;
     for (; *text && at < format + sizeof format - 3; text++) {
@@ -51,7 +51,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               "model exchange: this unit is for co-simulation only; use that");
         return NULL;
     }
-    Unit *u = unit_create(name, guid, logging, functions ? functions->componentEnvironment : NULL, (void *)functions, say);
+    Unit *u = unit_create(name, guid, logging, functions ? functions->componentEnvironment : NULL, (void *)functions, log_message);
     if (u) u->model_exchange = type == fmi2ModelExchange;
     return u;
 }

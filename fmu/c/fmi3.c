@@ -9,7 +9,7 @@
 
 static const fmi3Status statuses[] = {fmi3OK, fmi3Warning, fmi3Error};
 
-static void say(Unit *u, Outcome outcome, const char *category, const char *text) {
+static void log_message(Unit *u, Outcome outcome, const char *category, const char *text) {
     fmi3LogMessageCallback log;
     memcpy(&log, &u->callback, sizeof log);
     if (log) log(u->environment, statuses[outcome], category, text);
@@ -47,7 +47,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
     if (CONTINUOUS) {
         void *callback;
         memcpy(&callback, &log, sizeof callback);
-        Unit *u = unit_create(name, token, logging, e, callback, say);
+        Unit *u = unit_create(name, token, logging, e, callback, log_message);
         if (u) u->model_exchange = true;
         return u;
     }
@@ -70,9 +70,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
     void *callback;
     (void)resources, (void)visible;
-    (void)required, (void)n, (void)update; /* there is no intermediate update, as the flag says */
+    (void)required, (void)n, (void)update; /* there is no intermediate update, as the flag states */
     memcpy(&callback, &log, sizeof callback);
-    Unit *u = unit_create(name, token, logging, e, callback, say);
+    Unit *u = unit_create(name, token, logging, e, callback, log_message);
     if (u) {
         u->event_mode = events;
         u->early_return = early;

@@ -85,7 +85,7 @@ static void warn_outside(Unit *u) {
         outside |= q < low[v] - slack || q > high[v] + slack;
     }
     if (outside && !u->s.touching && u->logging)
-        u->say(u, WARNING, "logEvents", "speed and pressure are outside those the model was identified at; it extrapolates");
+        u->log_message(u, WARNING, "logEvents", "speed and pressure are outside those the model was identified at; it extrapolates");
     u->s.touching = outside;
 }
 
@@ -102,7 +102,7 @@ static void multiply(Square a, Square b, Square product) {
 }
 
 /* exp of [A B; 0 0] times SAMPLE: Taylor's series of a scaled matrix, squared. States are counted in powers of two near
-   their typical sizes, or displacements [m] beside voltages would cost most of the digits. */
+   their typical sizes, or displacements [m] next to voltages would cost most of the digits. */
 static void hold(double M[ROWS][COLUMNS], Square held) {
     static const double sizes[N_STATES] = NOMINALS;
     Square scaled = {{0}}, term, next;

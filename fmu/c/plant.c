@@ -89,7 +89,7 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
     if (outcome == OK && n) {
         if (TOUCHDOWN >= 0) s->outputs[TOUCHDOWN] = (double)touched;
         if (s->event && u->logging)
-            u->say(u, OK, "logEvents", touched ? "the journal touches its sleeve" : "the journal is free again");
+            u->log_message(u, OK, "logEvents", touched ? "the journal touches its sleeve" : "the journal is free again");
         s->touching = touched;
     }
     *reached = unit_time(u);

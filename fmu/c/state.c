@@ -1,4 +1,4 @@
-/* States as bytes: saved, taken back, and told from what is no state of this model. */
+/* States as bytes: saved, restored, and checked to be of this model. */
 #include <stdlib.h>
 #include <string.h>
 

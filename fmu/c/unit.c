@@ -13,7 +13,7 @@ Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...) {
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    u->say(u, outcome, "logStatusError", text);
+    u->log_message(u, outcome, "logStatusError", text);
     return outcome;
 }
 
@@ -70,7 +70,7 @@ void unit_reset(Unit *u) {
 }
 
 Unit *unit_create(const char *name, const char *token, bool logging, void *environment, void *callback,
-                  void (*say)(Unit *, Outcome, const char *, const char *)) {
+                  void (*log_message)(Unit *, Outcome, const char *, const char *)) {
     Unit *u = calloc(1, sizeof *u);
     if (!u) return NULL;
     const char *own = name ? name : "";
@@ -82,7 +82,7 @@ Unit *unit_create(const char *name, const char *token, bool logging, void *envir
     memcpy(u->name, own, strlen(own));
     u->environment = environment;
     u->callback = callback;
-    u->say = say;
+    u->log_message = log_message;
     u->logging = logging;
     if (!token || strcmp(token, TOKEN) != 0) {
         unit_fail(u, FAILED, "the token '%s' is not that of this unit, '%s'; take it from modelDescription.xml",
@@ -139,7 +139,7 @@ bool unit_set_states(Unit *u, const double x[]) {
 
 /* A sentence about an input that makes no sense, or OK. */
 Outcome unit_check_inputs(Unit *u) {
-    if (GUARDED) return OK; /* a law holds what is not a number out of its states, and says so */
+    if (GUARDED) return OK; /* a law keeps what is not a number out of its states, and reports it */
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         const Variable *v = &variables[i];
         if (v->store != INPUT) continue;

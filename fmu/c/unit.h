@@ -67,11 +67,11 @@ typedef struct Unit {
     char refusal[400];
     char *name;
     void *environment, *callback;
-    void (*say)(struct Unit *, Outcome, const char *category, const char *text);
+    void (*log_message)(struct Unit *, Outcome, const char *category, const char *text);
 } Unit;
 
 Unit *unit_create(const char *name, const char *token, bool logging, void *environment, void *callback,
-                  void (*say)(Unit *, Outcome, const char *, const char *));
+                  void (*log_message)(Unit *, Outcome, const char *, const char *));
 void unit_free(Unit *u);
 void unit_reset(Unit *u);
 Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...);

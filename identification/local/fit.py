@@ -221,7 +221,7 @@ def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tol
     Returns
     -------
     Fit
-        The best point reached; `converged` says whether the last step was negligible.
+        The best point reached; `converged` states whether the last step was negligible.
     """
     x0, damping, converged, number = np.zeros(problem.states(theta)), 1e-3, False, 0
     V = problem.model.directions(theta)

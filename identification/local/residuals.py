@@ -3,7 +3,7 @@ r"""Residual tests: whiteness and correlation with the inputs (Ljung 1999, secti
 Autocorrelations and cross-correlations are normalised; under the hypothesis each lies within +-2.58/sqrt(n) in 99 % of
 cases, the cross-correlations wider by the colour of both signals (Bartlett's formula). Output-error residuals need not
 be white, but what is left of the input in them is what the model misses. Neighbouring cross-correlations with a held
-input are nearly the same number, so their share outside the band says little; their largest is judged, by a band that
+input are nearly the same number, so their share outside the band means little; their largest is judged, by a band that
 all lags and pairs together leave in 1 % of cases (Bonferroni).
 """
 

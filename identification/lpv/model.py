@@ -108,7 +108,7 @@ class LpvModel:
         speed, pressure : number or (n,) [rad/s], [Pa, gauge]
         Ts : sampling time [s]
         x0 : state at the first sample, zero by default
-        tolerance : the matrices are renewed when q has moved by this share of its range
+        tolerance : the matrices are updated when q has moved by this share of its range
 
         Raises
         ------

@@ -137,7 +137,7 @@ def _record(path: Path, mapping: Mapping | None) -> xr.Dataset:
     from identification.readers.netcdf import read_netcdf
 
     if mapping is not None:
-        raise ReadError("a netCDF record says itself what is in it; leave the mapping out")
+        raise ReadError("a netCDF record describes itself; leave the mapping out")
     return read_netcdf(path)
 
 

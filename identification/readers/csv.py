@@ -30,7 +30,7 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
         raise ReadError(f"byte {error.start + 1}: is not UTF-8 text; save the file in UTF-8") from error
     header = parse_header(layout.header) if layout.header else None
     if header and len(values) != header.samples:
-        raise ReadError(f"{len(values)} rows but its header says {header.samples}; the file was cut off: copy it again")
+        raise ReadError(f"{len(values)} rows, its header states {header.samples}; the file was cut off: copy it again")
     columns = zip(layout.names, values.T, strict=True)
     return Table("CSV", tuple(Column(name, column, unit) for (name, unit), column in columns if name), header=header)
 
@@ -99,14 +99,14 @@ def _careful(path: Path, layout: Layout) -> np.ndarray:
             raise ReadError(short)
         found = cells(line, layout.delimiter)
         if len(found) != width:
-            # said only once the next line shows whether it is the last one
-            short = f"line {number}: {len(found)} cells, expected {width}; mend or remove the line"
+            # raised only once the next line shows whether it is the last one
+            short = f"line {number}: {len(found)} cells, expected {width}; correct or remove the line"
             continue
         rows.append([_number(cell, number, i, layout) for i, cell in enumerate(found)])
         if len(rows) * width > MAX_VALUES:
             raise ReadError(f"more than {MAX_VALUES} values; cut the file")
     if short:
-        raise ReadError(short.replace("mend or remove the line", "the file may be cut off: copy it again"))
+        raise ReadError(short.replace("correct or remove the line", "the file may be cut off: copy it again"))
     return np.array(rows, float).reshape(-1, width)
 
 
@@ -117,4 +117,4 @@ def _number(cell: str, line: int, column: int, layout: Layout) -> float:
         return float(cell)
     name = layout.names[column][0] or str(column + 1)
     cell = cell.translate(SWAP) if layout.comma else cell
-    raise ReadError(f"line {line}, column {quote(name)}: {quote(cell)} is not a number; mend or remove the line")
+    raise ReadError(f"line {line}, column {quote(name)}: {quote(cell)} is not a number; correct or remove the line")

@@ -102,7 +102,7 @@ def _layout(above: list[str], width: int, delimiter: str | None, comma: bool, he
     if not full:
         if rows and width > 1:
             i, row = rows[-1]
-            raise ReadError(f"line {i + 1}: a heading of {len(row)} cells above rows of {width}; mend the heading")
+            raise ReadError(f"line {i + 1}: a heading of {len(row)} cells above rows of {width}; correct the heading")
         return Layout(tuple((f"column {i + 1}", None) for i in range(width)), delimiter, comma, first, header)
     names = [split_name(cell) for cell in full[0][1]]
     rest = [(i, row) for i, row in rows if i > full[0][0]]
@@ -133,9 +133,9 @@ def _is_units(row: list[str], width: int) -> bool:
 def _bad_row(line: tuple[int, list[str]], names: list[tuple[str, str | None]]) -> str:
     i, row = line
     if len(row) != len(names):
-        return f"line {i + 1}: {len(row)} cells, expected {len(names)}; mend or remove the line"
+        return f"line {i + 1}: {len(row)} cells, expected {len(names)}; correct or remove the line"
     j = next((j for j, cell in enumerate(row) if cell and not is_number(cell)), 0)
-    return f"line {i + 1}, column {quote(names[j][0])}: {quote(row[j])} is not a number; mend or remove the line"
+    return f"line {i + 1}, column {quote(names[j][0])}: {quote(row[j])} is not a number; correct or remove the line"
 
 
 def _no_numbers(lines: list[str], stated: dict[str, str]) -> str:

@@ -77,7 +77,7 @@ def build(kind: str, arrays: dict[str, Any], others: dict[str, str], header: str
     if parsed:
         others = {name: reason for name, reason in others.items() if name not in (HEADER, "units")}
     if parsed and parsed.samples != max(column.values.size for column in columns):
-        raise ReadError("holds another number of samples than its header says; take the original file")
+        raise ReadError("holds another number of samples than its header states; take the original file")
     return Table(kind, tuple(columns), others, header=parsed)
 
 

@@ -36,7 +36,7 @@ def read_mat73(path: Path) -> Table:
 
 
 def _kind(item: Any) -> str:
-    """MATLAB's class of an object; what says nothing of it is taken by its type in HDF5."""
+    """MATLAB's class of an object; without it, by its type in HDF5."""
     import h5py
 
     if "MATLAB_object_decode" in item.attrs:

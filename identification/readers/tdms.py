@@ -35,7 +35,7 @@ def read_tdms(path: Path) -> Table:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep what nptdms logs about damage off the terminal; our sentence says it."""
+    """Keep nptdms' log of damage off the terminal; the error message names the damage."""
     from nptdms.log import log_manager
 
     level = log_manager.log_level

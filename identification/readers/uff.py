@@ -157,7 +157,7 @@ def _binary(kind: bytes, data: bytes, form: int) -> np.ndarray:
 
 
 def _ascii(data: bytes, widths: tuple[int, ...]) -> np.ndarray:
-    """Values of fixed-width lines; neighbours may touch, so blanks cannot tell them apart."""
+    """Values of fixed-width lines; neighbours may touch, so blanks do not separate them."""
     fields: list[bytes] = []
     stops = np.cumsum((0, *widths)).tolist()
     for line in data.replace(b"D", b"E").replace(b"d", b"e").splitlines():

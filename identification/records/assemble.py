@@ -89,7 +89,7 @@ def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
         found = 1 / np.median(np.diff(time))
         if not abs(found / mapping.sample_rate - 1) < RATE:
             raise ReadError(
-                f"time.sample_rate: {mapping.sample_rate:.6g} Hz, but the file's time says {found:.6g} Hz; drop one"
+                f"time.sample_rate: {mapping.sample_rate:.6g} Hz, but the file's time gives {found:.6g} Hz; drop one"
             )
     return time
 
@@ -128,7 +128,7 @@ def _factor(column: Column, entry: Entry, si: str) -> float:
     if unit is None:
         raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
     if entry.unit and column.unit and not agree(entry.unit, column.unit):
-        raise ReadError(f"unit {quote(entry.unit)}, but the file says {quote(column.unit)}; take that and a scale")
+        raise ReadError(f"unit {quote(entry.unit)}, but the file states {quote(column.unit)}; take that and a scale")
     if entry.sensitivity is not None:
         return sensitivity(entry.sensitivity, unit, si)
     if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):

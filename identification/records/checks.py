@@ -22,7 +22,7 @@ STUCK = 0.02
 DRIFT = {"speed": (0.02, 5.0, "rad/s"), "pressure": (0.03, 3e3, "Pa")}
 """Allowed change of the operating point: share of the mean, or at least so much."""
 SPANS = 10
-"""Number of stretches whose means tell drift."""
+"""Number of stretches whose means show drift."""
 
 
 def check_record(record: xr.Dataset, Ts: float) -> None:
@@ -40,7 +40,7 @@ def check_record(record: xr.Dataset, Ts: float) -> None:
             raise UnfitError(f"record.{channel.name}: {remark}; identification needs a displacement that moves")
     for text in found.warnings:
         if "perhaps" in text or "seems to be" in text or "jumps by" in text:
-            raise UnfitError(f"record.{text}; mend the mapping's unit")
+            raise UnfitError(f"record.{text}; correct the mapping's unit")
     _drop_outs(record, Ts)
     for name in DRIFT:
         _drift(record, name)

@@ -23,7 +23,7 @@ def recognise(table: Table) -> Mapping:
     names = Counter(key for column in table.columns if (key := meaning(column.name)))
     twice = [" ".join(filter(None, map(str, key))) for key, count in names.items() if count > 1]
     if twice:
-        raise ReadError(f"columns {listing(twice)} are there more than once; rename them or say which in a mapping")
+        raise ReadError(f"columns {listing(twice)} are there more than once; rename them or choose one in a mapping")
     for name, reason in table.others.items():
         if meaning(name) or name in VARIABLES:
             raise ReadError(f"{name!r} {reason}")

@@ -144,7 +144,7 @@ def filtered(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Pre
 
 
 def operating_point(record: xr.Dataset, Ts: float) -> tuple[float, float]:
-    """Mean speed [rad/s], by the angle where nothing else tells it, and mean pressure [Pa, gauge]; NaN if unknown."""
+    """Mean speed [rad/s], from the angle if nothing else gives it, and mean pressure [Pa, gauge]; NaN if unknown."""
     speed, pressure, angle = (measured(record, name) for name in ("speed", "pressure", "angle"))
     if speed is None and angle is not None:
         speed = np.array([(angle[-1] - angle[0]) / (Ts * (len(angle) - 1))])

@@ -121,7 +121,7 @@ def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], unit
 
 
 def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:
-    """Return the record if it holds these variables; raises SchemaError that says what `use` lacks."""
+    """Return the record if it holds these variables; raises SchemaError that names what `use` lacks."""
     missing = [name for name in names if name not in record]
     if missing:
         raise SchemaError(f"record: no {' and no '.join(missing)}; {use} needs {', '.join(names)}: measure or map them")

@@ -23,7 +23,7 @@ _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 @dataclass(frozen=True)
 class Column:
-    """Numbers (n,) as they stand in the file; `unit` is what the file says about them, None if nothing."""
+    """Numbers (n,) as they stand in the file; `unit` as the file states it, None if it does not."""
 
     name: str
     values: np.ndarray
@@ -33,7 +33,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Header:
-    """What rotorsim wrote about a record beside its numbers."""
+    """What rotorsim wrote about a record besides its numbers."""
 
     attrs: dict[str, Any] = field(default_factory=dict)
     variables: dict[str, dict[str, Any]] = field(default_factory=dict)

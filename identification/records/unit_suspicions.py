@@ -50,7 +50,7 @@ def _size(record: xr.Dataset, name: str) -> str:
 
 
 def _angle(record: xr.Dataset) -> list[str]:
-    """Whether the angle runs on, and as fast as the speed says."""
+    """Whether the angle runs on, and as fast as the speed signal."""
     names = [name for name in ("angle_measured", "angle") if name in record]
     if not names or record.sizes["time"] < 3:
         return []
@@ -64,7 +64,7 @@ def _angle(record: xr.Dataset) -> list[str]:
     ratio = abs(float((angle[-1] - angle[0]) / (time[-1] - time[0]) / np.mean(speed)))
     hits = [text for text, expected in _SLOPES.items() if abs(ratio / expected - 1) < 0.02]
     if hits:
-        return [f"{names[0]}: turns {ratio:.4g} times as fast as the speed says; {hits[0]}"]
+        return [f"{names[0]}: turns {ratio:.4g} times as fast as the speed signal; {hits[0]}"]
     if abs(ratio - 1) > 0.05:
-        return [f"{names[0]}: turns {ratio:.4g} times as fast as the speed says; check both units"]
+        return [f"{names[0]}: turns {ratio:.4g} times as fast as the speed signal; check both units"]
     return []

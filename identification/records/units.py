@@ -97,7 +97,7 @@ def is_unit(text: str) -> bool:
 
 
 def agree(unit: str, stated: str) -> bool:
-    """Whether a unit is what the file says, in other words or more exactly ('um pp' for 'um')."""
+    """Whether a unit is the one that the file states, in other words or more exactly ('um pp' for 'um')."""
     unit, stated = _plain(unit), _plain(stated)
     same = any(unit in kind and stated in kind and kind[unit] == kind[stated] for kind in FACTORS.values())
     return unit == stated or same or unit.startswith(f"{stated} ")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def save(record: xr.Dataset, path: str | Path) -> Path:
-    """Write a record or run-up vectors as .csv, .mat (v5) or .nc (netCDF-4), as the suffix says.
+    """Write a record or run-up vectors as .csv, .mat (v5) or .nc (netCDF-4), by the suffix.
 
     Raises
     ------

@@ -16,7 +16,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     """The modes next to the first critical speeds, at `speed` [rad/s] and gauge `pressure` [Pa].
 
     `shape_re`, `shape_im` (mode, node, axis): x = Re(X exp(st)), the largest displacement of a mode is 1; wn [rad/s],
-    zeta, whirl by mode; radius [m] of the shaft beside each node; z [m] of the nodes;
+    zeta, whirl by mode; radius [m] of the shaft next to each node; z [m] of the nodes;
     node and radius of the discs.
     """
     import xarray as xr

@@ -64,7 +64,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Targets:
-    """Everything a calibration needs beside the machine; speeds [rad/s], pressures [Pa]."""
+    """Everything a calibration needs besides the machine; speeds [rad/s], pressures [Pa]."""
 
     name: str
     parameters: tuple[Parameter, ...]
@@ -199,7 +199,7 @@ def _target(entry: dict[str, Any], number: int) -> Target:
         raise DataError(f"{where}: low is above high; exchange them")
     tolerance = _quantity(f"{where}.tolerance", entry.get("tolerance"), unit)
     if not tolerance > 0:
-        raise DataError(f"{where}.tolerance: must be positive; it says what deviation counts as one")
+        raise DataError(f"{where}.tolerance: must be positive; it is the deviation that counts as one")
     at = _at(where, entry, quantity) if single else None
     return Target(name, quantity, low, high, tolerance, role, at, str(entry.get("source", "")))
 

@@ -1,6 +1,6 @@
 """Atomic replacement of a set of files: all new or all old after any interruption or kill.
 
-They are written into a temporary folder. Once it is complete its name says so, and its content moves to the final
+They are written into a temporary folder. Once it is complete it is renamed, and its content moves to the final
 names. A process that is killed before leaves the older files; one that is killed during the move leaves the rest in the
 complete folder, and `finish_sets` moves it in a later run.
 """

@@ -133,7 +133,7 @@ def to_disk(file: IO[Any]) -> None:
     try:
         os.fsync(file.fileno())
     except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS):  # disks that cannot tell
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS):  # disks that do not report it
             raise
 
 

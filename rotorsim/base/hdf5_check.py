@@ -16,7 +16,7 @@ from typing import Any
 SECONDS, PER_BYTE = 10.0, 1e-7
 """Computing time [s] that a file may take, and more per byte: hundreds of times what an undamaged one takes."""
 LARGEST, DENSEST = 2e9, 2000.0
-"""Bytes that a file may say to hold, or more per byte of the file: gzip packs zeros by 1 : 1032."""
+"""Bytes that a file may claim to hold, or more per byte of the file: gzip packs zeros by 1 : 1032."""
 TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else (1,)
 READER = Path(__file__).with_name("hdf5_reader.py")
 _lock = threading.Lock()
@@ -71,7 +71,7 @@ def _ask(path: Path) -> str | None:
     if answer == "ok":
         return None
     if answer == "memory":
-        return "says to hold more than fits into memory; it is damaged: copy it again"
+        return "claims to hold more than fits into memory; it is damaged: copy it again"
     if _stop(child) in TIMED_OUT:
         return f"is damaged: reading it has not ended after {seconds:.0f} s; copy it again"
     return "is damaged: reading it crashes the HDF5 library; copy it again"

@@ -58,7 +58,7 @@ def normal_root(N: np.ndarray) -> np.ndarray:
     """W (n, n) with W W' the inverse of a normal matrix N = J'J, independent of the units of J's columns.
 
     A combination that is not determined by more than rounding has the large variance of the least information that
-    could be told from none. A pseudo-inverse would give it none.
+    could be distinguished from none. A pseudo-inverse would give it none.
     """
     size = np.sqrt(np.maximum(np.diag(N), 0.0))
     size = np.where(size > 0, size, 1.0)

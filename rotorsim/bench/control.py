@@ -1,6 +1,6 @@
 """Speed of control laws and designs: sample and refresh times, H-infinity, a hundred H2 designs, LPV synthesis.
 
-Designs are made on Model 2 of the shipped rig, identified from the thesis' campaign, which lies beside this file.
+Designs are made on Model 2 of the shipped rig, identified from the thesis' campaign, which lies next to this file.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its unit and bound; `met` says whether it is at or below the bound."""
+    """A figure with its unit and bound; `met` states whether it is at or below the bound."""
 
     name: str
     value: float

@@ -52,7 +52,7 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
     parts = [sorted(class_of(k, known) for k in keys) for keys in proposed]
     holds = [own == target for own in parts]
     if kind == "left_out":
-        # what is named instead is no error if no record could tell it from what is hidden
+        # another name is not an error if no record distinguishes it from what is hidden
         return "class" if any(holds) else "wrong"
     if any(len(own) < len(target) and all(c in target for c in own) for own in parts) and not any(holds):
         return "partial"
@@ -106,7 +106,7 @@ def _places(keys: tuple[str, ...]) -> set[str]:
 
 
 def figures(found: list[Case]) -> Iterator[Figure]:
-    """Rates beside what they should reach; a bound on what must be small, none on what must be large."""
+    """Rates with the bounds they should meet; a bound on what must be small, none on what must be large."""
 
     def share(kinds: tuple[str, ...], verdicts: tuple[str, ...], least: float = 0.0) -> float:
         own = [c for c in found if c.kind in kinds and c.times >= least]

@@ -6,7 +6,7 @@ from rotorsim.errors import RotorsimError
 
 
 class DesignError(RotorsimError):
-    """A specification that no controller meets, or a model that a design cannot use; says what binds."""
+    """A specification that no controller meets, or a model that a design cannot use; names the binding limit."""
 
 
 class LawError(RotorsimError):

@@ -218,7 +218,7 @@ def load_law(path: str | Path) -> Law:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         if (kind := data.pop("kind", None)) != "law":
-            raise ValueError(f"its kind is '{kind}'" if kind else "it does not say its kind")
+            raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
         for name in ("bias", "centre"):
             data[name] = None if data[name] is None else tuple(data[name])
         return Law(**data)

@@ -85,7 +85,7 @@ def diagnose(
         The machine as it is believed to be.
     records : Datasets or paths
         Records at constant operating points. Where `held_out` and `untouched` are not given, their attribute `role`
-        says what they are for; without one they are fitted.
+        states their use; without one they are fitted.
     held_out, untouched :
         Records at other operating points that choose the effect, and that only show the gap.
     effects : names

@@ -29,7 +29,7 @@ from rotorsim.machine import Machine, load_machine
 
 ALIAS = 0.95
 NOISE = 5e-9
-"""Floor [m] of a line where no record tells one."""
+"""Floor [m] of a line where no record gives one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def markdown(matrix: AliasMatrix) -> str:
         near = [f"{matrix.names[j]} ({matrix.likeness[i, j]:.2f})" for j in others if j != i][:3]
         rows.append(f"| {name} | {100 * matrix.survives[i]:.3g} % | {', '.join(near)} | {resembles(name)} |")
     classes = [f"- {', '.join(a)}" for a in matrix.aliases()]
-    lines = ["", "Never told apart in this campaign:", *(classes or ["- none"])]
+    lines = ["", "Indistinguishable in this campaign:", *(classes or ["- none"])]
     for null in matrix.null:
         lines += ["", "Null vector of the calibration: " + ", ".join(f"{v:+.2f} {k}" for k, v in null.items())]
     return "\n".join([*rows, *lines])

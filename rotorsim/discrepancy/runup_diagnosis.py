@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from rotorsim.discrepancy.twin.response_cache import Memo
 
 RATE = 2 * np.pi * 2.0
-"""Rate [rad/s2] of a run-up whose table does not say: 120 rpm/s, slow enough for most rotors."""
+"""Rate [rad/s2] of a run-up whose table states none: 120 rpm/s, slow enough for most rotors."""
 LONGEST = 15.0
-"""Longest run-up [s] that is simulated where the table says no rate."""
+"""Longest run-up [s] that is simulated where the table states no rate."""
 FEWEST = 12
 SETTLING = 0.5
 TOLERANCE = 0.01
@@ -92,7 +92,7 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
     speeds = np.asarray(vectors["speed"].values, float)
     orders = tuple(int(n) for n in vectors["order"].values)
     if len(speeds) < FEWEST:
-        raise DataError(f"{name}: {len(speeds)} speeds are too few to tell effects apart; give at least {FEWEST}")
+        raise DataError(f"{name}: {len(speeds)} speeds are too few to distinguish effects; give at least {FEWEST}")
     pressure = float(vectors.attrs.get("pressure", 0.0))
     if film and pressure <= 0:
         raise DataError(f"{name}: vectors of a gas bearing need its pressure [Pa] in the attribute 'pressure'")

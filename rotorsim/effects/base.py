@@ -24,7 +24,7 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 ``sensor``    ``(w, reading, state, seed, sample, p)``  changes the readings in w[reading:] in place: disc x, y [m],
               shaft angle [rad], speed [rad/s], gauge pressure [Pa]; once a sample. Chained in the machine file's order;
               its own `states` are w[state:], 0 at the start of a run.
-``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft beside the drive's.
+``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft besides the drive's.
 ``support``   ``(p) -> (omega, zeta, gain)``  a resonance [rad/s, 1] under the film's sleeve; gain [kg^-1/2] is its
               displacement per modal coordinate.
 ``rotating``  ``(p) -> time``  ratio [s] of damping to stiffness of the shaft in the frame that turns with it.

@@ -24,7 +24,7 @@ class CandidateForm:
     options : parameters that are held, with the values to try in turn
     refine : shape parameters with a step, fitted too once an option was chosen
     signed : whether the change may be negative
-    signature : forms of one signature cannot be told apart by any record of a rig
+    signature : forms of one signature are indistinguishable in every record of a rig
     resembles : what would look the same and is no effect of the catalogue
     """
 

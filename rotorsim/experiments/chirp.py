@@ -4,7 +4,7 @@ r"""Chirp: swept sine of the reference.
           \quad\text{or}\quad f = f_0 (f_1/f_0)^{t/T}
 
 On both axes the sweeps come one after the other, because at once and with the same signal the columns of the frequency
-response could not be told apart.
+response could not be separated.
 """
 
 from __future__ import annotations

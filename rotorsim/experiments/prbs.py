@@ -1,9 +1,9 @@
 r"""Pseudo-random binary excitation of both axes, as in the thesis (sections B.4.4, C.3.4).
 
 Each axis jumps between -amplitude and +amplitude, independently of the other, and only at the ticks of a clock of
-period `hold`. The thesis tells the levels of 1 V, the "fixed sampling instants" and the 2000 samples without excitation
+period `hold`. The thesis gives the levels of 1 V, the "fixed sampling instants" and the 2000 samples without excitation
 at the beginning, whose mean is the bias of inputs and outputs, but not the clock. Here a tick comes every 5 ms unless
-told otherwise: a held random binary signal has the power density :math:`a^2 T\,\mathrm{sinc}^2(f T)`, which at T = 5 ms
+set otherwise: a held random binary signal has the power density :math:`a^2 T\,\mathrm{sinc}^2(f T)`, which at T = 5 ms
 reaches past the rig's natural frequencies at 105 to 132 Hz (a quarter of that at 0 Hz) with its first zero at 200 Hz.
 
 The bits are drawn in groups of 256 with as many of either sign, so a record is balanced; any group can be drawn alone.

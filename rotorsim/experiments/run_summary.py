@@ -102,7 +102,7 @@ def _note(seen: dict[str, Any], values: np.ndarray, time: np.ndarray, speed: np.
 
 
 def normal_density(record: xr.Dataset) -> float:
-    """Density [kg/m^3] of the machine's gas at 273.15 K and 101325 Pa; of air if the record tells no machine."""
+    """Density [kg/m^3] of the machine's gas at 273.15 K and 101325 Pa; of air if the record names no machine."""
 
     try:
         gas = Machine.from_text(str(record.attrs.get("machine", ""))).gas

@@ -56,7 +56,7 @@ class Control:
         return math.copysign((abs(away) / reach) ** (1 / self.power), away) if reach > 0 else 0.0
 
     def value(self, place: float) -> float:
-        """The value [SI] for a slider's place: three digits, so that people can say it."""
+        """The value [SI] for a slider's place: three digits, for reading."""
         reach = self.high - self.neutral if place >= 0 else self.neutral - self.low
         away = math.copysign(abs(place) ** self.power * reach, place)
         return float(f"{(self.neutral + away) / self.scale:.3g}") * self.scale

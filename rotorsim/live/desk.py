@@ -44,11 +44,11 @@ class Desk:
         return path
 
     def load_scene(self, name: str) -> None:
-        """Set what a scene says."""
+        """Set the values of a scene."""
         self.apply(load_scene(self._path(name, SCENE)))
 
     def apply(self, scene: Scene) -> None:
-        """Set what a scene of this machine says, and stand at its equilibrium."""
+        """Set the values of a scene of this machine, and stand at its equilibrium."""
         other = Machine.from_text(scene.machine)
         if other.hash != self.machine.hash:
             raise DataError(f"the scene belongs to another machine ({other.name}); open it with rotorsim live FILE")
@@ -100,7 +100,7 @@ def _tour(runner: Runner, machine: Machine) -> tuple[Stop, ...]:
 
 
 def _arrange(runner: Runner, values: dict[str, float | str]) -> None:
-    """Set everything (what cannot be set is said) and stand at the equilibrium; the controller comes last."""
+    """Set everything (what cannot be set is reported) and stand at the equilibrium; the controller comes last."""
     if "controller" in values:
         runner.apply("controller", OFF)
     runner.arrange({key: value for key, value in values.items() if key != "controller"})

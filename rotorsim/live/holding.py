@@ -82,7 +82,7 @@ class Verdict:
     volts: float = 0.0
 
     def sentence(self, name: str) -> str:
-        """What is said when it is switched on."""
+        """Message when it is switched on."""
         (zeta, own), (before, after) = self.damping, self.orbit
         sentence = f"{name} is on; by the linear model smallest damping {zeta:.3f} -> {own:.3f}"
         return sentence + (f", orbit at 1X {before:.1f} -> {after:.1f} um" if max(before, after) > 0.05 else "")

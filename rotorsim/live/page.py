@@ -42,7 +42,7 @@ class Slider(ui.slider):
 class Board:
     """Page of one browser window.
 
-    A control that was turned here shows again what the rig says once the rig has carried out its last order.
+    A control that was turned here shows again the rig's value once the rig has carried out its last order.
     """
 
     def __init__(self, desk: Desk) -> None:
@@ -186,7 +186,7 @@ class Board:
             ui.notify("too many changes at once; wait a moment", type="warning")
 
     def _refresh(self) -> None:
-        """Show what the rig says: settings, sentences, files."""
+        """Show the rig's settings, messages and files."""
         self._refresh_controls()
         rig = self.runner.rig
         for number, sentence in list(rig.messages):

@@ -1,7 +1,7 @@
 """Live plant without clock or page: settings in, samples out.
 
-What a person sets acts from the next sample on. Nothing a person does ends the rig: a value beyond its limits is
-clamped, one that does not fit is refused, a step without solution stops the plant until it is reset; `messages` tells.
+A setting acts from the next sample on. No setting ends the rig: a value beyond its limits is clamped, one that does
+not fit is refused, a step without solution stops the plant until it is reset; `messages` holds the reasons.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class Rig:
         return found
 
     def set(self, key: str, value: Any) -> None:
-        """Set a number [SI] or a switch by its key; what cannot be is said and changes nothing."""
+        """Set a number [SI] or a switch by its key; what cannot be set is reported and changes nothing."""
         try:
             self.put(key, value)
         except RotorsimError as error:
@@ -141,7 +141,7 @@ class Rig:
             self._changed("a setting was changed")
 
     def put_all(self, values: Mapping[str, Any]) -> None:
-        """Set much at once; what only fits beside other new values is tried after them, what never does is said."""
+        """Set much at once; what only fits with other new values is tried after them, what never fits is reported."""
         left = dict(values)
         while left:
             refused = {key: value for key, value in left.items() if not self._fits(key, value)}

@@ -35,7 +35,7 @@ SLOW = 10 * np.pi
 DRIFT = 2.0
 """Change of speed [rad/s] within which a speed is held."""
 UNSTEADY = 0.1
-"""Motion before the blow, beside that of the turns, as a share of the motion after it."""
+"""Motion before the blow, next to that of the turns, as a share of the motion after it."""
 SMALLEST = 0.2e-6
 """Smallest motion [m] that is read."""
 CURVED_F, CURVED_Z = 0.7, 0.35
@@ -44,7 +44,7 @@ less in sixteen hits on the shipped rig at 0 to 12 krpm, 0.3 to 0.6 MPa."""
 LEAST_F, LEAST_Z = 0.002, 0.001
 """Least scatter: of f, relative, and of zeta."""
 MOST_F, MOST_Z = 0.05, 0.35
-"""Scatter from which a number says nothing: of f, and of zeta, relative to the reading."""
+"""Scatter beyond which a number means nothing: of f, and of zeta, relative to the reading."""
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ class Runner:
                 self._finish(self.recorder)
 
     def _finish(self, recorder: Recorder) -> None:
-        """Close a record and say what is in it; a disk that takes no more ends the record, not the run."""
+        """Close a record and report its content; a disk that takes no more ends the record, not the run."""
         self.recorder = None
         try:
             recorder.close()

@@ -33,7 +33,7 @@ class Settings:
         return found
 
     def number(self, key: str, value: Any) -> tuple[float, str]:
-        """The value that a number can take, and what to say if it is not the one asked for; raises DataError."""
+        """The value that a number can take, and the message if it is not the one asked for; raises DataError."""
         return self.control(key).clamp(value)
 
     def keep(self, key: str, value: float | str) -> None:

@@ -8,7 +8,7 @@ export default {
   props: { rig: Object },
   template: `<div class="live-stage">
     <div class="live-strip" role="group" aria-label="readings">
-      <span v-for="r in readings" :key="r.name" :class="{ 'live-alarm': r.alarm }" :data-reading="r.name"><b>{{ r.name }}</b> {{ r.said }}</span>
+      <span v-for="r in readings" :key="r.name" :class="{ 'live-alarm': r.alarm }" :data-reading="r.name"><b>{{ r.name }}</b> {{ r.text }}</span>
     </div>
     <div class="live-views">
       <figure><figcaption>disc orbit, 0.2 s, about where it rests</figcaption><canvas ref="disc" role="img" aria-label="disc orbit"></canvas></figure>

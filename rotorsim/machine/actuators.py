@@ -37,7 +37,7 @@ class Actuators(Part):
 
 
 class Drive(Part):
-    """What turns the shaft, and what brakes it beside the film once the drive is off."""
+    """What turns the shaft, and what brakes it besides the film once the drive is off."""
 
     inertia: float | None = quantity(
         "kg*m^2",

@@ -66,7 +66,7 @@ def _set(document: Any, path: str, value: Any) -> None:
         raise MachineFileError(f"{path}: holds several values; name the one to change, e.g. '{path}.position'")
     try:
         table[keys[-1]] = _plain(value)
-    except ValueError as error:  # tomlkit's answer to what TOML cannot say
+    except ValueError as error:  # tomlkit's answer to what TOML cannot express
         raise MachineFileError(f"{path}: {quote(value)} is no value; write text with a unit") from error
 
 

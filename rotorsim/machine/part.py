@@ -32,7 +32,7 @@ class PartError(ValueError):
 class Spec:
     """Unit and limits of a field: `above` is open, `low`, `high` are closed; `multiple` makes it whole.
 
-    `example` [SI] is what a sentence tells to write.
+    `example` [SI] is the value that messages recommend.
     """
 
     unit: str = "1"
@@ -43,7 +43,7 @@ class Spec:
     example: float | None = None
 
     def read(self, value: Any) -> float:
-        """SI value of what the file says; raises ValueError with a sentence."""
+        """SI value of the file's text; raises ValueError with a sentence."""
         number = units.parse(value, self.unit, self.suggestion)
         self._check_limits(value, number)
         return self._whole(value, number) if self.multiple else number

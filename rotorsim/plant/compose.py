@@ -2,7 +2,7 @@
 
 The module is the templates one after another, with the names of `stubs.py` replaced. It lies in the user's cache
 folder under a name that hashes every source that goes into it, so a change of any kernel gives a new module, new
-parameter values never recompile, and numba's disk cache holds the machine code beside it.
+parameter values never recompile, and numba's disk cache holds the machine code next to it.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def _written(root: Path, name: str, text: str) -> Path:
 
 
 def load_module(name: str, text: str) -> ModuleType:
-    """A generated module, written once to the user's cache folder, where numba keeps its machine code beside it."""
+    """A generated module, written once to the user's cache folder, where numba keeps its machine code next to it."""
     if name in sys.modules:
         return sys.modules[name]
     try:

@@ -172,7 +172,7 @@ class _Files:
         return Case(f"design-{name.replace(' ', '_')}", f"design {name}", self._key(name), f"{HOME}:design", arguments)
 
     def run(self, stage: str, name: str, law: str, *more: Any, title: str = "") -> Case:
-        """A case that runs the plant; `title` tells cases of one stage and law apart."""
+        """A case that runs the plant; `title` distinguishes cases of one stage and law."""
         fingerprint = load_law(Path(law)).hash if law else ""
         key = key_of(stage, self.physics, fingerprint, repr(more))
         label = f"{title or stage.replace('_', ' ')} {name}"

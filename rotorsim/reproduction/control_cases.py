@@ -160,7 +160,7 @@ def _without_runout(machine: str) -> str:
 
 
 def machine_code(machine: str) -> list[str]:
-    """Make, once for all processes, the machine code of the plants that a verification runs beside its own."""
+    """Make, once for all processes, the machine code of the plants that a verification runs besides its own."""
     from rotorsim.control.designs import p
 
     names = []

@@ -4,7 +4,7 @@ r"""Logarithmic decrement and damped frequency of a ring-down, from its extrema.
           \qquad \zeta = \delta / \sqrt{4 \pi^2 + \delta^2}
 
 The logarithm of the extremes falls on a straight line of slope -sigma; they follow each other every half period.
-Assumes: one mode dominates; `scatter` tells how far that holds.
+Assumes: one mode dominates; `scatter` shows how far that holds.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ LEAST = 0.1
 
 @dataclass(frozen=True)
 class RingDown:
-    """A pulse, its answer (`pulses.answer`) and its decay along the pulse; `why` says why there is none."""
+    """A pulse, its answer (`pulses.answer`) and its decay along the pulse; `why` is the reason if there is none."""
 
     pulse: Pulse
     values: Values

@@ -103,7 +103,7 @@ def fit_axis(levels: np.ndarray, rest: np.ndarray, axis: int) -> dict[str, np.nd
     """Line, deviations and hysteresis (2,) of both outputs over the steps that drive one axis."""
     mine = levels[:, 1 - axis] == 0
     r, p = levels[mine, axis], rest[mine]
-    if len(np.unique(levels[:, 1 - axis])) > 1:  # rests of the other axis' staircase, at 0 V, tell nothing of this one
+    if len(np.unique(levels[:, 1 - axis])) > 1:  # without the rests at 0 V of the other axis' staircase
         swept = np.flatnonzero(r != 0)
         r, p = r[max(swept[0] - 1, 0) : swept[-1] + 2], p[max(swept[0] - 1, 0) : swept[-1] + 2]
     slope, offset = np.polyfit(r, p, 1)

@@ -29,7 +29,7 @@ LINES, WEAKEST_LINE = 0.5, 1e-3
 """Inputs that act at less than the first share of the frequencies are made of lines, of the second share or more of the
 strongest line's power."""
 SINGULAR = 1e-3
-"""Inputs whose spectra leave less than this share independent cannot be told apart."""
+"""Inputs whose spectra leave less than this share independent cannot be separated."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def driven(power: np.ndarray) -> np.ndarray:
 
 
 def _together(uu: np.ndarray) -> bool:
-    """Whether two inputs cannot be told apart at most frequencies at which both act."""
+    """Whether two inputs cannot be separated at most frequencies at which both act."""
     power = np.real(np.einsum("fii->fi", uu))
     both = driven(power).all(axis=1)
     share = np.abs(np.linalg.det(uu[both])) / power[both].prod(axis=1)

@@ -17,7 +17,7 @@ from rotorsim.signals.record_blocks import displacement_name
 
 
 def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0) -> xr.Dataset:
-    """Amplitude spectra of the disc along a record, and full spectra that tell forward from backward whirl.
+    """Amplitude spectra of the disc along a record, and full spectra that separate forward from backward whirl.
 
     Hann window, mean and trend removed, corrected for the window so that a sine of amplitude a shows a. Each line is
     the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s.

@@ -54,7 +54,7 @@ def full_plant(plant: Plant, speed: float, pressure: float, actuators: System) -
     found = plant.linearise(speed, pressure)
     per_volt = pin_per_volt(plant)
     rotor = System(found.A, found.B[:, :2] / per_volt, found.C * 1e6, np.zeros((2, 2)))
-    # pressures beside displacements would cost most of the digits
+    # pressures next to displacements would cost most of the digits
     return late(held(balanced_states(series(actuators, rotor)), SAMPLE))
 
 

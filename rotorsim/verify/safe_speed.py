@@ -3,7 +3,7 @@ r"""Safe speed: run-up until the disc leaves the safety circle (thesis Paper F, 
 .. math:: (p_x - c_x)^2 + (p_y - c_y)^2 < r^2
 
 The thesis' circle has r = 20 um about (10, -3) um in the coordinates of its sensors, whose signs it leaves open. Here
-the circle lies about the disc's equilibrium at the start, moved by `centre`, zero unless told.
+the circle lies about the disc's equilibrium at the start, moved by `centre`, zero by default.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def safe_speed(
     plant: Plant, law: Law | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
     rate: float = 1 * KRPM, radius: float = 20e-6, centre: tuple[float, float] = (0.0, 0.0), seed: int = 0,
 ) -> SafeSpeed:  # fmt: skip
-    """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and tell where the circle is left for good or bad."""
+    """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and find the speed at which the circle is left."""
     rows = changing((start, stop), (pressure, pressure), (stop - start) / rate)
     run = run_rows(plant, law, rows, seed)
     quiet = round(0.4 / SAMPLE)

@@ -95,9 +95,9 @@ def record(path: Path) -> Path:
 def test_a_file_that_says_to_hold_more_than_memory_is_refused(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.nc", "w") as file:
         file.create_dataset("time", (10**12,), "f8", chunks=(1000,))
-    with pytest.raises(idn.ReadError, match="says to hold more than fits into memory; it is damaged: copy it again"):
+    with pytest.raises(idn.ReadError, match="claims to hold more than fits into memory; it is damaged: copy it again"):
         idn.read(tmp_path / "a.nc")
-    with pytest.raises(DataError, match="says to hold more than fits"):
+    with pytest.raises(DataError, match="claims to hold more than fits"):
         open_record(tmp_path / "a.nc")
 
 

@@ -57,7 +57,7 @@ def test_exchanged_channels_are_noticed(plain, workshop):
 def test_a_clock_that_runs_beside_the_inputs_is_noticed(plain, workshop):
     records, nominal = plain
     wrong = comparison(workshop, changed(records, lambda y: np.roll(y, 25, axis=0)))
-    with pytest.raises(DataError, match=r"runs [+-]5\.\d+ ms beside the inputs"):
+    with pytest.raises(DataError, match=r"is shifted by [+-]5\.\d+ ms in time"):
         check_before(wrong, nominal)
 
 

@@ -49,7 +49,7 @@ def test_a_mapping_may_state_the_layout(written):
 HEAD = "time,angle\n0,1\n"
 BAD = {
     "formula": (HEAD + "1,=cmd|' /C calc'!A0\n", "line 3, column 'angle': \"=cmd|' /C calc'!A0\" is not a number"),
-    "formula first": ("time,angle\n0,=1+1\n1,2\n", "line 2, column 'angle': '=1+1' is not a number; mend"),
+    "formula first": ("time,angle\n0,=1+1\n1,2\n", "line 2, column 'angle': '=1+1' is not a number; correct"),
     "only formulas": ("time,angle\n0,=1+1\n", "line 2, column 'angle': '=1+1' is not a number"),
     "word": (HEAD + "1,two\n", "line 3, column 'angle': 'two' is not a number"),
     "underscore": (HEAD + "1,1_0\n", "'1_0' is not a number"),
@@ -67,7 +67,7 @@ BAD = {
     "thousands": ("time;angle\n0;1,234.5\n1;2\n", "line 2, column 'angle': '1,234.5' is not a number"),
     "comma and point": ("time;angle\n0,5;1\n1.5;1\n", "line 3, column 'time': '1.5' is not a number"),
     "point and comma": ("time;angle\n0.5;1\n1,5;1\n", "line 3, column 'time': '1,5' is not a number"),
-    "ragged": (HEAD + "1,2,3\n2,3\n", "line 3: 3 cells, expected 2; mend or remove the line"),
+    "ragged": (HEAD + "1,2,3\n2,3\n", "line 3: 3 cells, expected 2; correct or remove the line"),
     "cut off": (HEAD + "1,2\n2", "line 4: 1 cells, expected 2; the file may be cut off"),
     "missing value": (HEAD + "1,\n2,3\n", "record.angle: 1 NaN or infinite values, the first at time 1;"),
     "NaN": (HEAD + "1,NaN\n2,3\n", "record.angle: 1 NaN or infinite values"),
@@ -104,7 +104,7 @@ def test_a_record_of_ours_that_was_cut_off_is_noticed(record, tmp_path, cut):
     content = path.read_bytes()
     last = content.rindex(b"\n", 0, int(len(content) * cut))
     path.write_bytes(content[: last + 1])
-    with pytest.raises(idn.ReadError, match=r"rows but its header says 200|no row of numbers"):
+    with pytest.raises(idn.ReadError, match=r"rows, its header states 200|no row of numbers"):
         idn.read(path)
 
 

@@ -91,7 +91,7 @@ def clipped(values):
         (made(speed=np.full(N, 100 * 30 / np.pi)), "the speed seems to be in rpm"),
         (made(speed=np.full(N, 100 / 2 / np.pi)), "the speed seems to be in Hz"),
         (made(angle=np.degrees(100 * T)), "the angle seems to be in deg"),
-        (made(angle=150 * T), "turns 1.5 times as fast as the speed says; check both units"),
+        (made(angle=150 * T), "turns 1.5 times as fast as the speed signal; check both units"),
         (made(angle=(100 * T) % (2 * np.pi)), "if it wraps, unwrap it"),
         (made(time=T * 1000, angle=None), "5 samples a second; perhaps ms or us taken for s"),
     ],

@@ -63,7 +63,7 @@ BAD = {
     "column number": (changed("column = 3", "column = 9"), "no column 9; the file has columns 1 to 4"),
     "unknown unit": (changed('unit = "rpm"', 'unit = "krpms"'), "channels.speed: unit 'krpms' is no speed known here"),
     "no unit": (changed('unit = "rpm"', ""), "channels.speed: no unit, neither here nor in the file"),
-    "other unit": (changed("column = 3", 'column = 3\nunit = "V"'), "unit 'V', but the file says 'mV'"),
+    "other unit": (changed("column = 3", 'column = 3\nunit = "V"'), "unit 'V', but the file states 'mV'"),
     "needless sensitivity": (changed('unit = "V"', 'unit = "mm"'), "is in 'mm' already, a length; write 'scale'"),
     "scale": (changed("scale = 2", "scale = 0"), "disc_measured.y.scale: 0; give a number other than 0"),
     "sign": (changed("sign = -1", "sign = 2"), "disc_measured.x.sign: 2; write 1 or -1"),
@@ -74,7 +74,7 @@ BAD = {
     "constant": (changed('"0.3 MPa"', "0.3"), "constants.pressure: 0.3 is not a gauge pressure with its unit"),
     "constant twice": (GOOD + 'speed = "600 rpm"', "speed is a channel and a constant; remove one"),
     "constant vector": (GOOD + 'pin = "6 um"', "constants.pin: no quantity that a constant can give"),
-    "wrong rate": (changed("[time]", '[time]\nsample_rate = "2 kHz"'), "2000 Hz, but the file's time says 5000 Hz"),
+    "wrong rate": (changed("[time]", '[time]\nsample_rate = "2 kHz"'), "2000 Hz, but the file's time gives 5000 Hz"),
     "rate": (
         changed("[time]", "[time]\nsample_rate = 2000"),
         "time.sample_rate: 2000 is not a sample rate with its unit",

@@ -189,7 +189,7 @@ def test_a_v73_file_leads_nowhere_outside_itself(tmp_path):
         ),
         (
             lambda f: f.create_dataset("angle", (10**12,), "f8", chunks=(1000,)),
-            "says to hold more than fits into memory",
+            "claims to hold more than fits into memory",
         ),
     ):
         path = v73(tmp_path / "a.mat", time=T)

@@ -54,7 +54,7 @@ def test_a_record_with_faults_is_named(record, tmp_path):
 
 def test_a_mapping_for_a_record_is_refused(record, tmp_path):
     path = idn.save(record, tmp_path / "a.nc")
-    with pytest.raises(idn.ReadError, match="says itself what is in it; leave the mapping out"):
+    with pytest.raises(idn.ReadError, match="a netCDF record describes itself; leave the mapping out"):
         idn.read(path, {"channels": {"angle": {"column": 1, "unit": "rad"}}})
     with pytest.raises(idn.ReadError, match="a record of rotorsim needs no mapping"):
         idn.columns(path)

@@ -144,7 +144,7 @@ def test_a_record_of_nothing_but_the_measured_disc_makes_a_report(tmp_path: Path
     text = (tmp_path / "rig.html").read_text(encoding="utf-8")
     for title in ("Waterfall", "Forward and backward whirl", "Spectra", "The run against time"):
         assert f"<h2>{title}</h2>" in text
-    assert "The record tells no shaft angle" in text and "This is a simulation" not in text and " rpm" not in text
+    assert "The record holds no shaft angle" in text and "This is a simulation" not in text and " rpm" not in text
 
 
 def test_a_measured_angle_is_enough_for_orders() -> None:

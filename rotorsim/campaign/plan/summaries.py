@@ -1,6 +1,6 @@
 """Summary values of a case, stored in the index: modes, orders, resonances and others, by name.
 
-Names ending in a unit (`_um`, `_rpm`, `_hz`) tell it; two numbers of x and y end in `.x` and `.y`.
+Names end in their unit (`_um`, `_rpm`, `_hz`); two numbers of x and y end in `.x` and `.y`.
 """
 
 from __future__ import annotations

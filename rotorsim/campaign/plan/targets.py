@@ -33,7 +33,7 @@ class Target:
     suggest: Suggest | None = field(default=None, compare=False, repr=False)
 
     def read(self, value: Any, where: str) -> Value:
-        """SI value, whole number or word of what the plan says; raises PlanError."""
+        """SI value, whole number or word from the plan's text; raises PlanError."""
         if self.kind == "seed":
             return _seed(value, where)
         if self.unit is None:

@@ -1,6 +1,6 @@
 """Child process that runs cases one after the other, isolated from the worker against hangs and crashes.
 
-Orders come as lines of JSON on stdin, answers leave as lines of JSON on stdout. Of a case it says first "ready", when
+Orders come as lines of JSON on stdin, answers leave as lines of JSON on stdout. For a case it first sends "ready", when
 the machine code is there and the time limit starts to count, then what came out. The process ends with its stdin.
 """
 

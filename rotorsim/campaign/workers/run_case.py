@@ -78,7 +78,7 @@ def prepare(case: Case, text: str) -> None:
     with ExitStack() as stack:
         if not is_compiled(module):
             stack.enter_context(Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True))
-        stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and tell
+        stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and report it
         experiment = experiment_of(case)
         begin(plant, experiment, case.seed).advance(experiment.rows(0, 1))
         _loaded.add(module.__name__)

@@ -17,7 +17,7 @@ from typing import Any
 from rotorsim.campaign.errors import ClusterError
 
 AHEAD = 8
-"""Tasks that wait at the scheduler, beside two for every worker."""
+"""Tasks that wait at the scheduler, besides two for every worker."""
 TASK = 0.4
 """Time [s] of a task, about, whose cases are shorter."""
 LARGEST = 64

@@ -28,7 +28,7 @@ from rotorsim.sampling import SAMPLE
 class Spec:
     """Weights; grid of local designs from `slowest` [rad/s] up; orders of interpolation that are tried, in turn.
 
-    delay [s] is what the design knows of the loop's own; `fine` is the grid of the stability gate; `table` that of the
+    delay [s] is the loop delay in the design model; `fine` is the grid of the stability gate; `table` that of the
     law; `refresh` [s] how often the law reads it.
     """
 

@@ -25,7 +25,7 @@ from rotorsim.sampling import SAMPLE
 
 @dataclass(frozen=True)
 class Spec:
-    """Operating point [rad/s, Pa]; weights; delay [s] the design knows of; order (0: all, None: judged by S)."""
+    """Operating point [rad/s, Pa]; weights; delay [s] of the design model; order (0: all, None: judged by S)."""
 
     speed: float = 3 * KRPM
     pressure: float = 0.5 * MPA
@@ -47,7 +47,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     Raises
     ------
     DesignError
-        If no controller meets the weights (the message says which condition fails), the loop of the one found does not
+        If no controller meets the weights (the message names the condition), the loop of the one found does not
         keep its gamma, a pole is too fast for Ts, or a mode cannot be moved or seen.
     """
     spec = spec or Spec()

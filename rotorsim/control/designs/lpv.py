@@ -1,7 +1,7 @@
 r"""Grid-based LPV synthesis over speed and pressure (thesis Paper E), discretised by the trapezoidal rule (3.11).
 
 Smallest gamma over the design grid first, from the inequality of Y alone, which is all that binds where X(q) exists,
-else from both. Then, at `backoff` times it and with `margin` in the inequality of X (which no larger gamma mends
+else from both. Then, at `backoff` times it and with `margin` in the inequality of X (which no larger gamma corrects
 between grid points), the X(q), Y that are furthest apart, from which the controller follows by formula. The solver's
 word counts for nothing: the thesis' inequalities T1, T2 are checked by their eigenvalues on a fine grid, which also
 gives the gamma that is reported. It depends on `eps` and on the bound on X and Y, in the balanced states.
@@ -31,7 +31,7 @@ from rotorsim.sampling import SAMPLE
 class Spec:
     """Thesis section E.3: weights, design grid; see the module for the rest.
 
-    delay [s] is what the design knows of the loop's own; `constant_X` takes X independent of q; `validation` is the
+    delay [s] is the loop delay in the design model; `constant_X` takes X independent of q; `validation` is the
     grid of the check, `table` that of the law; `refresh` [s] how often the law reads its table (the rig: 0.1 s).
     """
 
@@ -70,7 +70,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     ------
     DesignError
         If the inequalities have no solution, the solution does not keep them on the validation grid (whatever the
-        solver said), a pole is too fast for Ts, or the sampled loop is unstable somewhere.
+        solver reported), a pole is too fast for Ts, or the sampled loop is unstable somewhere.
     """
     spec = spec or Spec()
     if not spec.backoff > 1:

@@ -59,7 +59,7 @@ def functions(exponents: tuple[tuple[int, int], ...], point: np.ndarray) -> np.n
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One projected inequality: T'MR + R'MT - gamma W'W in the corner, E beside it, -gamma I below."""
+    """One projected inequality: T'MR + R'MT - gamma W'W in the corner, E next to it, -gamma I below."""
 
     T: np.ndarray
     R: np.ndarray
@@ -120,7 +120,7 @@ def _binds(gamma: float | None, bound: float, margin: float, feedback_only: bool
         return f"lpv: no X(q), Y below {bound:.3g} I keep X Y >= 1 and their inequalities; raise bound or lower eps"
     return (
         f"lpv: no X(q), Y below {bound:.3g} I keep their inequalities at gamma = {gamma:.4g} with margin {margin:g} in "
-        "that of X (what y tells); raise backoff or bound, or lower margin"
+        "that of X (from y); raise backoff or bound, or lower margin"
     )
 
 

@@ -1,6 +1,6 @@
 """Balanced truncation of a stable controller, its order chosen by the change of the loop's sensitivity S.
 
-The Hankel values of a controller say little about its loop; the order here is the smallest whose S differs from the
+The Hankel values of a controller predict little of its loop; the order here is the smallest whose S differs from the
 full one's, relative to the peak of the latter, by less than a tolerance, and whose loop is stable.
 """
 
@@ -30,7 +30,7 @@ def balanced(system: System) -> tuple[System, np.ndarray]:
 
 
 def _of_like_size(system: System) -> System:
-    """The system in states that inputs move about as far as one another, so that none is lost beside larger ones."""
+    """The system in states that inputs move about as far as one another, so that none is lost next to larger ones."""
     system = balanced_states(system)
     size = np.sqrt(np.maximum(np.diag(gramians(system)[0]), 0.0))
     return transformed(system, 2.0 ** -np.round(np.log2(np.where(size > 0, size, 1.0))))

@@ -1,6 +1,6 @@
 """Records with hidden effects, simulated on a finer grid and step than a diagnosis, with another calibration.
 
-The truth goes to a folder of its own beside the records, which `diagnose` never opens.
+The truth goes to a folder of its own next to the records, which `diagnose` never opens.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def record_of(
     """Record of the hidden machine with measured channels only; raises NoLiftOffError.
 
     A record that is `tiled` is one period of the response of a machine that has been running, again and again, with
-    noise drawn beside the plant: what the whole run gives where nothing remembers longer, at a third of its cost.
+    noise drawn outside the plant: equal to the whole run if no state lasts longer, at a third of its cost.
     """
     speed, pressure = planned.experiment.initial()
     rows = planned.experiment.rows(0, planned.experiment.samples)
@@ -201,7 +201,7 @@ def hide(
     sizes : (least, most)
         Range of amplitudes in steps of the candidates.
     truth, disturb, twin :
-        Instead of a draw; a change of the inputs that the records do not tell; a truth plant to use again.
+        Instead of a draw; a change of the inputs that the records do not state; a truth plant to use again.
     tiled : bool
         Run one period of each periodic record only, and repeat it (`record_of`).
 

@@ -77,16 +77,16 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     sizes = {round(t.amplitude, 3) for t in trials if t.amplitude > 0}
     if len(points) < FEWEST_POINTS:
         notes.append(
-            f"{len(points)} operating points: a smooth trend of the calibration cannot be told from a missing effect "
-            f"whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
+            f"{len(points)} operating points: a smooth trend of the calibration is indistinguishable from a missing "
+            f"effect whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
         )
     if len(speeds) < 2:
         notes.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
     if len(sizes) < 2:
         notes.append(
-            "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects cannot be told "
-            "from linear ones"
+            "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
+            "indistinguishable from linear ones"
         )
     if film and len({round(t.pressure, -4) for t in trials}) < 2:
-        notes.append("one pressure only: supply droop, discharge and clearance cannot be told apart")
+        notes.append("one pressure only: supply droop, discharge and clearance are indistinguishable")
     return notes

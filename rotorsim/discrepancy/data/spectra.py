@@ -52,7 +52,7 @@ class Trial:
     orders: tuple[int, ...] = ()
     """Orders of a run-up's vectors; none for a record at constant speed."""
     periodic: bool = False
-    """Whether every block is one period of the excitation, so that one period of the response tells all."""
+    """Whether every block is one period of the excitation, so that one period of the response is complete."""
 
     @property
     def speed(self) -> float:
@@ -187,7 +187,7 @@ TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/
 
 
 def _check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
-    """The angle must turn as fast as the speed says."""
+    """The angle must turn as fast as the speed signal."""
     angle = measured(record, "angle")
     if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
         return
@@ -225,7 +225,7 @@ def _window(rows: np.ndarray, speed: float, n: int, name: str, period: int | Non
         turn = 2 * np.pi / abs(speed) / SAMPLE
         turns = int(length / turn)
         length = round(turns * turn) if turns else length
-    # two halves where they hold whole turns too, so that the record tells its own scatter
+    # two halves where they hold whole turns too, so that the record shows its own scatter
     steady = not rows[:, 2:6].any()
     if steady and length >= 2 * SHORTEST_PERIOD / SAMPLE:
         half = length // 2

@@ -133,6 +133,6 @@ def check_clocks(comparison: Comparison, simulated: np.ndarray) -> None:
                 lags.append(float(LAGS[best]))
         if len(lags) == 2 and abs(lags[0] - lags[1]) < 3e-4:
             raise DataError(
-                f"{trial.name}: the displacement runs {lags[0] * 1e3:+.2f} ms beside the inputs; are the clocks of the "
+                f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
                 "two recorders aligned? shift one of them; nothing was assumed"
             )

@@ -2,7 +2,7 @@ r"""Damped least squares with line search: linearised step, nonlinear residual.
 
 .. math:: \min_v \; |r(v)|^2 + |(v - v_0)/s|^2
 
-The Jacobian J of a chord step is kept from step to step and mended after each by Broyden's rank-one update; residuals
+The Jacobian J of a chord step is kept and corrected after each step by Broyden's rank-one update; residuals
 always come from the plant. Source: Nocedal & Wright (2006), chapter 10 and section 11.1.
 """
 

@@ -85,7 +85,7 @@ def _comments(diagnosis: Diagnosis, found: Found) -> list[str]:
         )
     others = [k for k in found.tie_class if k != found.form] + [" with ".join(t) for t in diagnosis.ties]
     if others:
-        lines.append(f"cannot be told from: {', '.join(others)}")
+        lines.append(f"indistinguishable from: {', '.join(others)}")
     return lines
 
 

@@ -23,7 +23,7 @@ EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unkn
 WORDS = {
     "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
     "named": "Named: {effects}.",
-    "tie": "Tie: the records show {effects}, or what they cannot tell from it: {rivals}.",
+    "tie": "Tie: the records show {effects}, or, indistinguishable from it: {rivals}.",
     "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }

@@ -2,7 +2,7 @@ r"""Equivalent force on the disc for the residual that no effect explains.
 
 .. math:: f(\omega) = Z(\omega)\, r(\omega), \qquad Z = G^{-1}
 
-G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors. Its largest lines are told
+G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors. Its largest lines come
 with frequency, order, direction (forward, backward, along an axis) and the exponents with which the force grows over
 speed, pressure and amplitude. Source: Platz & Markert (2001), fault models for on-line identification.
 """
@@ -36,7 +36,7 @@ def equivalent_force(
         lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
     lines.sort(key=lambda x: -x["force_n"])
     return {
-        "where": "at the disc, as far as one measuring plane tells",
+        "where": "at the disc, as far as one measuring plane shows",
         "lines": lines[:MOST_LINES],
         "growth": _growth(comparison, residual, flags),
         "groups": sorted({f.group for f in flags}),

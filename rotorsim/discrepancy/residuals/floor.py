@@ -29,7 +29,7 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
     """Standard deviations from repeats: per mean line (records, 2, lines), of means and drifts (records, 2).
 
     `residuals` (blocks, 2, lines) are measured less simulated, so that what both do does not count as scatter. The last
-    value says whether there were blocks or repeats to tell it from.
+    value is whether there were blocks or repeats to estimate it from.
     """
     squares = [_within(r) for r in residuals]
     known = any(s is not None for s in squares)
@@ -68,7 +68,7 @@ def _pooled(squares: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarra
     """Standard deviation (2, lines) of a real part: median over records and neighbours of exponential squares."""
     lines = max(r.shape[2] for r in residuals)
     if not squares:
-        # a record that tells nothing of itself: the quiet half of its residual's lines
+        # a record without repeats or periods: the quiet half of its residual's lines
         quiet = [np.abs(r.mean(0)) ** 2 for r in residuals]
         level = np.sqrt(np.mean([np.percentile(q[:, 1:], 30, axis=1) for q in quiet], axis=0) / 0.357 / 2)
         return np.repeat(level[:, None], lines, axis=1)

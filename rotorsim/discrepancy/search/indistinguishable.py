@@ -3,7 +3,7 @@
 Each effect declares the signature of its forms. Equal ones were derived from the equations: a bow of the shaft and a
 runout at 1X both add a constant vector that turns with the shaft; delay and lag of a sensor differ at the second order
 in frequency times time; the flow through a choked seat is its area times the pressure; of two sensors' gains only the
-ratio shows beside gains of the actuators. Others are beyond any record's resolution.
+ratio shows next to gains of the actuators. Others are beyond any record's resolution.
 """
 
 from __future__ import annotations

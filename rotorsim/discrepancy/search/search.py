@@ -20,12 +20,12 @@ MOST_EFFECTS = 3
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
 CLEAR = 100.0
-"""A name lowers the sum of squares by this much at least, beside k ln N: twice what makes an effect detectable. Where
+"""A name lowers the sum of squares by this much at least, besides k ln N: twice what makes an effect detectable. Where
 nothing is missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
 MORE = 100.0
-"""Flagged excess that explanations may leave before another effect is looked for beside them."""
+"""Flagged excess that explanations may leave before an additional effect is searched for."""
 NEARLY = 0.8
-"""From this share on a hypothesis is fitted with all sensitivities renewed before it is dropped."""
+"""From this share on a hypothesis is fitted with all sensitivities updated before it is dropped."""
 A_FIFTH = 0.2
 REFITS = 3
 """Hypotheses of each size that are re-fitted with the plant."""
@@ -34,7 +34,7 @@ TIE = 0.06
 TIE_LEAST = 16.0
 MOST_HALVINGS = 4
 FINALISTS = 10
-"""Forms whose sensitivities are renewed at the re-fitted point."""
+"""Forms whose sensitivities are updated at the re-fitted point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Search:
     progress: Callable[[], None] = lambda: None
     updated: set[str] | None = None
     nominal: Fit | None = None
-    """The base with sensitivities of where `columns` were taken; where there is none all are renewed at once."""
+    """The base with sensitivities of where `columns` were taken; where there is none all are updated at once."""
     unsteady: float = 0.0
     """Part of the excess that does not repeat from period to period: no effect takes it away."""
 
@@ -82,7 +82,7 @@ class Search:
         return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
 
     def promise(self) -> float:
-        """By how much the best form would lower the sum of squares, as far as linear sensitivities tell."""
+        """By how much the best form would lower the sum of squares, by linear sensitivities."""
         if not self.forms:
             return 0.0
         view = self.screened(self.nominal)
@@ -156,7 +156,7 @@ class Search:
         return Hypothesis(forms, fit, left, self._held(fit.point), 1 - left / max(self.base_excess, 1e-300))
 
     def onward(self, h: Hypothesis) -> Search:
-        """A search for what is missing beside a hypothesis."""
+        """A search for effects missing besides those of a hypothesis."""
         taken = {f.effect for f in h.forms}
         forms = tuple(f for f in self.forms if f.effect not in taken)
         columns = {f.label: self.columns[f.label] for f in forms}

@@ -72,7 +72,7 @@ def _accepted(
 
 
 def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
-    """The best hypothesis with another effect beside it that explains what it leaves, and what is tied with that."""
+    """The best hypothesis extended by an effect that explains what it leaves, and what is tied with that."""
     onward = search.onward(best)
     found = onward.singles()
     good = [h for h in found if passes(h, onward)]
@@ -85,7 +85,7 @@ def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list
 
 
 def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
-    """A hypothesis that was found beside another, with the forms of both."""
+    """Hypothesis with the forms of both."""
     left = h.excess + search.unsteady
     return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=1 - left / max(search.base_excess, 1e-300))
 

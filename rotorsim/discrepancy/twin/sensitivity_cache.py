@@ -1,7 +1,7 @@
 """Disk cache of sensitivities, shared between diagnoses.
 
 They are taken at rounded speeds, pressures and angles, so that the same campaign, recorded again, finds them, and so
-that they are the same whoever computed them first. A search starts from them and renews what it goes on with.
+that they are the same whoever computed them first. A search starts from them and updates those of its best forms.
 """
 
 from __future__ import annotations

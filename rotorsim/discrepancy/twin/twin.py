@@ -160,7 +160,7 @@ def of_bearing(k: float, c: float, stiffer: float, lossier: float) -> tuple[floa
     """Stiffness [N/m] and damping [N s/m] of a bearing after relative changes of compliance and loss.
 
     A bearing acts in series with the shaft, by 1 / (k + i w c), close to 1 / k - i w c / k^2: the response is linear
-    in these two numbers, and parameters that records do not tell apart make a straight valley for a fit.
+    in these two numbers, and parameters that records do not distinguish make a straight valley for a fit.
     """
     return k / (1 - stiffer), c * (1 + lossier) / (1 - stiffer) ** 2
 

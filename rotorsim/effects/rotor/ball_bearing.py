@@ -19,7 +19,7 @@ from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 
 @inlined
 def ball_bearing(t, angle, speed, x, y, vx, vy, p):
-    """Force (fx, fy) [N] beside the linear bearing's."""
+    """Force (fx, fy) [N] besides the linear bearing's."""
     if p.softening == 0.0 and p.clearance == 0.0:
         return 0.0, 0.0
     k = p.stiffness

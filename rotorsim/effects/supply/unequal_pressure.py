@@ -3,7 +3,7 @@ r"""Unequal injection pressure: one injector's line carries another pressure tha
 .. math:: P_{s,k} \;\to\; P_{s,k}\,(1 + \delta)
 
 on the absolute pressure. Source: the pin's flow is proportional to P_s (choked orifice) or to P_s^2 - P_k^2 (laminar),
-so a choked seat cannot tell it from a blocked one.
+so a choked seat is indistinguishable from a blocked one.
 """
 
 from dataclasses import dataclass

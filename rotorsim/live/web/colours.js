@@ -1,4 +1,4 @@
-// Colours that colour-blind people can tell apart (Okabe and Ito), for light and dark pages.
+// Colours that colour-blind people can distinguish (Okabe and Ito), for light and dark pages.
 const LIGHT = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"], DARK = ["#56B4E9", "#E69F00", "#3fc79a", "#CC79A7"];
 
 export function theme() {

@@ -1,7 +1,7 @@
 // The numbers of a frame as people read them.
 export function readings(frame, rig) {
   const { now, status } = frame, found = [];
-  const add = (name, said, alarm = false) => found.push({ name, said, alarm });
+  const add = (name, text, alarm = false) => found.push({ name, text, alarm });
   add("time", `${frame.time.toFixed(2)} s`);
   add("real-time factor", status.factor.toFixed(2));
   if (!now) return found;

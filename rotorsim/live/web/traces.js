@@ -21,7 +21,7 @@ export function drawTraces(canvas, trace) {
       const values = trace[name], count = values.length;
       line(g, map, (j) => -trace.seconds * (1 - (j + 1) / count), values, colours.lines[i]);
     });
-    const said = kind === "pin" ? names.map((_, i) => String(i + 1)) : ["x", "y"];
-    legend(view, box, said, colours.lines);
+    const entries = kind === "pin" ? names.map((_, i) => String(i + 1)) : ["x", "y"];
+    legend(view, box, entries, colours.lines);
   });
 }

@@ -3,7 +3,7 @@ r"""Static equilibrium of rotor, film and plena.
 With K_s = K + k_n Phi_b' Phi_b (k_n the nominal spring, which makes K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
 X_f = Phi_b K_s^-1 f, the journal's equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The film is settled
 by pseudo-transient continuation (reynolds.steady). Forces that depend on the motion (a bearing's clearance, a rub)
-enter with their tangent, which is renewed until the rotor rests: first without them, then with it. A bearing within
+enter with their tangent, which is updated until the rotor rests: first without them, then with it. A bearing within
 its clearance carries nothing, and its tangent leads far off: such a pass is repeated with the rotor held to where it
 is, by a share of its own stiffness that fades with every pass that gets through (the proximal point method, Rockafellar
 1976). A supply line is settled together with the flow it carries; where the film does not carry with the flow of the
@@ -261,7 +261,7 @@ def settle(w, initial, ix, P, speed, supply):
             return SETTLED
     if not fallen:
         return RESTLESS
-    # the load is told without what held the rotor
+    # the load is reported without what held the rotor
     static_terms(w, P, speed, False)
     journal_statics(w, P)
     return NO_LIFT_OFF

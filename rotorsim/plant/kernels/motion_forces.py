@@ -2,7 +2,7 @@ r"""Implicit treatment of forces that depend on the shaft's local motion.
 
 Each force is evaluated at a guess x_g of the stage's displacement (velocity (x_g - x_r) / (a dt)); the stage is solved
 with it; where it leads to a displacement x at which the force is another one, W |F(x) - F(x_g)| above the limit, the
-guess is mended by Newton's method with the node's own compliance W = (a dt)^2 Phi T Phi':
+guess is corrected by Newton's method with the node's own compliance W = (a dt)^2 Phi T Phi':
 
 .. math:: x_g \leftarrow x_g + (I - W F')^{-1}\,(x - x_g).
 

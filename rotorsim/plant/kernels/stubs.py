@@ -108,7 +108,7 @@ def sense(w, P):
 
 @inlined
 def shaft_torque(t, angle, speed, P):
-    """Torque [N m] on the shaft beside the drive's."""
+    """Torque [N m] on the shaft besides the drive's."""
     return 0.0
 
 

@@ -67,7 +67,7 @@ def _map(run: Run, index: int) -> go.Heatmap:
 
 
 def _injectors(run: Run) -> go.Scatter:
-    """Open circles where the injectors are, if the record tells its machine."""
+    """Open circles where the injectors are, if the record holds its machine."""
     places = run.machine.injectors if run.machine else ()
     ring = {"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 1.5}}
     return go.Scatter(

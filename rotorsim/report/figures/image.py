@@ -29,7 +29,7 @@ def save_png(figure: go.Figure, path: str | Path, width: int = 1400, height: int
 
 
 def readme_figure(record: xr.Dataset) -> go.Figure:
-    """Amplitude of disc y at 1X, 2X, 3X against speed, beside the waterfall of disc y."""
+    """Amplitude of disc y at 1X, 2X, 3X against speed, next to the waterfall of disc y."""
     run = analyse(record)
     titles = ["Disc y: amplitude of the orders", "Disc y: spectra"]
     figure = make_subplots(1, 2, horizontal_spacing=0.09, subplot_titles=titles)

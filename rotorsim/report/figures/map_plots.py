@@ -33,7 +33,7 @@ CONTOURS: tuple[Panel, ...] = (
 
 
 def plane(found: xr.Dataset) -> xr.Dataset:
-    """The map over pressure and speed alone: the first value of every further axis that has a `pressure` beside it."""
+    """The map over pressure and speed alone: the first value of every further axis that comes with a `pressure`."""
     extra = [d for d in found["lifted"].dims if d not in ("pressure", "speed")]
     return found.isel({d: 0 for d in extra})
 

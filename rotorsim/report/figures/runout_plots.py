@@ -12,7 +12,7 @@ from rotorsim.signals.runout import Runout
 
 
 def runout_figure(runout: Runout) -> go.Figure:
-    """Mean per angle [um] with a band of one standard deviation, beside the harmonics' amplitudes 0-pk [um]."""
+    """Mean per angle [um] with a band of one standard deviation, next to the harmonics' amplitudes 0-pk [um]."""
     figure = make_subplots(1, 2, column_widths=[0.66, 0.34], horizontal_spacing=0.1,
                            subplot_titles=["mean over the revolutions", "harmonics"])  # fmt: skip
     for k, axis in enumerate("xy"):

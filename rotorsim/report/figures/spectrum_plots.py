@@ -66,7 +66,7 @@ def set_log_axis(figure: go.Figure, values: np.ndarray, row: int) -> None:
 
 
 def mark_orders(figure: go.Figure, turning: float, edge: float, row: int, orders: tuple[int, ...]) -> None:
-    """Dotted lines at multiples of `turning` [Hz] within the axis, apart enough to be told."""
+    """Dotted lines at multiples of `turning` [Hz] within the axis, far enough apart to be read."""
     for n in orders if turning > edge / 100 else ():
         if abs(n) * turning < edge:
             figure.add_vline(x=n * turning, line={"color": faint(INK, 0.55), "width": 1, "dash": "dot"}, row=row, col=1,

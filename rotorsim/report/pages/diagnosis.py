@@ -27,7 +27,7 @@ INTRODUCTION = (
     "operating points helped to choose; untouched records took no part in anything and are the test."
 )
 MEANING = {
-    "no_disagreement": "The file describes the machine as well as these records can tell. Nothing needs to be added.",
+    "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
     "named": "One explanation accounts for at least 95 % of what was beyond the floor, also at held-out points, and no "
     "other effect of the catalogue does.",
     "tie": "Several explanations fit these records equally well; the machine file holds the first. No name is given: "
@@ -46,7 +46,7 @@ def write_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
 def page(diagnosis: Diagnosis) -> str:
     """The page's text."""
     title = f"{diagnosis.machine.name}: diagnosis"
-    meaning = html.section("What this says", f"<p>{MEANING[diagnosis.status]}</p><p>{INTRODUCTION}</p>")
+    meaning = html.section("Meaning of the verdict", f"<p>{MEANING[diagnosis.status]}</p><p>{INTRODUCTION}</p>")
     body = f"{_cards(diagnosis)}{meaning}{''.join(_sections(diagnosis))}"
     return html.document(title, title, diagnosis.sentence, body)
 
@@ -84,7 +84,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         yield _unknown(d)
     if d.notes:
         text = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
-        yield f"<section><h2>What these records cannot tell</h2>{text}</section>"
+        yield f"<section><h2>Limits of these records</h2>{text}</section>"
     yield _tried(d)
     rows = [(k, f"{v:.4g}", f"{s:.2g}") for k, (v, s) in d.calibration.items()]
     yield _table("Re-calibration", (("fit parameter", "change", "sd"),), rows)
@@ -98,7 +98,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
 def _effects(d: Diagnosis) -> str:
     rows = [(f.form, p, value, sd or "held") for f in d.effects for p, value, sd in f.sizes()]
     text = "".join(
-        f"<p>No record tells {escape(f.form)} from {escape(', '.join(k for k in f.tie_class if k != f.form))}.</p>"
+        f"<p>{escape(f.form)} is indistinguishable from {escape(', '.join(k for k in f.tie_class if k != f.form))}.</p>"
         for f in d.effects
         if len(f.tie_class) > 1
     )

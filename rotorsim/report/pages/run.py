@@ -27,7 +27,7 @@ STEADILY = 0.02
 
 @dataclass(frozen=True)
 class Run:
-    """A prepared record (`compute.prepare`), its tracked orders, spectra and summary, and its machine if told."""
+    """A prepared record (`compute.prepare`), its tracked orders, spectra and summary, and its machine if stated."""
 
     record: xr.Dataset
 
@@ -48,7 +48,7 @@ class Run:
 
     @cached_property
     def machine(self) -> Machine | None:
-        """The machine, if the record tells one that can be read."""
+        """The machine, if the record holds one that can be read."""
         try:
             return Machine.from_text(str(self.record.attrs.get("machine", "")))
         except MachineFileError:
@@ -56,7 +56,7 @@ class Run:
 
     @property
     def kind(self) -> str:
-        """The experiment's name; empty for a record that does not say."""
+        """The experiment's name; empty for a record that does not state it."""
         return str(self.record.attrs.get("experiment", ""))
 
     @property
@@ -84,12 +84,12 @@ class Run:
 
     @property
     def speed_known(self) -> bool:
-        """Whether the record tells the speed or the angle."""
+        """Whether the record holds the speed or the angle."""
         return "speed" not in str(self.record.attrs.get("assumed", "")).split()
 
     @property
     def angle_known(self) -> bool:
-        """Whether the record tells the shaft angle."""
+        """Whether the record holds the shaft angle."""
         return "angle" not in str(self.record.attrs.get("assumed", "")).split()
 
     @cached_property
@@ -108,7 +108,7 @@ class Run:
 
     @property
     def self_excitable(self) -> bool:
-        """Whether motion below 1X tells of whirl: the shaft turns, and no input moves the disc."""
+        """Whether motion below 1X indicates whirl: the shaft turns, and no input moves the disc."""
         return self.angle_known and self.revolutions >= 1 and not self.driven
 
     @cached_property
@@ -162,7 +162,7 @@ class Run:
 
     def need_turning(self, least: float = 1.0) -> None:
         """Raise MissingError unless the shaft's angle is known and turns so many revolutions."""
-        need(self.angle_known, "The record tells no shaft angle, so nothing can be drawn against its turning.")
+        need(self.angle_known, "The record holds no shaft angle, so nothing can be drawn over it.")
         need(self.revolutions > 1e-3, "The shaft stands still.")
         need(self.revolutions >= least,
              f"The shaft turns {self.revolutions:.2g} revolutions; this figure takes {least:g}.")  # fmt: skip

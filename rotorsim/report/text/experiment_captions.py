@@ -46,9 +46,9 @@ def transfer_caption(run: Run, transfer: Transfer) -> str:
     times = "impact" if transfer.input_name == "disc_force" else "segment"
     text += f" H1 estimate from {transfer.count} {times}{'s' * (transfer.count > 1)}"
     known = transfer.coherence is not None
-    text += "; the coherence says which share of the motion the input makes." if known else "; a coherence takes more."
+    text += "; the coherence is the share of the motion the input makes." if known else "; a coherence takes more."
     if transfer.together:
-        text += f" Both {NAMES[transfer.input_name]}s move together; their answers cannot be told apart."
+        text += f" Both {NAMES[transfer.input_name]}s move together; their responses cannot be separated."
     if run.revolutions >= 1 and transfer.input_name == "reference":
         text += " The unbalance's answer lowers the coherence at multiples of the shaft speed."
     return text + seen_by(run)

@@ -32,7 +32,7 @@ def settings(run: Run) -> Rows:
 
 
 def provenance(run: Run) -> Rows:
-    """Hash, seed, versions and whatever else the record says about itself."""
+    """Hash, seed, versions and whatever else the record states about itself."""
     rows = []
     for key, value in run.record.attrs.items():
         if key in SETTINGS or key in ("machine", "assumed"):

@@ -23,7 +23,7 @@ class Target:
 
 
 def targets(study: Study) -> list[Target]:
-    """All figures that can be told from the study's records."""
+    """All figures that the study's records yield."""
     return [*_fits(study), *_knee(study), *_runout(study), *_physics(study), *_surfaces(study)]
 
 
