@@ -8,7 +8,7 @@ with the three matrices out of one exponential of an augmented matrix; no step i
 The recurrence runs in blocks: what the forces of a block do from rest, and what its start does, are matrix products
 over all blocks at once; only the starts of the blocks are found one after the other.
 
-Unbalance is no sampled force: at constant speed its steady whirl q_u is known in closed form, so that the rest q - q_u
+Unbalance is not sampled: at constant speed its steady whirl q_u is known in closed form, so that the rest q - q_u
 is moved by the other forces alone, from what the initial state leaves. Gravity is a constant force.
 
 Source: C. Van Loan, IEEE Trans. Autom. Control 23 (1978) 395.

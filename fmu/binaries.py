@@ -54,7 +54,7 @@ def _object_target(target: Target, cpu: str) -> ObjectTarget:
 def compiler(target: Target, alone: bool) -> list[str]:
     """Command of the compiler for a target; gcc only where nothing but this computer is asked for (`alone`).
 
-    Raises DataError that names what to install: gcc is no help for another platform.
+    Raises DataError that names what to install: gcc builds for this one only.
     """
     gcc = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
     if alone and target == host() and gcc:

@@ -50,7 +50,7 @@ def _another(value: float, low: float, high: float) -> float:
 
 
 def _between(value: float, low: float, high: float) -> float:
-    """A permitted value that is no whole number."""
+    """A permitted value that is not a whole number."""
     return value + 0.5 if value + 0.5 <= high else max(value - 0.5, low)
 
 

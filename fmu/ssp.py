@@ -150,7 +150,7 @@ class System:
             with zipfile.ZipFile(path) as archive:
                 files = {name: archive.read(f"resources/{name}.fmu") for name in PARTS}
         except (OSError, KeyError, zipfile.BadZipFile) as error:
-            raise DataError(f"{path}: is no system of rotorsim; write one with 'rotorsim fmu system'") from error
+            raise DataError(f"{path}: is not a system of rotorsim; write one with 'rotorsim fmu system'") from error
         self.units = {}
         with workspace() as folder:
             for name, data in files.items():

@@ -2,7 +2,7 @@
 
 numba numbers its data files in an index that it writes first. Killed between the two, or with a second process at work,
 its index can name the machine code of another signature. Here a file is named by the hash of what it was compiled for
-and written before the index names it. A file that cannot be written or read is no error: the kernel is compiled again.
+and written before the index names it. An unreadable or unwritable file is not an error: the kernel is compiled again.
 """
 
 from __future__ import annotations

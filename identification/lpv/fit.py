@@ -40,7 +40,7 @@ def fit_lpv(
     order : 1, 2, 3 or 'hold-out'
         Total degree of the polynomials; 'hold-out' takes the one that predicts left-out points best.
     hold_out : sequence of Identification
-        Points that are not fitted and only measure the surfaces; without them every third point that is no corner is
+        Points that are not fitted and only measure the surfaces; without them every third point that is not a corner is
         left out to measure, and the surfaces are then fitted through all.
     refine : 'none', 'frequency' or 'global'
         'frequency' then minimises the distance of frequency responses to the local models' (thesis, section 4.1),

@@ -121,7 +121,7 @@ class LpvModel:
         try:
             q = np.column_stack([np.broadcast_to(np.asarray(v, float), len(u)) for v in (speed, pressure)])
         except ValueError as error:
-            raise ModelError(f"lpv.simulate: speed or pressure is no number and has not {len(u)} samples") from error
+            raise ModelError(f"lpv.simulate: speed or pressure is neither a number nor {len(u)} samples") from error
         y = np.empty((len(u), 2))
         x = None if x0 is None else np.asarray(x0, float)
         for first, last in stretches((q - self.basis.middle) / self.basis.half, tolerance):

@@ -115,7 +115,7 @@ def _layout(above: list[str], width: int, delimiter: str | None, comma: bool, he
         raise ReadError(_bad_row(rest[0], names))
     for i, (name, _) in enumerate(names):
         if len(name) > MAX_NAME or not name.isprintable():
-            raise ReadError(f"line {full[0][0] + 1}: {quote(name)} is no name for column {i + 1}; rename it")
+            raise ReadError(f"line {full[0][0] + 1}: {quote(name)} is not a valid name for column {i + 1}; rename it")
     return Layout(tuple(names), delimiter, comma, first, header)
 
 

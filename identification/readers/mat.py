@@ -57,7 +57,7 @@ def _table(path: Path, found: list[Variable]) -> Table:
 
 
 def refusal(shape: tuple[int, ...], kind: str) -> str:
-    """Why a variable is no column; empty if it is one."""
+    """Reason why a variable is not a column; empty if it is one."""
     if kind not in NUMERIC:
         return _WAYS_OUT.get(kind, f"is of the kind {quote(kind)}; save plain vectors of numbers")
     if len(shape) > 2 or 0 in shape:

@@ -2,7 +2,7 @@
 
 The file is 128 bytes of header and then elements, each a type, a size and, deflated or not, a matrix: flags (its
 class), dimensions, name, values. An opaque object has no dimensions. Own code, because scipy cannot list a file with
-such objects and crashes on some damaged ones; whatever is no array of numbers or text is never looked into.
+such objects and crashes on some damaged ones; anything but arrays of numbers and text is skipped.
 """
 
 from __future__ import annotations

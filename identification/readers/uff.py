@@ -128,7 +128,7 @@ def _response(kind: bytes, body: bytes) -> Response | str:
     if function not in (0, 1):
         return f"holds functions of type {function} and no time response (type 1)"
     if _whole(records[7][:10] or "0", "abscissa type") not in (0, 17):
-        return "has an abscissa that is no time"
+        return "has an abscissa other than time"
     form, n, spacing = (_whole(records[6][i : i + 10], "record 7") for i in (0, 10, 20))
     if form not in (2, 4):
         return f"holds values of type {form}; export real ones (2 or 4)"
@@ -152,7 +152,7 @@ def _binary(kind: bytes, data: bytes, form: int) -> np.ndarray:
         raise ReadError(f"byte order {order} and number format {floating}; export IEEE numbers (1 or 2, and 2)")
     dtype = np.dtype("f4" if form == 2 else "f8").newbyteorder("<" if order == 1 else ">")
     if len(data) % dtype.itemsize:
-        raise ReadError("its bytes are no whole number of values; the file is damaged")
+        raise ReadError("its bytes are not a whole number of values; the file is damaged")
     return np.frombuffer(data, dtype).astype(float)
 
 

@@ -72,7 +72,7 @@ def _numbers(name: str, value: Any) -> np.ndarray:
     try:
         array = np.asarray(np.ma.filled(value.astype(float), np.nan) if np.ma.isMaskedArray(value) else value)
     except (TypeError, ValueError) as error:
-        raise SchemaError(f"record.{name}: is no array of numbers ({error}); give an array of floats") from error
+        raise SchemaError(f"record.{name}: is not an array of numbers ({error}); give an array of floats") from error
     if array.dtype.kind not in "fiub":
         raise SchemaError(f"record.{name}: holds {array.dtype} and not real numbers; give an array of floats")
     return np.array(array, dtype=float)

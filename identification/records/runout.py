@@ -76,7 +76,7 @@ def fitting_count(angle: np.ndarray, count: int) -> int:
 def _table(angle: np.ndarray, y: np.ndarray, bins: int) -> np.ndarray:
     at = np.minimum((np.mod(angle, TURN) / TURN * bins).astype(int), bins - 1)
     visits = np.bincount(at, minlength=bins)
-    # an encoder on the edge of a count fills a bin by chance now and then; one noisy visit is no mean
+    # an encoder on the edge of a count fills a bin by chance now and then; one noisy visit is not a mean
     seen = np.flatnonzero(visits > RARE * visits[visits > 0].mean())
     table = np.empty((bins, 2))
     for axis in range(2):

@@ -48,7 +48,7 @@ def factor(unit: str, si: str) -> float:
     plain = _plain(unit)
     if plain not in known:
         raise ReadError(
-            f"unit {quote(unit)} is no {_NAMES[si]} known here; write one of {', '.join(filter(None, known))}"
+            f"unit {quote(unit)} is not a known unit of {_NAMES[si]}; write one of {', '.join(filter(None, known))}"
         )
     return known[plain]
 

@@ -23,7 +23,7 @@ def flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
 
 
 def header(record: xr.Dataset) -> str:
-    """Attributes and number of samples as one line of ASCII; raises SchemaError for what is no text or number."""
+    """Attributes and number of samples as one line of ASCII; raises SchemaError for what is neither text nor number."""
     extra = {str(name): _extra(variable.attrs) for name, variable in record.variables.items()}
     samples = record.sizes["speed" if "speed" in record.dims else "time"]
     content = {"attrs": record.attrs, "variables": {n: a for n, a in extra.items() if a}, "samples": samples}

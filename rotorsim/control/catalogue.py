@@ -88,7 +88,7 @@ def _value(old: Any, name: str, text: str, setting: str) -> Any:
             return numbers
         return type(old)(text) if old is not None else int(text)
     except (ValueError, KeyError) as error:
-        raise DesignError(f"--spec: '{setting}': '{text}' is no value like {old}; give another") from error
+        raise DesignError(f"--spec: '{setting}': '{text}' is not a value like {old}; give another") from error
 
 
 def _quantity(text: str, setting: str, unit: str, example: str) -> float:

@@ -34,9 +34,9 @@ def discrete(system: System, Ts: float = SAMPLE) -> System:
 
 
 def check_period(Ts: float) -> None:
-    """Raise DesignError if Ts [s] is no sampling time."""
+    """Raise DesignError if Ts [s] is not a sampling time."""
     if not 0 < Ts < 1:
-        raise DesignError(f"Ts = {Ts} s: is no sampling time; give e.g. {SAMPLE:g}")
+        raise DesignError(f"Ts = {Ts} s: is not a sampling time; give e.g. {SAMPLE:g}")
 
 
 def antiwindup(system: System, weight: float = 1e-2) -> np.ndarray:

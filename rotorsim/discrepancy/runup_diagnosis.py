@@ -58,11 +58,11 @@ class Sweep(Trial):
 
     @property
     def frequencies(self) -> np.ndarray:
-        """A row's number stands for its frequency: rows are no lines of one spectrum."""
+        """A row's number stands for its frequency: rows are not lines of one spectrum."""
         return np.arange(self.spectra.shape[2], dtype=float)
 
     def lines(self, displacement: np.ndarray) -> np.ndarray:
-        """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first is no mean, vectors have none."""
+        """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first, a spectrum's mean, is none here."""
         return track(displacement, self.rows[: len(displacement), 0], self.angle, self.speeds, self.orders)
 
 

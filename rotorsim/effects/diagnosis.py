@@ -25,7 +25,7 @@ class CandidateForm:
     refine : shape parameters with a step, fitted too once an option was chosen
     signed : whether the change may be negative
     signature : forms of one signature are indistinguishable in every record of a rig
-    resembles : what would look the same and is no effect of the catalogue
+    resembles : what would look the same but is not in the catalogue
     """
 
     parameter: str

@@ -41,11 +41,11 @@ class Controlled(AtPoint):
     excitations: tuple[Experiment, ...] = ()
 
     def check(self) -> None:
-        """Refuse what is no controller or no excitation."""
+        """Refuse what is neither a controller nor an excitation."""
         check_controller(self.controller)
         for other in self.excitations:
             if not isinstance(other, Experiment) or isinstance(other, Controlled):
-                raise DataError(f"excitations: {other!r} is no open-loop experiment; give e.g. Prbs(amplitude=0.2)")
+                raise DataError(f"excitations: {other!r} is not an open-loop experiment; give e.g. Prbs(amplitude=0.2)")
 
     @property
     def samples(self) -> int:

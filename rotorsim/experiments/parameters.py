@@ -89,7 +89,7 @@ def attributes(experiment: Any) -> dict[str, Any]:
 
 
 def example(default: Any, known: Param) -> str:
-    """What to give instead of what is no number: the default, else a number within the limits, in SI."""
+    """Value to recommend instead of one that is not a number: the default, else a number within the limits, in SI."""
     least = known.low if known.low is not None else (known.above or 0.0)
     number = default if default is not None else least + 1.0 if known.high is None else 0.5 * (least + known.high)
     return f"{number:.6g}{'' if known.unit == '1' else f' ({known.unit})'}"
@@ -129,7 +129,7 @@ def _check_limits(name: str, number: float, known: Param) -> None:
 
 
 def whole_samples(name: str, seconds: float) -> int:
-    """Samples in a time [s]; raises DataError if it is no whole number of them."""
+    """Samples in a time [s]; raises DataError if it is not a whole number of them."""
     count = round(seconds / SAMPLE)
     if count < 1 and seconds > 0:
         raise DataError(f"{name} = {show(seconds, 's')}: is shorter than a sample; give at least {show(SAMPLE, 's')}")

@@ -36,13 +36,13 @@ def load_scene(path: Path) -> Scene:
     if not path.is_file():
         raise DataError(f"{path}: is not a file; give a scene that was saved on a live rig")
     if path.stat().st_size > MOST:
-        raise DataError(f"{path}: is larger than {MOST / 1e6:g} MB; that is no scene")
+        raise DataError(f"{path}: is larger than {MOST / 1e6:g} MB; that is not a scene")
     try:
         content: Any = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
-        raise DataError(f"{path}: is no scene, for it is not JSON; save one on a live rig") from error
+        raise DataError(f"{path}: is not a scene, because it is not JSON; save one on a live rig") from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
-        raise DataError(f"{path}: {instead(path, 'a scene', '') or 'is no scene'}; save one on a live rig")
+        raise DataError(f"{path}: {instead(path, 'a scene', '') or 'is not a scene'}; save one on a live rig")
     if content.get("version") != VERSION:
         raise DataError(
             f"{path}: is a scene of version {str(content.get('version'))[:20]}, this is version {VERSION}; save it anew"

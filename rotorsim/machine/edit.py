@@ -67,7 +67,7 @@ def _set(document: Any, path: str, value: Any) -> None:
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot express
-        raise MachineFileError(f"{path}: {quote(value)} is no value; write text with a unit") from error
+        raise MachineFileError(f"{path}: {quote(value)} is not a valid value; write text with a unit") from error
 
 
 def _descend(table: Any, keys: list[str], path: str) -> Any:

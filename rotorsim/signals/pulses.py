@@ -14,7 +14,7 @@ from rotorsim.signals.record_blocks import Values, blocks
 THRESHOLD = 0.05
 """A pulse is where the force exceeds this share of its largest value."""
 APART, LONGEST = 0.01, 0.05
-"""Pulses closer than the first time [s] are one; what lasts longer than the second is no impact."""
+"""Pulses closer than the first time [s] are one; what lasts longer than the second is not an impact."""
 BEFORE, AFTER = 0.5, 2.0
 """Time [s] before a pulse from which the motion of the turning shaft is taken, and after it that is kept, at most."""
 LEAD = 0.002

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHORTEST = 10
-"""Samples that a step needs at least; shorter ones are no rest."""
+"""Samples that a step needs at least; shorter ones are not a rest."""
 AXIS = ("x", "y")
 NAMES = {
     "gain": "static gain",

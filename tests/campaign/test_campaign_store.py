@@ -246,7 +246,7 @@ def test_a_folder_that_is_no_store_is_refused(tmp_path):
     (tmp_path / "full" / "thesis.tex").write_text("kept")
     (tmp_path / "file").write_text("kept")
     for name in ("full", "file"):
-        with pytest.raises(StoreError, match="is there already and is no campaign; choose another --out"):
+        with pytest.raises(StoreError, match="is there already and is not a campaign; choose another --out"):
             make_store(plan, tmp_path / name)
     with pytest.raises(StoreError, match="holds no campaign; give the folder"):
         open_store(tmp_path / "full")
@@ -269,7 +269,7 @@ def test_a_changed_store_is_noticed(store):
 
 def test_a_damaged_index_is_one_sentence(store):
     store.index_path.write_bytes(b"no database" * 1000)
-    with pytest.raises(StoreError, match="is no index that can be used"):
+    with pytest.raises(StoreError, match="is not a usable index"):
         store.index()
 
 

@@ -59,7 +59,7 @@ from rotorsim.experiments import (
             lambda: Controlled(controller=None),
             r"controller = None: has no such method; give an object with a method step",
         ),
-        (lambda: Controlled(controller=ProportionalLaw(), excitations=(3,)), r"excitations: 3 is no open-loop"),
+        (lambda: Controlled(controller=ProportionalLaw(), excitations=(3,)), r"excitations: 3 is not an open-loop"),
         (lambda: ProportionalLaw(low_pass=0.0), r"low_pass = 0 Hz: must be above 0"),
     ],
 )

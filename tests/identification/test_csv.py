@@ -78,12 +78,12 @@ BAD = {
     "one row": (HEAD, "1 samples; a record needs at least 2"),
     "only a heading": ("time,angle\n", "no row of numbers; is it a table?"),
     "prose": ("Dear all,\nplease find attached\n", "no row of numbers"),
-    "unknown unit": ("time,angle [furlong]\n0,1\n1,2\n", "angle: unit 'furlong' is no angle known here"),
-    "wrong unit": ("time [m],angle\n0,1\n1,2\n", "time: unit 'm' is no time known here"),
+    "unknown unit": ("time,angle [furlong]\n0,1\n1,2\n", "angle: unit 'furlong' is not a known unit of angle"),
+    "wrong unit": ("time [m],angle\n0,1\n1,2\n", "time: unit 'm' is not a known unit of time"),
     "no time": ("angle\n0\n1\n", "no time; a mapping needs [time]"),
     "one axis": ("time,disc_x\n0,1\n1,2\n", "disc: only x and no y"),
-    "name with escape": ("time,\x1b[31mangle\n0,1\n1,2\n", "is no name for column 2"),
-    "long name": ("time," + "a" * 300 + "\n0,1\n1,2\n", "is no name for column 2"),
+    "name with escape": ("time,\x1b[31mangle\n0,1\n1,2\n", "is not a valid name for column 2"),
+    "long name": ("time," + "a" * 300 + "\n0,1\n1,2\n", "is not a valid name for column 2"),
 }
 
 

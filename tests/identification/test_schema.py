@@ -33,7 +33,7 @@ def test_from_arrays_copies():
         ((T[None], XY, XY), r"record.time: shape \(1, 10\)"),
         ((T, "abc", XY), "record.reference: holds .* and not real numbers"),
         ((T, XY * 1j, XY), "record.reference: holds .* and not real numbers"),
-        ((T, [[1], [2, 3]], XY), "record.reference: is no array of numbers"),
+        ((T, [[1], [2, 3]], XY), "record.reference: is not an array of numbers"),
         ((T, XY, np.ma.masked_less(XY, 1)), "record.disc_measured: 20 NaN"),
         ((T, XY, np.full((10, 2), np.nan)), "record.disc_measured: 20 NaN or infinite values, the first at time 0;"),
         ((T[:1], XY[:1], XY[:1]), "record.time: 1 samples; a record needs at least 2"),

@@ -104,7 +104,7 @@ BAD = {
         "values of type 6; export real",
     ),
     "response function": (ascii58("angle", function=4), "holds functions of type 4 and no time response"),
-    "frequency": (ascii58("angle", abscissa=18), "has an abscissa that is no time"),
+    "frequency": (ascii58("angle", abscissa=18), "has an abscissa other than time"),
     "nothing": (b"    -1\n    15\n    -1\n", "holds no time response in a dataset 58"),
     "two clocks": (ascii58("disc_x") + ascii58("disc_y", step=1e-4), "different time axes"),
     "word": (ascii58("angle").replace(b"1.5000", b"=cmd()"), "holds what is not a number"),
@@ -113,7 +113,7 @@ BAD = {
     "units": (b"    -1\n   164\n         5mm (milli-newton)\n    -1\n" + GOOD, "declares unit system 5, not 1 (SI)"),
     "number format": (BINARY.replace(b"58b     1     2", b"58b     1     1"), "byte order 1 and number format 1"),
     "count is no number": (GOOD.replace(b"         4         7", b"         4       abc"), "not a whole number"),
-    "unknown unit": (pair(ascii58, unit="ells"), "unit 'ells' is no length known here"),
+    "unknown unit": (pair(ascii58, unit="ells"), "unit 'ells' is not a known unit of length"),
     "NaN": (ascii58("angle", values=[*X[:6], np.nan], unit="rad"), "record.angle: 1 NaN or infinite values"),
 }
 

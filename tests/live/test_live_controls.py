@@ -90,7 +90,7 @@ def test_a_scene_comes_back_as_it_was_saved(tmp_path):
     ("content", "sentence"),
     [
         ("nonsense", "is not JSON"),
-        ("[1, 2]", "is no scene"),
+        ("[1, 2]", "is not a scene"),
         (json.dumps({"kind": "rotorsim scene", "version": 99}), "is a scene of version 99, this is version 1"),
         (json.dumps({"kind": "rotorsim scene", "version": 1, "machine": "", "values": 3}), "lacks its machine"),
         ("[" * 100_000, "is not JSON"),

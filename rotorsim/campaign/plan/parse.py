@@ -74,7 +74,7 @@ def _machine_names(table: PlanTable) -> tuple[str, ...]:
         raise PlanError("machine: is given and is an axis too; leave one of them out")
     names = read_table(AxisTable, axis, "axes.machine").list
     if not names or not all(isinstance(name, str) for name in names):
-        raise PlanError("axes.machine: is no list of machines; write e.g. list = ['dtu_gas_bearing']")
+        raise PlanError("axes.machine: is not a list of machines; write e.g. list = ['dtu_gas_bearing']")
     return names
 
 
@@ -138,7 +138,9 @@ def _check_single(target: Target, table: PlanTable, entries: tuple[Entry, ...]) 
 
 def _name(text: str, where: str) -> str:
     if not NAME.fullmatch(text):
-        raise PlanError(f"{where}: {quote(text)} is no name; take up to 64 letters, digits, spaces, '_', '-' and '.'")
+        raise PlanError(
+            f"{where}: {quote(text)} is not a valid name; use up to 64 letters, digits, spaces, '_', '-', '.'"
+        )
     return text
 
 

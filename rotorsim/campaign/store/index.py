@@ -168,4 +168,4 @@ def _connect(path: Path, writable: bool) -> sqlite3.Connection:
 def _failed(path: Path, error: sqlite3.Error) -> StoreError:
     if "full" in str(error) or "disk I/O" in str(error):
         return StoreError(f"{path}: cannot be written ({error}); free some space and run the same command again")
-    return StoreError(f"{path}: is no index that can be used ({error}); give the folder of a campaign")
+    return StoreError(f"{path}: is not a usable index ({error}); give the folder of a campaign")

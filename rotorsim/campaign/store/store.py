@@ -122,7 +122,7 @@ def make_store(plan: Plan, folder: Path) -> Store:
             )
         return Store(folder, plan, store.versions)
     if folder.exists() and (not folder.is_dir() or _strange(folder)):
-        raise StoreError(f"{folder}: is there already and is no campaign; choose another --out")
+        raise StoreError(f"{folder}: is there already and is not a campaign; choose another --out")
     for name in ("cases", "parts"):
         make_folder(folder / name)
     store = Store(folder, plan, versions())

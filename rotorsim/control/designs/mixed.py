@@ -92,9 +92,9 @@ def check_weights(weights: Weights) -> None:
     """Raise DesignError unless W_p and W_u are stable and can be inverted."""
     for name in ("zeta_1", "zeta_2", "k_0", "A_b", "omega_b"):
         if not getattr(weights, name) > 0:
-            raise DesignError(f"weights.{name} = {getattr(weights, name)}: makes no stable weight; give more than 0")
+            raise DesignError(f"weights.{name} = {getattr(weights, name)}: weighting filter unstable; give more than 0")
     if not weights.force >= 0:
-        raise DesignError(f"weights.force = {weights.force}: is no level of a force; give 0 or more")
+        raise DesignError(f"weights.force = {weights.force}: is not a level of force; give 0 or more")
 
 
 def closed(P: Generalised, K: System) -> System:

@@ -32,7 +32,7 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
     Raises
     ------
     DesignError
-        If the point lies outside the model's range and `extrapolate` is not given, or the model is no map from
+        If the point lies outside the model's range and `extrapolate` is not given, or the model is not a map from
         references x, y to disc x, y.
     """
     if isinstance(model, LpvModel):

@@ -12,7 +12,7 @@ SENTENCES = {
     guard.POINT: f"speed or pressure, over which the law is scheduled, is not a number: {HELD}; check its measurement",
     guard.OVERFLOW: "the law's own states overflowed and start again from rest: it is unstable; design it again",
 }
-"""By alarm code; 0 is no alarm."""
+"""By alarm code; 0: no alarm."""
 
 
 def code(memory: np.ndarray, at: int) -> int:

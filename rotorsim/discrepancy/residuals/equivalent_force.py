@@ -94,7 +94,7 @@ def _order(trial: Trial, f: float) -> float | None:
 
 
 def _peaks(size: np.ndarray, most: int) -> list[int]:
-    """The largest lines that are no neighbours of larger ones: the skirts of a peak are the peak."""
+    """The largest lines that are not next to larger ones: the skirts of a peak are the peak."""
     left = size.copy()
     found: list[int] = []
     while len(found) < most and left.max() > 0:

@@ -30,7 +30,7 @@ class Screen:
 
     def _drop(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         G, b = self.gram[np.ix_(columns, columns)], self.products[columns]
-        # a column that the calibration imitates to a thousandth, or two that cancel, are no explanation
+        # a column that the calibration imitates to a thousandth, or two that cancel, do not explain anything
         weak = np.diag(G) < 1e-5 * self.raw[columns]
         G = G + np.diag(np.where(weak, 1e300, 1e-9 * np.diag(G)))
         scale = np.sqrt(np.diag(G))

@@ -112,7 +112,7 @@ class Search:
         for _ in range(MOST_HALVINGS):
             if float(residual @ residual) < self.base.chi2:
                 break
-            # a linear estimate that leads away from the records is no start: nearer to the calibration
+            # a linear estimate that leads away from the records is not a start: nearer to the calibration
             start = 0.4 * start
             point = self._start(own, fixed, S, start)
             residual = self.comparison.residual(point)
@@ -206,7 +206,7 @@ class Search:
             if drop <= 0 or (rank >= REFITS and drop < (1 - 2 * TIE) * best):
                 continue
             if found and drop < (1 - 4 * TIE) * best and passes(found[0], self):
-                continue  # the best one explains everything and this one is no rival
+                continue  # the best one explains everything and this one is not a rival
             found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 

@@ -67,7 +67,7 @@ def read(path: Path, n: int) -> np.ndarray | None:
 
 
 def write(path: Path, column: np.ndarray) -> None:
-    """Atomically cache a vector; a full cache is no error."""
+    """Atomically cache a vector; a full cache is not an error."""
     content = BytesIO()
     np.save(content, column)
     with suppress(OSError):

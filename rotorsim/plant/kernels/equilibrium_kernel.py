@@ -236,7 +236,7 @@ def settle(w, initial, ix, P, speed, supply):
                     take_back(w, FILM)
                     w[FILM.journal], w[FILM.journal + 1] = x, y
                     step *= RETREAT
-            # written so that a gap that is not a number is no gap
+            # written so that NaN does not count as a gap
             carries = step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
             if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
                 return NO_LIFT_OFF
