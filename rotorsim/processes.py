@@ -18,9 +18,9 @@ from rotorsim.errors import Unusual
 
 @contextmanager
 def sigint_blocked() -> Iterator[None]:
-    """Processes started inside, or by threads that begin inside, do not hear the Ctrl-C of their terminal.
+    """Processes started inside, or by threads that begin inside, do not receive the Ctrl-C of their terminal.
 
-    The signal is blocked in this thread, which threads and processes inherit (POSIX); without other threads that hear
+    The signal is blocked in this thread, which threads and processes inherit (POSIX); if no other thread receives
     it, it waits for the end of the block.
     """
     if not hasattr(signal, "pthread_sigmask"):

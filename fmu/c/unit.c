@@ -156,7 +156,7 @@ Outcome unit_check_inputs(Unit *u) {
 int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
     double n = round(length / SAMPLE);
     if (!isfinite(now) || fabs(now - unit_time(u)) > 0.01 * SAMPLE) {
-        *outcome = unit_fail(u, FAILED, "communication point = %.9g s: the unit is at %.9g s; go on from there", now,
+        *outcome = unit_fail(u, FAILED, "communication point = %.9g s: the unit is at %.9g s; continue from there", now,
                              unit_time(u));
     } else if (!(length > 0.0) || !isfinite(length)) {
         *outcome = unit_fail(u, FAILED, "communication step = %g s: not a step; give a multiple of %g s", length, SAMPLE);

@@ -55,7 +55,7 @@ static bool refuse(Unit *u, uint32_t reference, const char *text) {
     return false;
 }
 
-/* Whether a value fits its variable; if not, a sentence that goes on stopping the initialisation. */
+/* Whether a value fits its variable; if not, a sentence that keeps stopping the initialisation. */
 static bool fits(Unit *u, uint32_t reference, double value) {
     const Variable *v = &variables[reference];
     char text[400];

@@ -35,7 +35,7 @@ class CommittedFile(io.RawIOBase):
     path : Path
         The file.
     mode : str
-        "x" makes it, "r+" goes on with a complete one.
+        "x" makes it, "r+" appends to a complete one.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ import numpy as np
 from rotorsim.base.files import write_text
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.hidden_case import KINDS, hidden_case
-from rotorsim.bench.verdicts import Case, judged, within
+from rotorsim.bench.verdicts import VERDICTS, Case, judged, within
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import truth_twin
 from rotorsim.discrepancy.diagnosis import Workshop
@@ -54,7 +54,7 @@ def run_case(
         d = diagnose(machine, records, effects=effects, workshop=workshop, threads=threads)
     except RotorsimError as error:
         outcome = f"error: {error}"
-        return Case(number, kind, tuple(picked), steps, times, outcome, (), "silent", 0.0, np.nan, np.nan, 0.0)
+        return Case(number, kind, tuple(picked), steps, times, outcome, (), "missed", 0.0, np.nan, np.nan, 0.0)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - used
     named = tuple(f.form for f in d.effects)
     hidden = tuple(f.key for f in truth.forms)
@@ -99,6 +99,8 @@ def kept_cases(path: Path | None) -> dict[int, Case]:
         try:
             row: dict[str, Any] = json.loads(line)
             row["hidden"], row["named"] = tuple(row["hidden"]), tuple(row["named"])
+            if row["verdict"] not in VERDICTS:
+                raise ValueError(row["verdict"])
             done[row["number"]] = Case(**row)
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(

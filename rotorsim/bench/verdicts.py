@@ -16,6 +16,7 @@ from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.twin.twin import Twin
 
 INJECTOR = " of injector "
+VERDICTS = ("right", "class", "partial", "missed", "wrong")
 ABOVE = 2.2
 """Times its detectable size above which a single effect should nearly always be named."""
 
@@ -42,9 +43,9 @@ class Case:
 
 
 def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) -> str:
-    """right (exact), class (a tie that holds it), silent, partial (or one of two), or wrong (a name that is not it)."""
+    """right (exact), class (a tie that holds it), missed, partial (or one of two), or wrong (a name that is not it)."""
     if d.status in ("no_disagreement", "unknown"):
-        return "right" if not hidden and (d.status == "no_disagreement" or kind == "foreign") else "silent"
+        return "right" if not hidden and (d.status == "no_disagreement" or kind == "foreign") else "missed"
     if d.status == "partial":
         return "partial"
     proposed = [tuple(f.form for f in d.effects), *d.ties]
@@ -90,12 +91,11 @@ def _apart(difference: float, parameter: str, hidden: dict[str, float], key: str
 
 def confusion(found: list[Case]) -> str:
     """Verdicts by kind as a table."""
-    columns = ("right", "class", "partial", "silent", "wrong")
-    rows = ["| kind | cases | " + " | ".join(columns) + " |", "|---|---|" + "---|" * len(columns)]
+    rows = ["| kind | cases | " + " | ".join(VERDICTS) + " |", "|---|---|" + "---|" * len(VERDICTS)]
     for kind in dict.fromkeys(KINDS):
         own = [c for c in found if c.kind == kind]
         if own:
-            counts = [sum(c.verdict == v for c in own) for v in columns]
+            counts = [sum(c.verdict == v for c in own) for v in VERDICTS]
             rows.append(f"| {kind} | {len(own)} | " + " | ".join(map(str, counts)) + " |")
     return "\n".join(rows)
 

@@ -31,9 +31,11 @@ def bench(
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
     cases: Annotated[int, typer.Option("--cases", min=1, help="diagnose: number of hidden cases.")] = 200,
     seed: Annotated[int, typer.Option("--seed", min=0, help="diagnose: first seed; 100000 and on report.")] = 100_000,
-    keep: Annotated[Path | None, typer.Option("--keep", help="diagnose: file of cases done, to go on with.")] = None,
+    keep: Annotated[
+        Path | None, typer.Option("--keep", help="diagnose: file of finished cases, from which it resumes.")
+    ] = None,
 ) -> None:
-    """Measure speed and accuracy and print each figure beside its bound; times depend on what else runs."""
+    """Measure speed and accuracy and print each figure with its bound; times depend on what else runs."""
     from rotorsim.errors import DataError
 
     if part == "diagnose":

@@ -151,4 +151,4 @@ def _summary(found: Examination) -> str:
 def _verdict(found: Examination, missing: str) -> str:
     if missing:
         return f"lacks {missing}"
-    return "once the problems are mended" if found.problems else "fit"
+    return "once the problems are corrected" if found.problems else "fit"

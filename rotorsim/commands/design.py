@@ -25,7 +25,7 @@ def design(
     zero_dc: Annotated[float, typer.Option("--zero-dc", help="Corner in Hz below which the law does nothing.")] = 0.0,
     out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
-    report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop beside the law.")] = False,
+    report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Design a control law on an identified model and check its loop over the model's range."""

@@ -79,7 +79,7 @@ def diagnose(
 
     Exit code: 0 no disagreement, 10 an effect is named, 11 a tie or a partial explanation, 12 unknown, 2 bad input.
     Records of one folder may say in their attribute `role` what they are for: fit, held_out or untouched. What was
-    computed is kept, so that a diagnosis that was interrupted goes on where it was.
+    computed is kept, so that an interrupted diagnosis resumes where it was.
     """
     from rotorsim.discrepancy import diagnose as find
     from rotorsim.errors import DataError

@@ -157,7 +157,7 @@ def resumable(command: Callable[..., None]) -> Callable[..., None]:
         try:
             command(*arguments, **options)
         except KeyboardInterrupt:
-            print("\ninterrupted: what was computed is kept, and the same command goes on", file=sys.stderr)
+            print("\ninterrupted: what was computed is kept, and the same command continues", file=sys.stderr)
             raise typer.Exit(130) from None
 
     return run

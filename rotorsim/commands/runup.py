@@ -83,7 +83,7 @@ def runup(
 
 
 def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
-    """Summary of the run as numbers and as rows of text; writes the report beside the record."""
+    """Summary of the run as numbers and as rows of text; writes the report next to the record."""
     from rotorsim.report.pages.page import save_page
     from rotorsim.report.pages.run import analyse
     from rotorsim.report.text.tables import results

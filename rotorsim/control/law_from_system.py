@@ -54,7 +54,7 @@ def antiwindup(system: System, weight: float = 1e-2) -> np.ndarray:
 
 
 def no_antiwindup(system: System) -> np.ndarray:
-    """The state goes on as if nothing limited the output."""
+    """The state evolves as if nothing limited the output."""
     return np.zeros((system.order, 2))
 
 

@@ -95,9 +95,9 @@ def diagnose(
     tolerance : float
         Declared tolerance of the model, as a share of every line.
     progress : function of a stage's name
-        Called as the work goes on.
+        Called with each stage and step of the work.
     resume : folder
-        Where to keep what was computed, so that an interrupted diagnosis goes on; yours to delete once it is done.
+        Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
 
     Returns
     -------

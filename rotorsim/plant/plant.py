@@ -92,14 +92,14 @@ class Plant:
         [V] and disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is
         held; a speed of NaN turns the drive off, so that the shaft coasts. A controller sees `disc_measured` of a
         sample and acts on the next; the record then names it, and `reference_external` is the reference without its
-        part. `initial` is "equilibrium" or a `Simulation` to go on with. `seed` makes the
+        part. `initial` is "equilibrium" or a `Simulation` to continue. `seed` makes the
         sensors' noise and nothing else. Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
         from identification import make_record
         from rotorsim.progress import track
 
         if not isinstance(initial, Simulation) and initial != "equilibrium":
-            raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to go on with")
+            raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to continue")
         if controller is not None:
             check_controller(controller)
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)

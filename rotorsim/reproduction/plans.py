@@ -122,6 +122,6 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
         if outcome.stopped == SIGINT:
             raise KeyboardInterrupt
         if outcome.stopped or outcome.pending:
-            raise DataError(f"{folder}: stopped with {outcome.pending} records left; the same command goes on")
+            raise DataError(f"{folder}: stopped with {outcome.pending} records left; the same command continues")
         folders.append(folder)
     return folders

@@ -23,7 +23,7 @@ LONGEST, LEAST, FEWEST = 2.0, 0.2, 4
 """A segment lasts at most [s] and at least [s]; a Welch estimate averages at least so many."""
 UNDRIVEN = 1e-4
 """Frequencies whose input has less than this share of the largest power are left out."""
-BESIDE = 0.01
+AT_REST = 0.01
 """Inputs with less than this share of the power of the strongest at a frequency count as at rest there."""
 LINES, WEAKEST_LINE = 0.5, 1e-3
 """Inputs that act at less than the first share of the frequencies are made of lines, of the second share or more of the
@@ -113,7 +113,7 @@ def solve(
 
 def driven(power: np.ndarray) -> np.ndarray:
     """Which inputs act at which frequency, from their powers (frequency, input); of lines, only their tops."""
-    active = (power > UNDRIVEN * power.max(axis=0)) & (power > BESIDE * power.max(axis=1, keepdims=True))
+    active = (power > UNDRIVEN * power.max(axis=0)) & (power > AT_REST * power.max(axis=1, keepdims=True))
     if active.mean() < LINES:
         padded = np.pad(power, ((1, 1), (0, 0)))
         active &= (power >= padded[:-2]) & (power >= padded[2:]) & (power > WEAKEST_LINE * power.max(axis=0))

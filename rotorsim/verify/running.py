@@ -81,7 +81,7 @@ def run_rows(plant: Plant, law: Law | None, rows: np.ndarray, seed: int = 0, fau
 
 
 def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | None = None) -> Run:
-    """Go on with a simulation under a law at rest."""
+    """Continue a simulation under a law at rest."""
     check_sampling(law)
     law.reset()
     a = simulation.assembly

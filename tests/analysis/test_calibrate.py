@@ -51,7 +51,7 @@ def found(machine, tmp_path_factory):
 
 
 def test_parameters_of_a_known_machine_come_back(found):
-    """From 4 % and 2.4 % off, beside a parameter that no target feels, to 1e-6; the machine rests to about 1e-9."""
+    """From 4 % and 2.4 % off, with a parameter that no target needs, to 1e-6; the machine rests to about 1e-9."""
     assert found.values[0] == pytest.approx(0.13, rel=1e-6)
     assert found.values[1] == pytest.approx(25.6, rel=1e-6)
     assert found.values[2] == pytest.approx(0.0, abs=1e-5)

@@ -113,8 +113,8 @@ def test_onset_lift_off_and_crossings_are_those_of_the_machine_that_is_mapped(ri
         xr.testing.assert_identical(found.isel(bearings_1_clearance=1, drop=True), alone)
         assert not np.allclose(next(iter(filed.values())), next(iter(alone.values())), rtol=0.01)
     for k, onset in enumerate(over_fields(plant, fields, lambda p: whirl_onset(p, [0.5e6]))["onset_speed"].values):
-        beside = operating_map(plant, [0.99 * onset[0], 1.01 * onset[0]], [0.5e6], fields).isel(bearings_1_clearance=k)
-        assert beside["zeta_least"].values[0, 0] > 0 > beside["zeta_least"].values[0, 1]
+        around = operating_map(plant, [0.99 * onset[0], 1.01 * onset[0]], [0.5e6], fields).isel(bearings_1_clearance=k)
+        assert around["zeta_least"].values[0, 0] > 0 > around["zeta_least"].values[0, 1]
 
 
 def test_two_fields_make_two_axes(rig):

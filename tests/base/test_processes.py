@@ -51,4 +51,4 @@ def test_an_interrupted_command_says_that_it_goes_on(capsys):
 
     with pytest.raises(typer.Exit) as ended:
         command()
-    assert ended.value.exit_code == 130 and "the same command goes on" in capsys.readouterr().err
+    assert ended.value.exit_code == 130 and "the same command continues" in capsys.readouterr().err

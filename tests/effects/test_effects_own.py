@@ -147,7 +147,7 @@ def test_an_effect_of_the_docs_takes_under_forty_lines(documented):
 def test_the_seal_of_the_docs_drives_whirl_beyond_twice_the_critical_speed(documented, changed, held):
     """With half of the shaft's swirl its force is c (Omega/2 - omega) forward, so it drives from 2 omega on.
 
-    The rotor's own damping, some 5 N s/m beside 50, moves the threshold to 2.2: growth at 2.4, decay without swirl.
+    The rotor's own damping, some 5 N s/m next to 50, moves the threshold to 2.2: growth at 2.4, decay without swirl.
     """
     base = changed(load_machine("plain_rotor"), {"effects.unbalance.me": "0 g*mm"})
     omega = Plant(base).linearise().wn[0]
@@ -173,7 +173,7 @@ def test_a_groove_of_the_docs_lets_the_journal_sink(documented, rig):
 
 
 def test_states_of_an_own_sensor_are_its_own_and_begin_at_zero(own_module, held):
-    """A running mean of a fifth beside the delay of a shipped effect, against the recursion in Python."""
+    """A running mean of a fifth next to the delay of a shipped effect, against the recursion in Python."""
     own_module("own_mean_effect", KEPT)
     machine = load_machine("plain_rotor").replace("effects.sensor_delay.delay", "1 ms")
     table = Plant(machine.replace("effects.own_mean.share", 0.2)).start(150.0).advance(held(300, 150.0, 0.0))

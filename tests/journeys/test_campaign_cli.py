@@ -42,7 +42,7 @@ def test_a_campaign_is_stopped_goes_on_and_is_collected(run, tmp_path):
     if process.returncode == 0:
         assert "8 done" in out  # it was quicker than the signal
     else:
-        assert process.returncode == 130 and "the same command goes on" in err and "Traceback" not in err
+        assert process.returncode == 130 and "the same command continues" in err and "Traceback" not in err
     code, out, _ = run("status", "store", "--json")
     told = json.loads(out)
     assert code == 0 and told["done"] + told["pending"] == 8 and told["failed"] == 0

@@ -113,7 +113,7 @@ def test_ctrl_c_says_that_the_same_command_goes_on(run, tmp_path, monkeypatch, c
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(work, interrupted)
     code, _, err = run(*command)
-    assert code == 130 and "interrupted: what was computed is kept, and the same command goes on" in err
+    assert code == 130 and "interrupted: what was computed is kept, and the same command continues" in err
 
 
 @pytest.mark.parametrize(

@@ -294,7 +294,7 @@ class Clicker:
             self.outcome.reasons[text.split("last hit")[-1].strip()[2 if ": " in text else 0 :][:60]] += 1
             return
         if not own["linear"]:
-            self.outcome.skipped["hit beside forces that the linear model lacks"] += 1
+            self.outcome.skipped["hit with forces that the linear model lacks"] += 1
             return
         f, df, zeta, dz = map(float, found.groups())
         near = [abs(f - one) <= df and abs(zeta - z) <= dz for one, z in own["ring"]]

@@ -3,7 +3,7 @@
 Only the process that runs the campaign writes; workers hand their rows to it. So there is nothing to gain from
 write-ahead logging, which needs memory shared between processes and therefore fails on network file systems: the index
 keeps the rollback journal, which needs no more than file locks. Rows are committed in batches; what a crash loses of
-them is taken from the records themselves when the campaign goes on.
+them is taken from the records themselves when the campaign is resumed.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
     store.json            plan, machines and versions it was made with
     index.sqlite          one row per case
     cases/3f/3f08...nc    the record of a case, moved here when it is complete
-    parts/                records being written; emptied when the campaign goes on
+    parts/                records being written; emptied when the campaign is resumed
     campaign.log          what happened when
     lock                  held by the process that runs the campaign
 """

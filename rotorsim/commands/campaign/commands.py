@@ -1,7 +1,7 @@
 """`rotorsim campaign PLAN --out DIR`, and `status`, `retry`, `collect`, `check` for a campaign's store.
 
 Exit code 0: all cases are done. 2: cannot be run; one sentence says why. 3: all were run and some failed.
-130 (143 for SIGTERM): stopped; the same command goes on.
+130 (143 for SIGTERM): stopped; the same command continues.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print numbers as JSON.")]
 @example("rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign")
 def run_plan(
     plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.")],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; goes on if it is one.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
     workers: Workers = None,
     scheduler: Scheduler = None,
     time_limit: TimeLimit = None,

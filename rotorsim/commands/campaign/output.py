@@ -70,7 +70,7 @@ def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
             f"{outcome.run} run now in {outcome.seconds:.1f} s"
         )
     if outcome.stopped:
-        print(f"stopped: {outcome.pending} cases are left; the same command goes on", file=sys.stderr)
+        print(f"stopped: {outcome.pending} cases are left; the same command continues", file=sys.stderr)
         raise typer.Exit(128 + outcome.stopped)
     if outcome.failed:
         print(

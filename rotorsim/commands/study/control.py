@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rotorsim.plant import Plant
 
 Out = Annotated[
-    Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there goes on.")
+    Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there is resumed.")
 ]
 Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
@@ -82,7 +82,7 @@ def whole(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """The whole circle: campaign, identification, designs, verification, every claim; goes on where it stopped."""
+    """The whole circle: campaign, identification, designs, verification, every claim; resumes where it stopped."""
     from rotorsim.commands.data import sentences
     from rotorsim.commands.options import make_plant
     from rotorsim.commands.study.output import print_claims, stage_bar

@@ -37,7 +37,7 @@ def identification_vs_physics(
 ) -> None:
     """Simulate a campaign, identify models from its records alone and hold them against the linearised physics.
 
-    The records are campaigns below --out; they are kept, and the same command goes on with them.
+    The records are campaigns below --out; they are kept, and the same command continues with them.
     """
     from rotorsim.commands.data import sentences
     from rotorsim.commands.options import make_plant

@@ -57,7 +57,7 @@ class Comparison:
     scatter_known: bool = True
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
     memo: Memo | None = None
-    """Responses on disk, so that a diagnosis that was interrupted goes on where it was."""
+    """Responses on disk, so that an interrupted diagnosis resumes where it was."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 

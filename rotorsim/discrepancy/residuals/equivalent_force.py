@@ -22,7 +22,7 @@ from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
-MOST_LINES, BESIDE, MOST_RECORDS = 8, 3, 4
+MOST_LINES, NEIGHBOURS, MOST_RECORDS = 8, 3, 4
 
 
 def equivalent_force(
@@ -100,7 +100,7 @@ def _peaks(size: np.ndarray, most: int) -> list[int]:
     while len(found) < most and left.max() > 0:
         k = int(np.argmax(left))
         found.append(k)
-        left[max(0, k - BESIDE) : k + BESIDE + 1] = 0.0
+        left[max(0, k - NEIGHBOURS) : k + NEIGHBOURS + 1] = 0.0
     return found
 
 

@@ -18,7 +18,7 @@ from rotorsim.discrepancy.residuals.localise import CHANNELS, LEAST, SIGMAS, Fla
 from rotorsim.sampling import SAMPLE
 
 GROUP = "unsteady"
-BESIDE = 1.5
+NEAR_ORDER = 1.5
 """Lines this near to an order are left out: a speed that wavers spreads it."""
 
 
@@ -61,5 +61,5 @@ def _quiet(trial: Trial) -> np.ndarray:
     away = f > f[1] / 2
     turns = abs(trial.speed) / (2 * np.pi)
     if abs(trial.speed) > TURNING:
-        away &= np.abs(f - np.round(f / turns) * turns) > BESIDE * f[1]
+        away &= np.abs(f - np.round(f / turns) * turns) > NEAR_ORDER * f[1]
     return np.asarray(away)

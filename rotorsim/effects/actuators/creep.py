@@ -1,4 +1,4 @@
-r"""Creep of the piezo stacks: the stroke goes on growing for minutes after a step.
+r"""Creep of the piezo stacks: the stroke keeps growing for minutes after a step.
 
 .. math:: y = d + \sum_{j=1}^{3} z_j, \qquad T_j\,\dot z_j = \gamma\,d - z_j, \quad T_j = T\,\{0.1, 1, 10\}
 

@@ -48,7 +48,7 @@ def advance(w, ix, P, u, steps):
 def serve(task, w, initial, ix, P, u, out, steps):
     """Do a task on the workspace; u (6): a row of inputs as `run` takes them, out (1, columns + 3); returns a status.
 
-    SETTLE brings the machine to rest at the speed and supply in u, ADVANCE goes on by a sample, LOOK reads the present
+    SETTLE brings the machine to rest at the speed and supply in u, ADVANCE runs one sample, LOOK reads the present
     state (and its sensors, which count one sample for it).
     """
     status = 1

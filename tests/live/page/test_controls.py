@@ -25,7 +25,7 @@ def test_operating_controls_turn_the_plant(page):
 
 
 def test_switches_turn_the_plant(page):
-    fill(page, "reference_x", "0")  # a controller has no room beside a constant reference: it would be refused
+    fill(page, "reference_x", "0")  # a controller has no room next to a constant reference: it would be refused
     fill(page, "reference_y", "0")
     for label, key, positions in (
         ("drive", "drive", ("torque", "coast", "speed")),
