@@ -4,63 +4,56 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from rotorsim import experiments as ex
 from rotorsim.errors import DataError
-from rotorsim.experiments import (
-    Chirp,
-    Coastdown,
-    Controlled,
-    Impact,
-    Multisine,
-    Prbs,
-    ProportionalLaw,
-    Runup,
-    SlowRoll,
-    Staircase,
-    Steady,
-    run,
-)
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: Prbs(amplitude=6.0), r"amplitude = 6 V: is above the limit; give at most 5 V"),
-        (lambda: Prbs(amplitude=0.0), r"amplitude = 0 .*: must be above 0"),
-        (lambda: Prbs(amplitude=-1.0), r"amplitude = -1.*: must be above 0"),
-        (lambda: Prbs(hold=5e-5), r"hold = 50 us: is shorter than a sample; give at least 0.2 ms"),
-        (lambda: Prbs(duration=0.4), r"bias = 0.4 s: leaves nothing of the duration of 0.4 s"),
-        (lambda: Prbs(hold=3e-4), r"hold = .*is not a whole number of samples of .*; give e.g. "),
-        (lambda: Prbs(duration=-1.0), r"duration = -1 s: must be above 0"),
-        (lambda: Prbs(duration=1.00013), r"duration = .* is not a whole number of samples"),
-        (lambda: Prbs(duration=np.nan), r"duration = nan: must be a finite number; give e.g. "),
-        (lambda: Prbs(speed=-1.0), r"speed = -.*: is below the limit; give at least 0 rpm"),
-        (lambda: Prbs(pressure=np.inf), r"pressure = inf: must be a finite number"),
-        (lambda: Prbs(pressure=-1e5), r"pressure = .*: is below the limit"),
-        (lambda: Prbs(speed="fast"), r"speed = fast: must be a finite number"),
-        (lambda: Prbs(duration=2e6), r"prbs: would last 23.1 days; make it shorter"),
-        (lambda: Steady(duration=0.0), r"duration = 0 .*: must be above 0"),
-        (lambda: Chirp(high=2600.0), r"high = 2600 Hz: is above the limit; give at most 2500 Hz"),
-        (lambda: Chirp(low=100.0, high=100.0), r"low and high are both 100 Hz"),
-        (lambda: Chirp(axis="z"), r"axis = 'z': is not known; choose one of x, y, both"),
-        (lambda: Multisine(low=10.2, high=10.8), r"multisine: fewer than two lines from 10.2 to 10.8 Hz"),
-        (lambda: Multisine(low=300.0, high=100.0), r"multisine: fewer than two lines"),
-        (lambda: Multisine(high=2500.0), r"high = 2500 Hz: is not below half the sampling rate"),
-        (lambda: Multisine(periods=2.5), r"periods = 2.5: must be a whole number"),
-        (lambda: Multisine(periods=0), r"periods = 0: is below the limit; give at least 1"),
-        (lambda: Staircase(amplitude=4.0, step=1.5), r"step = 1.5 V: the amplitude of 4 V is not up to .* whole steps"),
-        (lambda: Staircase(amplitude=1.0, step=3.0), r"step = 3 V"),
-        (lambda: Impact(width=1e-4), r"width = .*: is below the limit"),
-        (lambda: Impact(spacing=1e-3, width=2e-3), r"spacing = .*: is shorter than a hit"),
-        (lambda: SlowRoll(speed=0.0), r"speed = 0 rpm: must be above 0"),
-        (lambda: Coastdown(start=10.0, stop=20.0), r"stop = 190.* rpm: is not below the start"),
-        (lambda: Runup(0.0, 100.0, 0.0), r"rate = 0 rpm/s: must be positive"),
-        (lambda: Runup(0.0, 100.0, 1e-9), r"would last .* days"),
+        (lambda: ex.Prbs(amplitude=6.0), r"amplitude = 6 V: is above the limit; give at most 5 V"),
+        (lambda: ex.Prbs(amplitude=0.0), r"amplitude = 0 .*: must be above 0"),
+        (lambda: ex.Prbs(amplitude=-1.0), r"amplitude = -1.*: must be above 0"),
+        (lambda: ex.Prbs(hold=5e-5), r"hold = 50 us: is shorter than a sample; give at least 0.2 ms"),
+        (lambda: ex.Prbs(duration=0.4), r"bias = 0.4 s: leaves nothing of the duration of 0.4 s"),
+        (lambda: ex.Prbs(hold=3e-4), r"hold = .*is not a whole number of samples of .*; give e.g. "),
+        (lambda: ex.Prbs(duration=-1.0), r"duration = -1 s: must be above 0"),
+        (lambda: ex.Prbs(duration=1.00013), r"duration = .* is not a whole number of samples"),
+        (lambda: ex.Prbs(duration=np.nan), r"duration = nan: must be a finite number; give e.g. "),
+        (lambda: ex.Prbs(speed=-1.0), r"speed = -.*: is below the limit; give at least 0 rpm"),
+        (lambda: ex.Prbs(pressure=np.inf), r"pressure = inf: must be a finite number"),
+        (lambda: ex.Prbs(pressure=-1e5), r"pressure = .*: is below the limit"),
+        (lambda: ex.Prbs(speed="fast"), r"speed = fast: must be a finite number"),
+        (lambda: ex.Prbs(duration=2e6), r"prbs: would last 23.1 days; make it shorter"),
+        (lambda: ex.Steady(duration=0.0), r"duration = 0 .*: must be above 0"),
+        (lambda: ex.Chirp(high=2600.0), r"high = 2600 Hz: is above the limit; give at most 2500 Hz"),
+        (lambda: ex.Chirp(low=100.0, high=100.0), r"low and high are both 100 Hz"),
+        (lambda: ex.Chirp(axis="z"), r"axis = 'z': is not known; choose one of x, y, both"),
+        (lambda: ex.Multisine(low=10.2, high=10.8), r"multisine: fewer than two lines from 10.2 to 10.8 Hz"),
+        (lambda: ex.Multisine(low=300.0, high=100.0), r"multisine: fewer than two lines"),
+        (lambda: ex.Multisine(high=2500.0), r"high = 2500 Hz: is not below half the sampling rate"),
+        (lambda: ex.Multisine(periods=2.5), r"periods = 2.5: must be a whole number"),
+        (lambda: ex.Multisine(periods=0), r"periods = 0: is below the limit; give at least 1"),
         (
-            lambda: Controlled(controller=None),
+            lambda: ex.Staircase(amplitude=4.0, step=1.5),
+            r"step = 1.5 V: the amplitude of 4 V is not up to .* whole steps",
+        ),
+        (lambda: ex.Staircase(amplitude=1.0, step=3.0), r"step = 3 V"),
+        (lambda: ex.Impact(width=1e-4), r"width = .*: is below the limit"),
+        (lambda: ex.Impact(spacing=1e-3, width=2e-3), r"spacing = .*: is shorter than a hit"),
+        (lambda: ex.SlowRoll(speed=0.0), r"speed = 0 rpm: must be above 0"),
+        (lambda: ex.Coastdown(start=10.0, stop=20.0), r"stop = 190.* rpm: is not below the start"),
+        (lambda: ex.Runup(0.0, 100.0, 0.0), r"rate = 0 rpm/s: must be positive"),
+        (lambda: ex.Runup(0.0, 100.0, 1e-9), r"would last .* days"),
+        (
+            lambda: ex.Controlled(controller=None),
             r"controller = None: has no such method; give an object with a method step",
         ),
-        (lambda: Controlled(controller=ProportionalLaw(), excitations=(3,)), r"excitations: 3 is not an open-loop"),
-        (lambda: ProportionalLaw(low_pass=0.0), r"low_pass = 0 Hz: must be above 0"),
+        (
+            lambda: ex.Controlled(controller=ex.ProportionalLaw(), excitations=(3,)),
+            r"excitations: 3 is not an open-loop",
+        ),
+        (lambda: ex.ProportionalLaw(low_pass=0.0), r"low_pass = 0 Hz: must be above 0"),
     ],
 )
 def test_bad_parameters_are_one_sentence(make, sentence):
@@ -77,7 +70,7 @@ def rotor():
 @pytest.mark.parametrize("seed", [-1, 1.5, "a", True])
 def test_a_seed_is_a_whole_number(rotor, seed):
     with pytest.raises(DataError, match=r"seed = .*: must be a whole number from 0"):
-        run(rotor, Steady(duration=0.1), seed)
+        ex.run(rotor, ex.Steady(duration=0.1), seed)
 
 
 def test_a_reference_needs_actuators(rotor):

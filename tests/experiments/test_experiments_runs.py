@@ -9,40 +9,26 @@ import xarray as xr
 
 import rotorsim as rs
 from identification import validate
+from rotorsim import experiments as ex
 from rotorsim.errors import ControllerError, ConvergenceError
-from rotorsim.experiments import (
-    Chirp,
-    Coastdown,
-    Controlled,
-    Given,
-    Impact,
-    Multisine,
-    Prbs,
-    ProportionalLaw,
-    Runup,
-    SlowRoll,
-    Staircase,
-    Steady,
-    record,
-    run,
-    static_gain_map,
-)
 from rotorsim.experiments.summary import summarise_experiment
 
 RPM = np.pi / 30
 P = 0.6e6
 SHORT = [
-    Runup(0.0, 30.0, 100.0, P),
-    Coastdown(100.0, 99.99, None, P, longest=0.5),
-    Coastdown(100.0, 80.0, 100.0, P),
-    Steady(100.0, P, 0.3),
-    SlowRoll(200.0, P, 3),
-    Staircase(0.0, P, "both", 1.0, 0.5, 0.03),
-    Prbs(100.0, P, 0.5, 0.3, 0.1),
-    Chirp(100.0, P, 0.5, 10.0, 200.0, 0.3),
-    Multisine(100.0, P, 0.5, 10.0, 200.0, 0.1, 3),
-    Impact(100.0, P, 5.0, hits=2, spacing=0.1),
-    Controlled(100.0, P, 0.2, 0.1, 0.0, ProportionalLaw(), (Prbs(amplitude=0.2, bias=0.0), Impact(lead=0.05))),
+    ex.Runup(0.0, 30.0, 100.0, P),
+    ex.Coastdown(100.0, 99.99, None, P, longest=0.5),
+    ex.Coastdown(100.0, 80.0, 100.0, P),
+    ex.Steady(100.0, P, 0.3),
+    ex.SlowRoll(200.0, P, 3),
+    ex.Staircase(0.0, P, "both", 1.0, 0.5, 0.03),
+    ex.Prbs(100.0, P, 0.5, 0.3, 0.1),
+    ex.Chirp(100.0, P, 0.5, 10.0, 200.0, 0.3),
+    ex.Multisine(100.0, P, 0.5, 10.0, 200.0, 0.1, 3),
+    ex.Impact(100.0, P, 5.0, hits=2, spacing=0.1),
+    ex.Controlled(
+        100.0, P, 0.2, 0.1, 0.0, ex.ProportionalLaw(), (ex.Prbs(amplitude=0.2, bias=0.0), ex.Impact(lead=0.05))
+    ),
 ]
 
 
@@ -65,8 +51,8 @@ def assert_same_bits(a, b):
 
 @pytest.mark.parametrize("experiment", SHORT, ids=lambda e: e.name)
 def test_streamed_in_memory_and_in_blocks_of_any_size_the_bits_are_the_same(plant, experiment, tmp_path):
-    memory = run(plant, experiment, seed=4)
-    outcome = record(plant, experiment, tmp_path / "run.nc", seed=4, block=333)
+    memory = ex.run(plant, experiment, seed=4)
+    outcome = ex.record(plant, experiment, tmp_path / "run.nc", seed=4, block=333)
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as streamed:
         assert_same_bits(validate(memory), validate(streamed))
         assert streamed.attrs["ended"] == "complete" and streamed.sizes["snapshot"] > 1
@@ -88,7 +74,7 @@ def test_a_declared_coast_down_is_a_ramp(plant):
 
 def test_functions_and_parameter_tables_agree(plant):
     by_name = rs.experiments.prbs(plant, 100.0, P, amplitude=0.5, duration=0.3, bias=0.1, seed=9)
-    assert_same_bits(by_name, run(plant, Prbs(100.0, P, 0.5, 0.3, 0.1), 9))
+    assert_same_bits(by_name, ex.run(plant, ex.Prbs(100.0, P, 0.5, 0.3, 0.1), 9))
 
 
 def test_a_run_up_takes_a_pressure_that_changes(plant):
@@ -134,8 +120,8 @@ def test_a_controller_acts_exactly_one_sample_after_what_it_saw(plant):
 
 def test_the_closed_loop_is_that_of_the_plant(plant):
     centre = tuple(plant.equilibrium(100.0, P).disc)
-    ours = rs.experiments.controlled(plant, ProportionalLaw(centre=centre), 100.0, P, duration=0.1)
-    theirs = plant.simulate(0.1, 100.0, P, controller=ProportionalLaw(centre=centre))
+    ours = rs.experiments.controlled(plant, ex.ProportionalLaw(centre=centre), 100.0, P, duration=0.1)
+    theirs = plant.simulate(0.1, 100.0, P, controller=ex.ProportionalLaw(centre=centre))
     assert np.array_equal(ours["disc"].values, theirs["disc"].values)
 
 
@@ -165,15 +151,15 @@ def test_the_thesis_law_damps_a_hit_and_its_opposite_does_not():
     centre = tuple(plant.equilibrium(0.0, P).disc)
 
     def swing(gain):
-        law = ProportionalLaw(gain, 0.88 * gain, centre=centre)
-        made = rs.experiments.controlled(plant, law, 0.0, P, 0.2, excitations=[Impact(peak=3.0, angle=np.pi / 4)])
+        law = ex.ProportionalLaw(gain, 0.88 * gain, centre=centre)
+        made = rs.experiments.controlled(plant, law, 0.0, P, 0.2, excitations=[ex.Impact(peak=3.0, angle=np.pi / 4)])
         return np.ptp(made["disc"].values[560:620], axis=0)
 
     assert np.all(swing(0.25e6) < swing(0.0) / 3)
     assert np.all(swing(-0.25e6) > 2 * swing(0.0))
 
 
-class Fails(Steady):
+class Fails(ex.Steady):
     """Steady running with a force beyond all numbers after 700 samples."""
 
     def rows(self, first, count):
@@ -184,17 +170,17 @@ class Fails(Steady):
 
 def test_a_step_without_solution_keeps_what_was_simulated(plant, tmp_path):
     with pytest.raises(ConvergenceError):
-        run(plant, Fails(0.0, P, 0.5))
-    outcome = record(plant, Fails(0.0, P, 0.5), tmp_path / "run.nc", block=500)
+        ex.run(plant, Fails(0.0, P, 0.5))
+    outcome = ex.record(plant, Fails(0.0, P, 0.5), tmp_path / "run.nc", block=500)
     assert not outcome.complete and outcome.samples == 700 and "no solution of the step" in outcome.ended
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as kept:
-        assert np.array_equal(kept["disc"].values, run(plant, Steady(0.0, P, 0.14))["disc"].values)
+        assert np.array_equal(kept["disc"].values, ex.run(plant, ex.Steady(0.0, P, 0.14))["disc"].values)
 
 
 def test_static_gains_are_those_of_the_linear_model_where_steps_are_small(plant):
     """At +-0.2 V the curvature of the characteristic is below 2 %, and without friction there is no hysteresis."""
     model = plant.linearise(0.0, P).static_gain
-    found = static_gain_map(rs.experiments.staircase(plant, 0.0, P, "both", 0.2, 0.1, 0.3), variable="disc")
+    found = ex.static_gain_map(rs.experiments.staircase(plant, 0.0, P, "both", 0.2, 0.1, 0.3), variable="disc")
     assert found["gain"].sel(output=["x", "y"], input=["x", "y"]).values == pytest.approx(model, rel=0.02, abs=1e-8)
     assert found["hysteresis"].max() < 1e-8
 
@@ -203,7 +189,7 @@ def test_static_gains_of_a_turning_shaft_have_cross_terms_of_opposite_sign(plant
     """Means over whole revolutions leave no unbalance response in them: 3 % of the linear model's."""
     model = plant.linearise(3000 * RPM, P).static_gain
     made = rs.experiments.staircase(plant, 3000 * RPM, P, "both", 0.2, 0.1, 0.3)
-    found = static_gain_map(made, variable="disc")["gain"].values
+    found = ex.static_gain_map(made, variable="disc")["gain"].values
     assert found == pytest.approx(model, rel=0.03, abs=1e-8)
     assert found[0, 1] * found[1, 0] < 0
 
@@ -212,11 +198,11 @@ def test_hysteresis_and_deviation_of_a_made_up_characteristic_are_found():
     """Play of 1 um and a cubic part, on x alone."""
     from identification import make_record
 
-    levels = Staircase(hold=0.01).levels()
+    levels = ex.Staircase(hold=0.01).levels()
     way = np.sign(np.diff(levels[:, 0], prepend=-1))
     x = 3e-6 * levels[:, 0] - 0.5e-6 * way
     reference, disc = (np.repeat(v, 50, axis=0) for v in (levels, np.column_stack([x, np.full(len(x), -2e-5)])))
-    found = static_gain_map(make_record(np.arange(len(disc)) * 2e-4, {"reference": reference, "disc": disc}))
+    found = ex.static_gain_map(make_record(np.arange(len(disc)) * 2e-4, {"reference": reference, "disc": disc}))
     assert found["hysteresis"].sel(input="x").values == pytest.approx([1e-6, 0.0], abs=1e-15)
     assert found["gain"].sel(input="x").values == pytest.approx([3e-6, 0.0], rel=0.05, abs=1e-15)
     assert found["offset"].sel(input="x", output="y") == pytest.approx(-2e-5)
@@ -225,7 +211,7 @@ def test_hysteresis_and_deviation_of_a_made_up_characteristic_are_found():
 def test_the_rig_at_rest_is_linear_as_figure_c5_shows():
     """Thesis section C.3.1 at 0.6 MPa, 0 rpm: within 0.95 um of linear; gains of Table E.2 2.37 to 3.27 um/V."""
     made = rs.experiments.staircase(rs.Plant("dtu_gas_bearing"), 0.0, P, "both", amplitude=2.0, step=0.5)
-    found = static_gain_map(made)
+    found = ex.static_gain_map(made)
     gains = np.diag(found["gain"].values)
     assert np.all((gains > 2.3e-6) & (gains < 3.4e-6))
     assert found["deviation_max"].max() < 1e-6
@@ -237,7 +223,7 @@ def test_arrays_are_excitations_too(plant):
     made = rs.experiments.controlled(plant, Counts(), 0.0, P, 0.02, reference=reference, disc_force=force)
     assert np.array_equal(made["reference_external"].values, np.vstack([reference, np.zeros((50, 2))]))
     assert made["disc_force"].values[:50].min() == 2.0 and not made["disc_force"].values[50:].any()
-    alone = run(plant, Given(0.0, P, reference, force))
+    alone = ex.run(plant, ex.Given(0.0, P, reference, force))
     theirs = plant.simulate(0.01, 0.0, P, reference, force)
     assert np.array_equal(alone["disc"].values, theirs["disc"].values)
 
@@ -269,6 +255,6 @@ def test_a_controller_that_fails_leaves_what_was_simulated_with_the_sentence(pla
             return super().step(measured, speed, pressure) if len(self.seen) < 700 else (np.nan, 0.0)
 
     with pytest.raises(ControllerError, match=r"controller Breaks: gave .*nan.* at t = 0.1400 s"):
-        record(plant, Controlled(0.0, P, 1.0, controller=Breaks()), tmp_path / "run.nc", block=100)
+        ex.record(plant, ex.Controlled(0.0, P, 1.0, controller=Breaks()), tmp_path / "run.nc", block=100)
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as kept:
         assert kept.sizes["time"] == 701 and kept.attrs["ended"].startswith("controller Breaks: gave")

@@ -5,34 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorsim.experiments import (
-    EXPERIMENTS,
-    Chirp,
-    Coastdown,
-    Controlled,
-    Impact,
-    Multisine,
-    Prbs,
-    ProportionalLaw,
-    Runup,
-    SlowRoll,
-    Staircase,
-    Steady,
-)
+from rotorsim import experiments as ex
 
 SAMPLE = 2e-4
 KINDS = [
-    Runup(0.0, 100.0, 40.0),
-    Coastdown(100.0, 10.0, 30.0),
-    Coastdown(100.0, longest=3.0),
-    Steady(duration=3.0),
-    SlowRoll(revolutions=2),
-    Staircase(axis="both", hold=0.05),
-    Prbs(duration=5.0),
-    Chirp(duration=1.0, axis="both"),
-    Multisine(period=0.5, periods=5, bias=0.1),
-    Impact(hits=7, spacing=0.3, jitter=0.01, scatter=0.2),
-    Controlled(duration=3.0, bias_x=0.3, controller=ProportionalLaw(), excitations=(Prbs(duration=1.0), Impact())),
+    ex.Runup(0.0, 100.0, 40.0),
+    ex.Coastdown(100.0, 10.0, 30.0),
+    ex.Coastdown(100.0, longest=3.0),
+    ex.Steady(duration=3.0),
+    ex.SlowRoll(revolutions=2),
+    ex.Staircase(axis="both", hold=0.05),
+    ex.Prbs(duration=5.0),
+    ex.Chirp(duration=1.0, axis="both"),
+    ex.Multisine(period=0.5, periods=5, bias=0.1),
+    ex.Impact(hits=7, spacing=0.3, jitter=0.01, scatter=0.2),
+    ex.Controlled(
+        duration=3.0, bias_x=0.3, controller=ex.ProportionalLaw(), excitations=(ex.Prbs(duration=1.0), ex.Impact())
+    ),
 ]
 
 
@@ -50,19 +39,19 @@ def test_any_stretch_of_rows_is_the_same_bits_as_a_part_of_all(experiment):
 
 
 def test_every_experiment_is_tried_here():
-    assert {type(e) for e in KINDS} == set(EXPERIMENTS.values())
+    assert {type(e) for e in KINDS} == set(ex.EXPERIMENTS.values())
 
 
 def test_binary_references_are_two_valued_balanced_and_independent_of_each_other():
     """Groups of 256 bits are balanced exactly; 2000 independent bits correlate by less than 3 / sqrt(2000) = .067."""
-    x, y = all_rows(Prbs(amplitude=0.7, duration=10.4), 5)[2000:, 2:4].T
+    x, y = all_rows(ex.Prbs(amplitude=0.7, duration=10.4), 5)[2000:, 2:4].T
     assert set(x) == set(y) == {-0.7, 0.7}
     assert abs(x.mean()) < 0.02 and abs(y.mean()) < 0.02
     assert abs(np.mean(x * y)) / 0.49 < 0.067
 
 
 def test_binary_references_rest_for_the_bias_time_and_jump_at_ticks_only():
-    prbs = Prbs(duration=4.0, bias=0.4, hold=1.2e-3)
+    prbs = ex.Prbs(duration=4.0, bias=0.4, hold=1.2e-3)
     reference = all_rows(prbs)[:, 2:4]
     assert not reference[:2000].any() and reference[2000:].all()
     jumps = np.flatnonzero(np.diff(reference, axis=0).any(axis=1)) + 1
@@ -70,14 +59,14 @@ def test_binary_references_rest_for_the_bias_time_and_jump_at_ticks_only():
 
 
 def test_the_sequence_and_nothing_else_decides_what_is_drawn():
-    for experiment in (Prbs(), Multisine(), Impact(hits=3, jitter=0.1, scatter=0.5)):
+    for experiment in (ex.Prbs(), ex.Multisine(), ex.Impact(hits=3, jitter=0.1, scatter=0.5)):
         a, b, other = all_rows(experiment, 1), all_rows(experiment, 1), all_rows(experiment, 2)
         assert np.array_equal(a, b) and not np.array_equal(a, other)
 
 
 def test_multisine_lines_are_disjoint_and_exact_on_the_grid_of_the_transform():
     """Spectra of whole periods hold the lines alone: elsewhere at most 1e-12 of them; the two meet nowhere."""
-    sines = Multisine(low=3.0, high=300.0, period=0.5, periods=4, amplitude=1.5)
+    sines = ex.Multisine(low=3.0, high=300.0, period=0.5, periods=4, amplitude=1.5)
     reference = all_rows(sines)[:, 2:4]
     lines = sines.lines()
     assert not set(lines[0]) & set(lines[1])
@@ -93,14 +82,14 @@ def test_multisine_lines_are_disjoint_and_exact_on_the_grid_of_the_transform():
 def test_more_draws_of_phases_give_a_lower_crest_factor():
     """The largest value being the same, the rms rises; by more than 5 % in the mean of 10 sequences."""
     one, many = (
-        np.mean([all_rows(Multisine(tries=tries, periods=1), n)[:, 2].std() for n in range(10)]) for tries in (1, 50)
+        np.mean([all_rows(ex.Multisine(tries=tries, periods=1), n)[:, 2].std() for n in range(10)]) for tries in (1, 50)
     )
     assert many > 1.05 * one
 
 
 @pytest.mark.parametrize("law", ["linear", "logarithmic"])
 def test_the_frequency_of_a_chirp_is_the_derivative_of_its_phase(law):
-    chirp = Chirp(low=20.0, high=400.0, duration=4.0, law=law)
+    chirp = ex.Chirp(low=20.0, high=400.0, duration=4.0, law=law)
     t = np.linspace(0, 4, 4001)
     frequency = np.gradient(chirp.phase(t), t) / (2 * np.pi)
     share = t / 4
@@ -109,7 +98,7 @@ def test_the_frequency_of_a_chirp_is_the_derivative_of_its_phase(law):
 
 
 def test_a_chirp_on_both_axes_sweeps_x_and_then_y():
-    chirp = Chirp(duration=1.0, axis="both", bias=0.2)
+    chirp = ex.Chirp(duration=1.0, axis="both", bias=0.2)
     reference = all_rows(chirp)[:, 2:4]
     assert np.array_equal(reference[1000:6000, 0], reference[6000:, 1])
     assert not reference[:6000, 1].any() and not reference[6000:, 0].any() and not reference[:1000].any()
@@ -117,28 +106,28 @@ def test_a_chirp_on_both_axes_sweeps_x_and_then_y():
 
 @pytest.mark.parametrize("width", [2e-4, 1e-3, 1.37e-3])
 def test_the_impulse_of_a_hit_is_2_A_T_over_pi_whatever_its_width(width):
-    hit = Impact(peak=30.0, width=width, angle=np.pi / 2, jitter=3.3e-4)
+    hit = ex.Impact(peak=30.0, width=width, angle=np.pi / 2, jitter=3.3e-4)
     force = all_rows(hit)[:, 4:6]
     assert force[:, 1].sum() * SAMPLE == pytest.approx(2 * 30.0 * width / np.pi, rel=1e-12)
     assert not force[:, 0].any() and force[:, 1].max() <= 30.0
 
 
 def test_hits_come_at_their_times_late_by_the_jitter_at_most():
-    force = all_rows(Impact(hits=20, spacing=0.5, lead=0.2, jitter=0.05))[:, 4]
+    force = all_rows(ex.Impact(hits=20, spacing=0.5, lead=0.2, jitter=0.05))[:, 4]
     begins = np.flatnonzero((force[1:] > 0) & (force[:-1] == 0)) + 1
     late = begins * SAMPLE - (0.2 + 0.5 * np.arange(20))
     assert len(begins) == 20 and late.min() > -2 * SAMPLE and late.max() < 0.05 + SAMPLE and late.std() > 0.005
 
 
 def test_a_staircase_goes_up_down_and_home_and_drives_one_axis_at_a_time():
-    levels = Staircase(axis="both", amplitude=2.0, step=0.5).levels()
+    levels = ex.Staircase(axis="both", amplitude=2.0, step=0.5).levels()
     assert levels[:17, 0].tolist() == [*np.arange(0, 2.1, 0.5), *np.arange(1.5, -2.1, -0.5), *np.arange(-1.5, 0.1, 0.5)]
     assert np.array_equal(levels[:17, 0], levels[17:, 1]) and not (levels[:, 0] * levels[:, 1]).any()
 
 
 def test_a_slow_roll_ends_with_the_sample_that_completes_its_revolutions():
-    assert SlowRoll(speed=2 * np.pi, revolutions=3).samples == 15000
-    odd = SlowRoll(speed=10.0, revolutions=2)
+    assert ex.SlowRoll(speed=2 * np.pi, revolutions=3).samples == 15000
+    odd = ex.SlowRoll(speed=10.0, revolutions=2)
     assert (odd.samples - 1) * SAMPLE * 10 < 4 * np.pi <= odd.samples * SAMPLE * 10
 
 
