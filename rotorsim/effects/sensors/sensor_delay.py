@@ -38,6 +38,12 @@ def sensor_delay(w, reading, state, seed, sample, p):
             w[reading + axis] = near + part * (far - near)
 
 
+def late(parameter: str) -> CandidateForm:
+    """Form of a sensor whose readings come late by a time, whether a delay or a lag."""
+    signature, resembles = "time that the sensors lag", "a lag of the amplifiers or the actuators"
+    return CandidateForm(parameter, 5e-5, signed=False, signature=signature, resembles=resembles)
+
+
 @register
 @dataclass(frozen=True)
 class SensorDelay(Effect):
@@ -48,10 +54,5 @@ class SensorDelay(Effect):
     kernel = sensor_delay
     states = 2 * LENGTH + 1
     memory = "short"
-    forms = (
-        CandidateForm(
-            "delay", 5e-5, signed=False,
-            signature="time that the sensors lag", resembles="a lag of the amplifiers or the actuators",
-        ),
-    )  # fmt: skip
+    forms = (late("delay"),)
     delay: float = param("s", bounds=(0.0, 0.012), doc="Delay of both sensors.")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.sensors.sensor_delay import late
 from rotorsim.sampling import SAMPLE
 
 
@@ -40,10 +40,5 @@ class SensorLag(Effect):
     kernel = sensor_lag
     states = 5
     memory = "short"
-    forms = (
-        CandidateForm(
-            "time", 5e-5, signed=False,
-            signature="time that the sensors lag", resembles="a lag of the amplifiers or the actuators",
-        ),
-    )  # fmt: skip
+    forms = (late("time"),)
     time: float = param("s", bounds=(0.0, 1.0), doc="Time constant.")
