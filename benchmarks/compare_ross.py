@@ -94,7 +94,9 @@ def main() -> None:
         pairs = [(seconds(mine, ours), seconds(other, theirs)) for _ in range(repeats)]
         answers[name] = pairs[0][0][1], pairs[0][1][1]
         rows.append(timed(name, *([pair[k][0] for pair in pairs] for k in range(2))))
-        line = "{analysis:<28} {fe_shaft_s:9.4f} s {ross_s:9.3f} s   x {ratio:6.1f} ({least:.1f} to {most:.1f}; {said})"
+        line = (
+            "{analysis:<28} {fe_shaft_s:9.4f} s {ross_s:9.3f} s  x {ratio:6.1f} ({least:.1f} to {most:.1f}; {target})"
+        )
         print(line.format(**rows[-1], target=f"target {TARGETS[name]}"), file=out, flush=True)
     equal, apart = equalities(theirs), differences(answers)
     for name, value in equal.items():

@@ -49,7 +49,7 @@ def to_ross(rotor: Rotor, module: Any) -> Any:
     ValueError
         If the rotor has what ROSS cannot represent: held nodes, internal coordinates, turning damping, whirl tables.
     """
-    _check_sayable(rotor)
+    _check_representable(rotor)
     shaft = [
         module.ShaftElement(
             L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=_material(e.material, module),
@@ -77,7 +77,7 @@ def _material(material: Material, module: Any) -> Any:
     return module.Material(name=plain, rho=material.rho, E=material.E, G_s=material.G_s)
 
 
-def _check_sayable(rotor: Rotor) -> None:
+def _check_representable(rotor: Rotor) -> None:
     unsayable = {
         "held nodes": bool(rotor.clamped or rotor.pinned),
         "internal coordinates": any(e.internal for e in rotor.shaft_elements),

@@ -1,4 +1,4 @@
-"""Factors between SI and the units that engineers read: RPM is 1 rpm in rad/s, TO_RPM makes rpm of rad/s."""
+"""Conversion factors between SI and engineering units: RPM is 1 rpm in rad/s, TO_RPM converts rad/s to rpm."""
 
 from math import pi
 

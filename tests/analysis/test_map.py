@@ -37,7 +37,7 @@ def small(plant):
     return safe_region(operating_map(plant, np.array([0, 3000, 6000, 9000]) * RPM, [0.1e6, 0.4e6, 0.7e6]))
 
 
-def test_a_point_of_the_map_is_what_plant_and_film_say(plant, small):
+def test_a_point_of_the_map_is_what_plant_and_film_give(plant, small):
     speed, pressure = 3000 * RPM, 0.4e6
     here = small.isel(speed=1, pressure=1)
     model, rest = plant.linearise(speed, pressure), plant.equilibrium(speed, pressure)
@@ -189,7 +189,7 @@ def test_grids_that_make_no_sense_are_refused_by_name(plant, call, sentence):
 
 
 @pytest.mark.parametrize("after", [0, 2])
-def test_an_interrupt_keeps_the_points_that_are_done_and_without_any_goes_on(monkeypatch, after):
+def test_an_interrupt_keeps_the_points_that_are_done_and_without_any_continues(monkeypatch, after):
     """An empty map ended in a KeyError of 'lifted', after the kernels were compiled."""
     module, left = sys.modules["rotorsim.analysis.operating_map"], iter(range(after))
 

@@ -32,11 +32,13 @@ def flags():
 @pytest.mark.skipif(not openblas(threadpool_info()), reason="numpy and scipy use no OpenBLAS here")
 @pytest.mark.parametrize(("kernels", "needs"), [("Prescott", set()), ("Haswell", {"avx2", "fma"})])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_every_openblas_takes_the_kernels_and_threads_that_it_is_told(kernels, needs, threads):
+def test_every_openblas_takes_the_kernels_and_threads_that_are_set(kernels, needs, threads):
     if not needs <= flags():
         pytest.skip(f"this processor cannot run the kernels of {kernels}")
-    told = os.environ | {"OPENBLAS_CORETYPE": kernels, "OPENBLAS_NUM_THREADS": str(threads)}
-    out = subprocess.run([sys.executable, "-c", SHOW], env=told, capture_output=True, text=True, check=True).stdout
+    environment = os.environ | {"OPENBLAS_CORETYPE": kernels, "OPENBLAS_NUM_THREADS": str(threads)}
+    out = subprocess.run(
+        [sys.executable, "-c", SHOW], env=environment, capture_output=True, text=True, check=True
+    ).stdout
     found = openblas(json.loads(out))
     assert {one["architecture"] for one in found} <= NAMES[kernels]
     assert {one["num_threads"] for one in found} <= {threads, os.cpu_count()}  # no more than there are processors

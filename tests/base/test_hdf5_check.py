@@ -92,7 +92,7 @@ def record(path: Path) -> Path:
     return idn.save(idn.from_arrays(np.arange(50) / 5e3, np.ones((50, 2)), np.ones((50, 2)) * 1e-6), path)
 
 
-def test_a_file_that_says_to_hold_more_than_memory_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_claims_to_hold_more_than_memory_is_refused(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.nc", "w") as file:
         file.create_dataset("time", (10**12,), "f8", chunks=(1000,))
     with pytest.raises(idn.ReadError, match="claims to hold more than fits into memory; it is damaged: copy it again"):

@@ -32,7 +32,7 @@ def test_a_process_does_not_hear_ctrl_c_and_we_do():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_a_signal_that_comes_meanwhile_is_heard_afterwards():
+def test_a_signal_that_comes_meanwhile_is_received_afterwards():
     received = []
     before = signal.signal(signal.SIGINT, lambda number, frame: received.append(number))
     try:
@@ -44,7 +44,7 @@ def test_a_signal_that_comes_meanwhile_is_heard_afterwards():
         signal.signal(signal.SIGINT, before)
 
 
-def test_an_interrupted_command_says_that_it_goes_on(capsys):
+def test_an_interrupted_command_states_that_it_continues(capsys):
     @resumable
     def command():
         raise KeyboardInterrupt

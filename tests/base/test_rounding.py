@@ -55,7 +55,7 @@ def test_the_inverse_of_a_normal_matrix_does_not_hang_on_units(seed):
 
 @few
 @given(SEEDS)
-def test_what_nothing_tells_has_a_large_variance_and_the_rest_its_own(seed):
+def test_what_nothing_shows_has_a_large_variance_and_the_rest_its_own(seed):
     """Two columns alike: their sum is known as well as ever, each alone is not."""
     rng = np.random.default_rng(seed)
     a, b = rng.normal(size=(2, 30))

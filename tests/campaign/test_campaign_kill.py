@@ -139,12 +139,12 @@ def test_workers_and_processes_of_cases_that_are_killed_cost_no_case(tmp_path):
             run_campaign(make_plan(plan), folder)
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
-    told = json.loads(out)
-    assert (told["done"], told["failed"], told["pending"]) == (14, 0, 0)
+    result = json.loads(out)
+    assert (result["done"], result["failed"], result["pending"]) == (14, 0, 0)
     assert_whole(folder, solved_here(plan, tmp_path / "here", "stub"))
 
 
-def test_a_campaign_whose_process_is_killed_goes_on_with_the_same_bits(tmp_path):
+def test_a_campaign_whose_process_is_killed_continues_with_the_same_bits(tmp_path):
     """SIGKILL takes client and scheduler; no process of it is left, and the same plan finishes the rest."""
     folder = tmp_path / "store"
     with running(tmp_path, REAL, folder, workers=1) as process:
@@ -330,9 +330,9 @@ def test_workers_of_this_machine_listen_to_this_machine_alone():
     from rotorsim.campaign.workers.cluster import cluster
 
     with cluster(None, 1, 1) as client:
-        heard = [c.laddr.ip for p in (psutil.Process(), *psutil.Process().children(True)) for c in _listening(p)]
-        assert client.scheduler.address.startswith("tcp://127.0.0.1:") and len(heard) >= 3
-    assert set(heard) == {"127.0.0.1"}
+        received = [c.laddr.ip for p in (psutil.Process(), *psutil.Process().children(True)) for c in _listening(p)]
+        assert client.scheduler.address.startswith("tcp://127.0.0.1:") and len(received) >= 3
+    assert set(received) == {"127.0.0.1"}
 
 
 def _listening(process):

@@ -121,7 +121,7 @@ def test_machines_can_be_an_axis():
     assert len({one.case.machine for one in plan.cases()}) == 2
 
 
-def test_a_machine_file_is_looked_for_beside_the_plan(tmp_path):
+def test_a_machine_file_is_looked_for_next_to_the_plan(tmp_path):
     from rotorsim.machine import machine_text
 
     (tmp_path / "mine.toml").write_text(machine_text("plain_rotor"))
@@ -129,7 +129,7 @@ def test_a_machine_file_is_looked_for_beside_the_plan(tmp_path):
     assert len(load_plan(tmp_path / "plan.toml")) == 1
 
 
-def test_the_difference_of_two_plans_is_told_in_words():
+def test_the_difference_of_two_plans_is_put_into_words():
     plans = [make_plan(HEAD + f"[axes.speed]\nlist = {speeds}\n") for speeds in (["1 rpm"], ["1 rpm", "2 rpm"])]
     assert differences(plans[0].content, plans[1].content) == ["axes.speed: 1 values there, 2 here"]
     assert differences(plans[0].content, plans[0].content) == []

@@ -33,5 +33,5 @@ def test_the_rate_is_that_of_the_last_minute(clock):
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(12.4, "12 s"), (600, "10 min"), (7200, "2.0 h")])
-def test_times_are_said_as_people_read_them(seconds, text):
+def test_times_are_shown_as_people_read_them(seconds, text):
     assert spell(seconds) == text

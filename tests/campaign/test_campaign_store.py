@@ -213,7 +213,7 @@ def test_a_full_disk_stops_the_index_and_keeps_what_it_had(small_disk):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits of a process there")
-def test_a_quota_is_told_like_a_full_disk(store):
+def test_a_quota_is_reported_like_a_full_disk(store):
     code = (
         "import resource, signal, sys; from pathlib import Path; from rotorsim.campaign import open_store\n"
         "from rotorsim.campaign.workers.run_case import solve, prepare, StorageError\n"
@@ -295,7 +295,7 @@ def test_two_campaigns_in_one_store_are_refused(store):
         pass
 
 
-def test_a_lock_is_held_by_one_and_says_by_whom(tmp_path):
+def test_a_lock_is_held_by_one_and_names_the_holder(tmp_path):
     with Lock(tmp_path / "lock", "me"), pytest.raises(BusyError, match="me"), Lock(tmp_path / "lock", "you"):
         pass
     with Lock(tmp_path / "lock", "you"):

@@ -93,7 +93,7 @@ def test_where_zero_solves_an_equation_rounding_does_not_move_gamma(small):
 
 @few
 @given(SEEDS)
-def test_units_and_coordinates_have_no_say(rig, seed):
+def test_units_and_coordinates_have_no_effect(rig, seed):
     rng = np.random.default_rng(seed)
     T = np.linalg.qr(rng.normal(size=rig.A.shape))[0] * np.geomspace(0.1, 10, rig.order)
     units = 10.0 ** rng.choice([-6, 0, 6], 5)
@@ -166,7 +166,7 @@ def test_the_norm_is_that_of_a_fine_grid_whatever_the_units(seed):
 
 @many
 @given(SEEDS)
-def test_a_pole_on_the_axis_is_never_taken_for_one_beside_it(seed):
+def test_a_pole_on_the_axis_is_never_taken_for_one_next_to_it(seed):
     rng = np.random.default_rng(seed)
     T = rng.normal(size=(5, 5))
     values = np.array([0.0, -1.0, -2.0, -3.0, -4.0])

@@ -139,7 +139,7 @@ def test_a_displacement_that_no_sensor_shows_is_not_a_sample(huge):
     np.testing.assert_array_equal(u[30], u[29])
 
 
-def test_an_unstable_law_whose_states_overflow_is_never_nan_and_says_so():
+def test_an_unstable_law_whose_states_overflow_is_never_nan_and_reports_it():
     """A pole at 10: the states pass 1e308 within 310 samples; without the guard the output is NaN from then on."""
     eye = np.eye(2)
     parts = {

@@ -31,7 +31,7 @@ def test_six_states_keep_the_gain_at_rest_and_the_phase_at_the_modes(q):
     assert np.abs(np.abs(other[:, 0, 0] / one[:, 0, 0]) - 1).max() < 0.15
 
 
-def test_the_loops_delay_turns_the_phase_by_what_it_says():
+def test_the_loops_delay_turns_the_phase_by_what_it_states():
     plain, later = (design_plant(rig_model(), 314.0, 0.5e6, delay) for delay in (0.0, 3e-4))
     at = 2j * np.pi * np.array([20.0]) / 1e3
     turned = np.angle(response(later, at)[0, 0, 0] / response(plain, at)[0, 0, 0])
@@ -61,7 +61,7 @@ def test_a_hit_on_an_oscillator_has_the_energy_of_its_closed_form():
     assert not reference.any()
 
 
-def test_predicted_hits_tell_damping_from_destabilising():
+def test_predicted_hits_separate_damping_from_destabilising():
     model = rig_model()
     good = hit_ratios(lqr.design(model), model, POINTS)
     assert good.shape == (3, 2)

@@ -91,7 +91,7 @@ def test_forms_with_the_same_signature_are_alike(rng):
     assert view.likeness(0, 2) < 0.7
 
 
-def test_a_bow_is_never_told_from_a_runout_nor_a_blocked_pin_from_a_low_pressure():
+def test_a_bow_is_never_distinguished_from_a_runout_nor_a_blocked_pin_from_a_low_pressure():
     third = "unequal_pressure.deviation of injector 3"
     known = {"runout.first", "shaft_bow.bow", "weak_injector.blocked of injector 2",
              "unequal_pressure.deviation of injector 2", third, "creep.gain"}  # fmt: skip

@@ -39,11 +39,11 @@ def test_records_without_a_mistake_pass(plain, workshop):
     check_before(comparison(workshop, changed(records, lambda y: 1.4 * y)), nominal)
 
 
-@pytest.mark.parametrize(("factor", "said"), [(25.4, "25.4"), (1 / 25.4, "0.03937"), (1e3, "1000"), (1e-3, "0.001")])
-def test_displacements_in_another_unit_are_suggested_and_never_assumed(plain, workshop, factor, said):
+@pytest.mark.parametrize(("factor", "shown"), [(25.4, "25.4"), (1 / 25.4, "0.03937"), (1e3, "1000"), (1e-3, "0.001")])
+def test_displacements_in_another_unit_are_suggested_and_never_assumed(plain, workshop, factor, shown):
     records, nominal = plain
     wrong = comparison(workshop, changed(records, lambda y: factor * y))
-    with pytest.raises(DataError, match=rf"about {said}: is it a matter of units.*nothing was assumed"):
+    with pytest.raises(DataError, match=rf"about {shown}: is it a matter of units.*nothing was assumed"):
         check_before(wrong, nominal)
 
 
@@ -54,7 +54,7 @@ def test_exchanged_channels_are_noticed(plain, workshop):
         check_before(wrong, nominal)
 
 
-def test_a_clock_that_runs_beside_the_inputs_is_noticed(plain, workshop):
+def test_a_clock_that_is_shifted_against_the_inputs_is_noticed(plain, workshop):
     records, nominal = plain
     wrong = comparison(workshop, changed(records, lambda y: np.roll(y, 25, axis=0)))
     with pytest.raises(DataError, match=r"is shifted by [+-]5\.\d+ ms in time"):

@@ -59,7 +59,7 @@ def test_a_record_of_a_machine_with_a_droop_agrees_with_its_file(machine, record
     assert lost < 0.9 * trial.pressure  # a candidate takes from what the gauge reads
 
 
-def test_physics_beside_an_identified_model_stands_at_the_pressure_of_its_record(machine, plant):
+def test_physics_next_to_an_identified_model_stands_at_the_pressure_of_its_record(machine, plant):
     """The model of a record is compared with the plant in which the injectors have the pressure of the record."""
     flow = plant.equilibrium(SPEED, SUPPLY).mass_flow.sum()
     at_the_supply = plant.linearise(SPEED, SUPPLY)

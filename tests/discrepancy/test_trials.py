@@ -53,9 +53,9 @@ def test_the_scatter_of_white_noise_is_found_and_repeats_are_recognised(rng):
     sigma = 0.3e-6
     trials = [make_trial(record(rng.normal(0, sigma, (12000, 2)))) for _ in range(4)]
     assert repeats(trials[0], trials[1])
-    scatter, _, _, told = repeat_scatter(trials, [t.spectra for t in trials])
+    scatter, _, _, known = repeat_scatter(trials, [t.spectra for t in trials])
     # a real part of a line of N samples, averaged over all 4 x 2000, has sigma sqrt(2 / 8000)
-    assert told
+    assert known
     assert np.median(scatter[:, :, 1:]) == pytest.approx(sigma * np.sqrt(2 / 8000), rel=0.15)
 
 
@@ -106,7 +106,7 @@ def test_another_sampling_rate_is_refused():
         make_trial(bad)
 
 
-def test_few_points_and_one_amplitude_are_said_aloud():
-    said = " ".join(limits([make_trial(record(np.zeros((12000, 2))))], True))
+def test_few_points_and_one_amplitude_are_noted():
+    message = " ".join(limits([make_trial(record(np.zeros((12000, 2))))], True))
     for words in ("1 operating points", "one speed only", "one excitation amplitude", "one pressure only"):
-        assert words in said
+        assert words in message

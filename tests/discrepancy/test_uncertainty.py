@@ -82,7 +82,7 @@ def test_a_finished_fit_has_nothing_left_to_gain():
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-9])
-def test_parameters_that_the_data_cannot_tell_apart_have_the_standard_deviation_of_their_priors(apart):
+def test_parameters_that_the_data_do_not_distinguish_have_the_standard_deviation_of_their_priors(apart):
     """The data know their sum to 1e-7 of the prior; a pseudo-inverse gave each a standard deviation of 7e-8."""
     rng = np.random.default_rng(4)
     one, third = rng.normal(size=(2, 60)) * 1e6

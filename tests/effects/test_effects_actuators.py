@@ -99,7 +99,7 @@ def creep_left(seconds):
     return sum(1 - np.exp(-seconds / (3.0 * factor)) for factor in (0.1, 1.0, 10.0))
 
 
-def test_creep_goes_on_for_seconds_after_a_step(rig_of, held):
+def test_creep_continues_for_seconds_after_a_step(rig_of, held):
     """gamma of the step in each of three elements: closed form, .1 % for substeps of 50 us and the lags."""
     values = {"effects.creep.gain": 0.012} | NO_LAG
     plant = rig_of("voltage", values)
@@ -133,6 +133,6 @@ def test_a_dead_zone_loses_its_width_about_the_bias(rig_of, held):
 
 SIGNATURES = {
     "hysteresis": test_a_full_cycle_of_the_stack_travels_45_um_and_opens_by_8_4_um,
-    "creep": test_creep_goes_on_for_seconds_after_a_step,
+    "creep": test_creep_continues_for_seconds_after_a_step,
     "dead_zone": test_a_dead_zone_loses_its_width_about_the_bias,
 }

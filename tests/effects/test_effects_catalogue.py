@@ -46,7 +46,7 @@ def test_the_page_of_the_docs_is_the_one_that_the_effects_make():
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_an_effect_says_its_equation_its_source_and_what_its_parameters_are(name):
+def test_an_effect_states_its_equation_its_source_and_what_its_parameters_are(name):
     entry = describe(REGISTRY[name])
     assert entry["equation"] and entry["source"] and entry["title"].endswith(".")
     for parameter in entry["parameters"]:

@@ -209,7 +209,7 @@ def test_a_rippling_torque_swings_the_speed_by_m_over_j_n_omega(rotor, held, ord
     assert table[:, 5].mean() == pytest.approx(speed, rel=1e-4)
 
 
-def test_the_weight_sags_the_shaft_as_beam_theory_says(rotor):
+def test_the_weight_sags_the_shaft_as_beam_theory_states(rotor):
     """Disc at mid-span and uniform shaft on springs, with shear (Roark, table 8.1); 1e-3 for six modes a plane."""
     plant = rotor({"effects.gravity.acceleration": "9.81 m/s^2"})
     L, d, E, nu, k = 0.6, 0.02, 210e9, 0.3, 1e7
@@ -276,6 +276,6 @@ SIGNATURES = {
     "base_vibration": test_a_slowly_shaken_foundation_deflects_the_rotor_as_its_weight_does,
     "rub": test_a_stator_carries_what_the_shaft_does_not_and_drags_it_backward,
     "torque_ripple": test_a_rippling_torque_swings_the_speed_by_m_over_j_n_omega,
-    "gravity": test_the_weight_sags_the_shaft_as_beam_theory_says,
+    "gravity": test_the_weight_sags_the_shaft_as_beam_theory_states,
     "ball_bearing": test_clearance_of_one_bearing_lets_the_disc_at_mid_span_sink_by_half_of_it,
 }

@@ -130,7 +130,7 @@ def test_a_loop_survives_lost_samples_and_settles_where_it_would_have(plant, mad
     assert np.abs(lost.disc - sound.disc).values[1100:].max() < 1e-8
 
 
-def test_the_proportional_law_holds_fades_out_and_says_so():
+def test_the_proportional_law_holds_fades_out_and_reports_it():
     law = ProportionalLaw()
     for _ in range(100):
         last = law.step(np.array([1e-6, -2e-6]), 0.0, 0.0)

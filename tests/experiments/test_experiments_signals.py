@@ -93,8 +93,8 @@ def test_the_frequency_of_a_chirp_is_the_derivative_of_its_phase(law):
     t = np.linspace(0, 4, 4001)
     frequency = np.gradient(chirp.phase(t), t) / (2 * np.pi)
     share = t / 4
-    told = 20 + 380 * share if law == "linear" else 20 * 20**share
-    assert frequency[1:-1] == pytest.approx(told[1:-1], rel=1e-5)
+    result = 20 + 380 * share if law == "linear" else 20 * 20**share
+    assert frequency[1:-1] == pytest.approx(result[1:-1], rel=1e-5)
 
 
 def test_a_chirp_on_both_axes_sweeps_x_and_then_y():

@@ -94,7 +94,7 @@ def test_a_sine_between_the_lines_of_the_spectrum_shows_within_the_scalloping_of
     assert 0.959 * 5e-6 < float(line.max()) <= 5.01e-6
 
 
-def test_the_full_spectrum_tells_forward_from_backward() -> None:
+def test_the_full_spectrum_separates_forward_from_backward() -> None:
     """Taking the trend off a piece of half a second leaks 1e-3 of a line into its mirror image."""
     time, speed, angle = ramp(4.0, 100.0, 100.0)
     whirl = 3e-6 * np.exp(2j * np.pi * 50 * time) + 1e-6 * np.exp(-2j * np.pi * 80 * time)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fault_injection.checks import SAMPLE, files, left_over, messages, said_length
+from fault_injection.checks import SAMPLE, files, left_over, messages, reported_length
 from fault_injection.running import Ended
 
 
@@ -71,11 +71,11 @@ def test_a_record_is_the_beginning_of_that_of_an_undisturbed_run(tmp_path):
     assert [fault.kind for fault in files(tmp_path / "out", tmp_path / "whole")] == ["half"]
 
 
-def test_a_record_that_is_shorter_than_what_is_said_has_lost_samples(tmp_path):
+def test_a_record_that_is_shorter_than_what_is_reported_has_lost_samples(tmp_path):
     record(tmp_path / "a.nc", 5000)
-    assert said_length(ended(2, "interrupted: 1.0 s of 9.0 s are in a.nc\n"), tmp_path / "a.nc") == []
-    for said, name in (("1.2", "a.nc"), ("1.0", "b.nc")):
-        found = said_length(ended(2, f"interrupted: {said} s of 9.0 s are in a.nc\n"), tmp_path / name)
+    assert reported_length(ended(2, "interrupted: 1.0 s of 9.0 s are in a.nc\n"), tmp_path / "a.nc") == []
+    for seconds, name in (("1.2", "a.nc"), ("1.0", "b.nc")):
+        found = reported_length(ended(2, f"interrupted: {seconds} s of 9.0 s are in a.nc\n"), tmp_path / name)
         assert [fault.kind for fault in found] == ["lost"]
 
 

@@ -6,7 +6,7 @@ import time
 import numpy as np
 
 from fault_injection.cases import ALL, NIGHTLY, TRIES
-from fault_injection.trials import CLOCK, seed_of, tally, told
+from fault_injection.trials import CLOCK, dated, seed_of, tally
 
 pytestmark = NIGHTLY
 JUMPS = 6
@@ -23,5 +23,5 @@ def test_a_clock_that_jumps(command, trials, reference):
         paths = os.pathsep.join(filter(None, (str(CLOCK), os.environ.get("PYTHONPATH"))))
         environment = {"PYTHONPATH": paths, "ROTORSIM_CLOCK_JUMPS": " ".join(map(str, jumps))}
         trial = trials(command, environment)
-        found += told(trial.found(trial.run(), {command.code}, known), f"clock {k}")
+        found += dated(trial.found(trial.run(), {command.code}, known), f"clock {k}")
     tally(command, "clock jumps", tries, found)

@@ -5,7 +5,7 @@ import threading
 import time
 
 from fault_injection.cases import ALL, NIGHTLY, TRIES
-from fault_injection.trials import seed_of, tally, told
+from fault_injection.trials import dated, seed_of, tally
 
 pytestmark = NIGHTLY
 
@@ -26,9 +26,9 @@ def test_a_folder_that_is_removed(command, trials, reference):
                 shutil.rmtree(trial.out, ignore_errors=True)
 
         ended = trial.run(remove)
-        found += told(trial.found(ended, {2, command.code}, known), f"removed, try {k}")
+        found += dated(trial.found(ended, {2, command.code}, known), f"removed, try {k}")
         trial.begin() if not any(trial.out.glob("*")) else None
-        found += told(trial.again(known), f"again after removal, try {k}")
+        found += dated(trial.again(known), f"again after removal, try {k}")
     tally(command, "folder removed", tries, found)
 
 
@@ -47,5 +47,5 @@ def test_two_processes_in_one_folder(command, trials, reference):
             thread.join()
         here = [one for end in ends for one in trial.found(end, {2, command.code}, known)]
         assert any(end.code == command.code for end in ends), [end.stderr for end in ends]
-        found += told(here + trial.again(known), f"two, try {k}")
+        found += dated(here + trial.again(known), f"two, try {k}")
     tally(command, "two at once", tries, found)

@@ -9,7 +9,7 @@ import pytest
 from fault_injection.cases import NIGHTLY
 from fault_injection.checks import Fault, files, left_over, messages
 from fault_injection.commands import OUT, RIG, Command
-from fault_injection.trials import at, moments, tally, told
+from fault_injection.trials import at, dated, moments, tally
 
 pytestmark = NIGHTLY
 TRIES = int(os.environ.get("ROTORSIM_FAULT_TRIES", "20"))
@@ -38,7 +38,7 @@ def test_a_study_keeps_what_it_has(command, number, trials, tmp_path):
         now = kept(trial.out / "study")
         lost = [Fault("lost", str(path)) for path, size in before.items() if now.get(path) != size]
         here = messages(ended, codes) + files(trial.out, tmp_path) + lost
-        found, before = found + told(here, f"signal {number} at {moment:.2f} s"), now
+        found, before = found + dated(here, f"signal {number} at {moment:.2f} s"), now
     tally(command, number.name, TRIES, found)
 
 

@@ -38,7 +38,7 @@ def test_disc_from_geometry_has_the_inertia_of_a_ring():
     assert (disc.m, disc.Ip, disc.Id) == pytest.approx((2.0, 0.0025, 2 * (3 * 0.05**2 + 0.02**2) / 12))
 
 
-def test_bearing_is_isotropic_unless_told_otherwise():
+def test_bearing_is_isotropic_unless_set_otherwise():
     bearing = BearingElement(0, 1e6, 100.0)
     assert np.array_equal(bearing.stiffness, 1e6 * np.eye(2))
     assert np.array_equal(bearing.damping, 100.0 * np.eye(2))

@@ -71,7 +71,7 @@ def test_critical_speeds_over_stiffness_want_bearings_at_two_nodes(n):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_units_have_no_say_in_what_oscillates(seed):
+def test_units_do_not_affect_what_oscillates(seed):
     """Coordinates in units of 1e-6 to 1e6: the same modes, damping to rounding."""
     rng = np.random.default_rng(seed)
     system = modal.free_matrices(on_ends(6, 1e4, 2.0), 300.0)

@@ -35,7 +35,7 @@ def test_a_function_computes_the_same_bits_in_and_outside_python(gcc, tmp_path):
         assert g(x) == math.exp(x) * math.sin(x) + x
 
 
-def test_symbols_of_python_are_told_from_those_of_the_c_library():
+def test_symbols_of_python_are_distinguished_from_those_of_the_c_library():
     assert foreign_symbols(["sin", "memset", "_exp", "PyErr_SetString", "NRT_Allocate"]) == {
         "PyErr_SetString",
         "NRT_Allocate",

@@ -151,7 +151,7 @@ def test_model_exchange_may_try_beyond_the_stop_time_but_not_go_there(both):
     instance.freeInstance()
 
 
-def test_a_point_outside_the_range_is_said_once(both):
+def test_a_point_outside_the_range_is_reported_once(both):
     model, unit = both
     instance = unit.instance()
     instance.initialise({"shaft.speed_ref": 2000.0})

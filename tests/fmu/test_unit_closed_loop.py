@@ -48,7 +48,7 @@ def test_what_is_read_after_step_k_is_row_k_plus_1_of_the_record(units, model):
     assert after[:-1].tobytes() == record.disc.values[1:, 0].tobytes()
 
 
-def test_description_and_documentation_say_which_row_a_unit_shows(files):
+def test_description_and_documentation_state_which_row_a_unit_shows(files):
     import zipfile
 
     for path in files.values():

@@ -112,9 +112,9 @@ def refused(capsys, *arguments):
     """Return the sentence on stderr of a command that ends with 2."""
     with pytest.raises(SystemExit) as ended:
         main(["fmu", *map(str, arguments)])
-    said = capsys.readouterr().err.strip()
-    assert ended.value.code == 2 and "Traceback" not in said and len(said.splitlines()) == 1
-    return said
+    message = capsys.readouterr().err.strip()
+    assert ended.value.code == 2 and "Traceback" not in message and len(message.splitlines()) == 1
+    return message
 
 
 def test_an_unknown_target_is_named(capsys):
@@ -144,7 +144,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_compiling(capsys, tmp
     assert "no permission to write there" in refused(capsys, "export", "--out", tmp_path / "rotor.fmu")
 
 
-def test_without_a_compiler_the_user_is_told_which_to_install(model, tmp_path, monkeypatch):
+def test_without_a_compiler_the_user_learns_which_to_install(model, tmp_path, monkeypatch):
     from fmu import binaries
     from fmu.targets import choose
 
@@ -209,8 +209,8 @@ def test_a_damaged_unit_is_refused_by_name(files, capsys, tmp_path, damage):
 def test_a_compiler_that_cannot_be_run_is_named(gcc, capsys, tmp_path, monkeypatch, cc):
     monkeypatch.setenv("CC", cc)
     make_lpv("3").save(tmp_path / "lpv.json")
-    said = refused(capsys, "export", "--model", tmp_path / "lpv.json", "--out", tmp_path / "u.fmu")
-    assert said.startswith("fmu export: ") and "compiler" in said
+    message = refused(capsys, "export", "--model", tmp_path / "lpv.json", "--out", tmp_path / "u.fmu")
+    assert message.startswith("fmu export: ") and "compiler" in message
 
 
 def test_a_compiler_may_have_options(gcc, tmp_path, monkeypatch):

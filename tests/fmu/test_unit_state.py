@@ -16,7 +16,7 @@ def part(inputs, first, last):
     return {name: values[first:last] for name, values in inputs.items()}
 
 
-def test_a_state_goes_on_bitwise_also_in_another_instance(unit, running, model):
+def test_a_state_continues_bitwise_also_in_another_instance(unit, running, model):
     inputs = reference_inputs(model, 200, SAMPLE)
     running.run(part(inputs, 0, 100), SAMPLE, OUTPUTS)
     saved = running.save()

@@ -49,36 +49,36 @@ def files(folder):
     return sorted(path.name for path in folder.rglob("*"))
 
 
-def test_a_full_disk_leaves_no_unit_and_says_so(lpv, tmp_path):
+def test_a_full_disk_leaves_no_unit_and_reports_it(lpv, tmp_path):
     with disk(tmp_path / "disk", "size=20k") as folder:
-        code, said = ended("export", "--model", lpv, "--out", folder / "unit.fmu")
+        code, message = ended("export", "--model", lpv, "--out", folder / "unit.fmu")
         assert files(folder) == []
-    assert code == 2 and said.startswith(f"{folder / 'unit.fmu'}: cannot be written: the disk is full")
-    assert len(said.splitlines()) == 1
+    assert code == 2 and message.startswith(f"{folder / 'unit.fmu'}: cannot be written: the disk is full")
+    assert len(message.splitlines()) == 1
 
 
 def test_a_full_disk_leaves_the_unit_that_was_there(lpv, tmp_path):
     with disk(tmp_path / "disk", "size=20k") as folder:
         (folder / "unit.fmu").write_bytes(b"an older unit")
-        code, said = ended("export", "--model", lpv, "--out", folder / "unit.fmu", "--force")
-        assert "the disk is full" in said
+        code, message = ended("export", "--model", lpv, "--out", folder / "unit.fmu", "--force")
+        assert "the disk is full" in message
         assert code == 2 and (folder / "unit.fmu").read_bytes() == b"an older unit" and len(files(folder)) == 1
 
 
 @pytest.mark.parametrize("size", ["4k", "60k", "120k"])
 def test_a_full_disk_of_temporary_files_is_named(lpv, tmp_path, size):
     with disk(tmp_path / "disk", f"size={size}") as folder:
-        code, said = ended("export", "--model", lpv, "--out", tmp_path / "unit.fmu", TMPDIR=str(folder))
+        code, message = ended("export", "--model", lpv, "--out", tmp_path / "unit.fmu", TMPDIR=str(folder))
         assert files(folder) == []
-    assert code == 2 and len(said.splitlines()) == 1 and not (tmp_path / "unit.fmu").exists()
-    assert "temporary files cannot be written" in said or "No space left" in said
+    assert code == 2 and len(message.splitlines()) == 1 and not (tmp_path / "unit.fmu").exists()
+    assert "temporary files cannot be written" in message or "No space left" in message
 
 
 def test_a_full_disk_of_temporary_files_is_not_blamed_on_the_unit(files_of_plant, tmp_path):
     with disk(tmp_path / "disk", "size=40k") as folder:
-        code, said = ended("check", files_of_plant, TMPDIR=str(folder))
+        code, message = ended("check", files_of_plant, TMPDIR=str(folder))
         assert files(folder) == []
-    assert code == 2 and "temporary files cannot be written: no space left on device" in said
+    assert code == 2 and "temporary files cannot be written: no space left on device" in message
 
 
 @pytest.fixture
@@ -97,8 +97,8 @@ def test_a_read_only_disk_is_refused_before_anything_is_compiled(command, tmp_pa
     with disk(tmp_path / "disk", "size=1m,ro") as folder, pytest.raises(SystemExit) as refused:
         main(["fmu", *words, "--out", str(folder / "new.fmu")])
     assert refused.value.code == 2
-    said = f"{folder / 'new.fmu'}: cannot be written: the disk is read-only; choose another place"
-    assert capsys.readouterr().err.strip() == said
+    message = f"{folder / 'new.fmu'}: cannot be written: the disk is read-only; choose another place"
+    assert capsys.readouterr().err.strip() == message
 
 
 def child_of(process):
@@ -112,9 +112,9 @@ def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, file
     from fmu.export import COMPILING, export
     from fmu.targets import choose
 
-    heard = []
-    export(model, tmp_path / "kept.fmu", (3,), choose("host"), announce=heard.append)
-    assert heard == []
+    received = []
+    export(model, tmp_path / "kept.fmu", (3,), choose("host"), announce=received.append)
+    assert received == []
 
     class StoppedError(Exception):
         """Raised in place of the compiler, which would take a minute."""
@@ -125,17 +125,17 @@ def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, file
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path / "empty"))
     monkeypatch.setattr(kernel_object, "_compile", stop)
     with pytest.raises(DataError):
-        export(model, tmp_path / "no folder" / "new.fmu", (3,), choose("host"), announce=heard.append)
+        export(model, tmp_path / "no folder" / "new.fmu", (3,), choose("host"), announce=received.append)
     monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match="need zig"):
-        export(model, tmp_path / "new.fmu", (3,), choose("host,x86_64-windows"), announce=heard.append)
-    assert heard == []
+        export(model, tmp_path / "new.fmu", (3,), choose("host,x86_64-windows"), announce=received.append)
+    assert received == []
     monkeypatch.undo()
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path / "empty"))
     monkeypatch.setattr(kernel_object, "_compile", stop)
     with pytest.raises(StoppedError):
-        export(model, tmp_path / "new.fmu", (3,), choose("host"), announce=heard.append)
-    assert heard == [COMPILING]
+        export(model, tmp_path / "new.fmu", (3,), choose("host"), announce=received.append)
+    assert received == [COMPILING]
 
 
 @pytest.mark.parametrize("whole_group", [True, False], ids=["terminal", "process"])
@@ -149,9 +149,9 @@ def test_ctrl_c_while_kernels_compile_ends_at_once_and_leaves_nothing(gcc, tmp_p
     while not child_of(process) and process.poll() is None:
         time.sleep(0.05)
     (os.killpg if whole_group else os.kill)(process.pid, signal.SIGINT)
-    _, said = process.communicate()
-    assert process.returncode == 130 and "Traceback" not in said
-    assert said.splitlines()[-1].startswith("interrupted") and len(said.splitlines()) <= 2
+    _, message = process.communicate()
+    assert process.returncode == 130 and "Traceback" not in message
+    assert message.splitlines()[-1].startswith("interrupted") and len(message.splitlines()) <= 2
     assert files(tmp_path / "out") == files(tmp_path / "tmp") == []
     left = subprocess.run(["ps", "-s", str(process.pid), "-o", "stat="], capture_output=True, text=True).stdout
     assert all(state.startswith("Z") for state in left.split())

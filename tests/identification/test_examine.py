@@ -39,7 +39,7 @@ def test_a_good_record_is_fit_for_everything():
         ("pressure", "scheduled models", "pressure_measured or pressure"),
     ],
 )
-def test_each_use_says_what_it_lacks(missing, use, lacks):
+def test_each_use_names_what_it_lacks(missing, use, lacks):
     found = idn.examine(made(**{missing: None}))
     assert found.uses[use] == lacks and not found.problems
     assert found.usable is (missing != "disc_measured")

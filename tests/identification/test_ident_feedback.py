@@ -104,7 +104,7 @@ def test_a_foreign_record_that_names_no_controller_is_open_loop(name):
     assert controller_of(record(0, seconds=0.5).assign_attrs(controller=name)) == ""
 
 
-def test_a_short_or_resting_record_says_nothing_of_feedback():
+def test_a_short_or_resting_record_shows_nothing_of_feedback():
     assert fed_back(np.zeros((5000, 2)), np.ones((5000, 2))) == 0.0
     assert fed_back(np.ones((100, 2)), np.ones((100, 2))) == 0.0
 

@@ -123,7 +123,7 @@ def test_an_unfit_record_is_refused_with_one_sentence(fault):
     assert ";" in str(caught.value)
 
 
-def test_swapped_channels_are_told():
+def test_swapped_channels_are_reported():
     data = record(4, seconds=4.0)
     data["reference"] = data["reference"].copy(data=data["reference"].values[:, ::-1])
     found = idn.identify(data)

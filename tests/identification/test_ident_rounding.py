@@ -58,7 +58,7 @@ def test_points_along_which_speed_and_pressure_rise_together_make_no_surface(ord
         make_basis(points, order)
 
 
-def test_points_a_little_beside_the_line_make_one():
+def test_points_slightly_off_the_line_make_one():
     share = np.linspace(0, 1, 9)
     points = np.column_stack([600 * share, 3e5 + 4e5 * share + 1e4 * (-1.0) ** np.arange(9)])
     basis, values = make_basis(points, 1), (2 + points[:, :1] / 600 - points[:, 1:] / 4e5)

@@ -99,7 +99,7 @@ def opaque_v5(mclass):
     return head + np.array([14, len(body)], "<u4").tobytes() + body
 
 
-def test_an_object_beside_the_channels_does_no_harm(tmp_path):
+def test_an_object_next_to_the_channels_does_no_harm(tmp_path):
     path = v5(tmp_path / "a.mat", time=T, angle=T)
     path.write_bytes(path.read_bytes() + opaque_v5(17).replace(b"angle", b"table")[128:])
     assert list(idn.read(path).data_vars) == ["angle"]

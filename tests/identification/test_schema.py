@@ -82,7 +82,7 @@ def test_a_late_start_of_a_fast_clock_is_even():
     idn.from_arrays(time, np.zeros((1000, 2)), None)
 
 
-def test_require_says_what_a_use_lacks():
+def test_require_names_what_a_use_lacks():
     record = idn.from_arrays(T, None, XY)
     assert idn.require(record, "disc_measured", use="a test") is record
     with pytest.raises(idn.SchemaError, match="no reference and no angle; identification needs reference, angle"):

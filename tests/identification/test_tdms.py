@@ -63,7 +63,7 @@ def test_channels_on_two_clocks_and_texts_are_refused(tmp_path):
         idn.read(write(tmp_path / "b.tdms", ("a", "angle", ["a", "b"])))
 
 
-def test_without_nptdms_one_sentence_says_how_to_get_it(written, monkeypatch):
+def test_without_nptdms_one_sentence_names_how_to_get_it(written, monkeypatch):
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(
         idn.ReadError, match=r"TDMS needs the package nptdms; install it with: pip install 'rotorsim\[tdms\]'"

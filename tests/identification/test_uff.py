@@ -64,7 +64,7 @@ def test_binary_of_both_byte_orders_is_read(written, form, order):
     assert record["disc_measured"].sel(axis="y").values.tolist() == X.astype("f4" if form == 2 else "f8").tolist()
 
 
-def test_numbers_that_touch_are_told_apart_by_their_columns(written):
+def test_numbers_that_touch_are_separated_by_their_columns(written):
     record = idn.read(written("a.unv", pair(ascii58, values=-np.abs(X) - 1, form=2)))
     assert record["disc_measured"].sel(axis="x").values == pytest.approx(-np.abs(X) - 1, rel=1e-5)
 

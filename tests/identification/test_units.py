@@ -39,7 +39,7 @@ def test_amplitudes_in_pp_pk_and_rms_become_0_pk():
         amplitude_factor("um peak")
 
 
-def test_a_sensitivity_divides_or_multiplies_as_its_units_say():
+def test_a_sensitivity_divides_or_multiplies_as_its_units_state():
     assert sensitivity("8 V/mm", "V", "m") == pytest.approx(1.25e-4)
     assert sensitivity("8 V/mm", "mV", "m") == pytest.approx(1.25e-7)
     assert sensitivity("200 mV/mil", "V", "m") == pytest.approx(5 * 25.4e-6)

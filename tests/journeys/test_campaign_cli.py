@@ -31,7 +31,7 @@ def run(run):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT of another process there")
-def test_a_campaign_is_stopped_goes_on_and_is_collected(run, tmp_path):
+def test_a_campaign_is_stopped_continues_and_is_collected(run, tmp_path):
     (tmp_path / "plan.toml").write_text(PLAN)
     command = [sys.executable, "-m", "rotorsim", "campaign", "plan.toml", "--out", "store", "--workers", "1"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -44,11 +44,11 @@ def test_a_campaign_is_stopped_goes_on_and_is_collected(run, tmp_path):
     else:
         assert process.returncode == 130 and "the same command continues" in err and "Traceback" not in err
     code, out, _ = run("status", "store", "--json")
-    told = json.loads(out)
-    assert code == 0 and told["done"] + told["pending"] == 8 and told["failed"] == 0
+    result = json.loads(out)
+    assert code == 0 and result["done"] + result["pending"] == 8 and result["failed"] == 0
     code, out, err = run("plan.toml", "--out", "store", "--workers", "1", "--json")
     assert code == 0, err
-    assert json.loads(out)["done"] == 8 and json.loads(out)["run"] == told["pending"]
+    assert json.loads(out)["done"] == 8 and json.loads(out)["run"] == result["pending"]
     assert run("status", "store")[1].startswith("small: 8 done, 0 failed, 0 left")
     code, out, _ = run("retry", "store")
     assert code == 0 and out.startswith("store: 8 done, 0 failed, 0 left; 0 run now in ")
@@ -66,7 +66,7 @@ def test_a_campaign_is_stopped_goes_on_and_is_collected(run, tmp_path):
     assert err.count("\n") == 1
 
 
-def test_check_tells_what_a_plan_would_run(run):
+def test_check_shows_what_a_plan_would_run(run):
     code, out, _ = run("check", "thesis")
     assert code == 0 and out.startswith("thesis: 105 cases, 13 min simulated")
 

@@ -17,9 +17,9 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
     out = tmp_path / "hinf.json"
     code, text, err = run("design", "hinf", MODEL, "--preset", "rig", "--out", out, "--report", "--json")
     assert (code, err) == (0, "")
-    told = json.loads(text)
-    assert told["unstable_points"] == "0 of 600"
-    assert told["gamma"] == pytest.approx(1.02 * told["optimal_gamma"])
+    result = json.loads(text)
+    assert result["unstable_points"] == "0 of 600"
+    assert result["gamma"] == pytest.approx(1.02 * result["optimal_gamma"])
     assert load_law(out).order == 12
     assert "Sensitivities" in out.with_suffix(".html").read_text()
 
@@ -73,9 +73,9 @@ def test_a_model_that_cannot_be_controlled_is_refused(run, tmp_path, row, word):
 
 def test_a_law_for_three_channels_is_refused(run, tmp_path):
     run("design", "p", MODEL, "--out", tmp_path / "p.json")
-    told = json.loads((tmp_path / "p.json").read_text())
-    told["B"] = [[[[*row, 0.0] for row in block] for block in line] for line in told["B"]]
-    (tmp_path / "p.json").write_text(json.dumps(told))
+    result = json.loads((tmp_path / "p.json").read_text())
+    result["B"] = [[[[*row, 0.0] for row in block] for block in line] for line in result["B"]]
+    (tmp_path / "p.json").write_text(json.dumps(result))
     for command in (("verify", tmp_path / "p.json"), ("fmu", "export", "--law", tmp_path / "p.json")):
         code, _, err = run(*command)
         assert code == 2
@@ -92,10 +92,10 @@ def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
 def test_a_law_is_verified_on_the_machine(run, tmp_path):
     run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
     code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--out", tmp_path / "v")
-    told = json.loads(text)
-    rows = {row["check"]: row for row in told["rows"]}
+    result = json.loads(text)
+    rows = {row["check"]: row for row in result["rows"]}
     assert [line for line in err.splitlines() if not line.startswith("compiling the kernels")] == []
-    assert code == (0 if told["passed"] else 1)
+    assert code == (0 if result["passed"] else 1)
     assert rows["impact energy, worst point"]["measured"] < 0.9
     assert rows["no contact in the hits"]["passed"]
     assert "Impact energies" in (tmp_path / "v" / "report.html").read_text()

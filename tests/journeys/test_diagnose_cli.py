@@ -106,7 +106,7 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
         (("study", "identification-vs-physics"), "rotorsim.reproduction.plans.run"),
     ],
 )
-def test_ctrl_c_says_that_the_same_command_goes_on(run, tmp_path, monkeypatch, command, work):
+def test_ctrl_c_states_that_the_same_command_continues(run, tmp_path, monkeypatch, command, work):
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
@@ -157,10 +157,10 @@ def test_a_hidden_effect_is_found_without_opening_the_truth(run, tmp_path):
         "diagnose", tmp_path / "rotor.toml", tmp_path / "puzzle" / "records", *candidates, "--out", tmp_path / "found",
         "--json",
     )  # fmt: skip
-    told = json.loads(out)
-    assert (code, told["status"]) == (10, "named")
-    assert told["effects"][0]["form"] == "coupling.second"
-    assert set(told["files"]) == {"verdict", "gap", "machine", "difference", "report"}
-    for path in told["files"].values():
+    result = json.loads(out)
+    assert (code, result["status"]) == (10, "named")
+    assert result["effects"][0]["form"] == "coupling.second"
+    assert set(result["files"]) == {"verdict", "gap", "machine", "difference", "report"}
+    for path in result["files"].values():
         assert Path(path).stat().st_size > 0
-    assert "coupling" in load_machine(told["files"]["machine"]).effects
+    assert "coupling" in load_machine(result["files"]["machine"]).effects

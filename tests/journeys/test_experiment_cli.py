@@ -38,10 +38,10 @@ SHORT = {
 def test_every_experiment_leaves_a_valid_record_and_numbers(run, tmp_path, name):
     code, out, err = run("experiment", name, *RIG, *SHORT[name], "--json", "--out", "here")
     assert code == 0, err
-    told = json.loads(out)
-    assert told["experiment"] == name and told["ended"] == "complete" and told["contact_samples"] == 0
+    result = json.loads(out)
+    assert result["experiment"] == name and result["ended"] == "complete" and result["contact_samples"] == 0
     with xr.open_dataset(tmp_path / "here" / f"{name}.nc", engine="h5netcdf") as record:
-        assert validate(record).sizes["time"] == told["samples"]
+        assert validate(record).sizes["time"] == result["samples"]
         assert record.attrs["experiment"] == name
         assert record.attrs["seed"] == (3 if name == "prbs" else 0)
     assert [p.name for p in (tmp_path / "here").iterdir()] == [f"{name}.nc"]
@@ -142,9 +142,9 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
     while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
         time.sleep(0.2)
     run.send_signal(signal.SIGINT)
-    printed, said = run.communicate()
+    printed, message = run.communicate()
     assert run.returncode == 130 and "Duration" in printed
-    assert "interrupted:" in said and "Traceback" not in said
+    assert "interrupted:" in message and "Traceback" not in message
     with xr.open_dataset(tmp_path / name / f"{name}.nc", engine="h5netcdf") as record:
         assert record.sizes["time"] % 250 == 0 and record.sizes["time"] > 0
         assert record.attrs["ended"] == "interrupted"

@@ -78,7 +78,7 @@ def test_a_report_that_does_not_fit_leaves_its_record(tmp_path: Path) -> None:
         ("campaign", "run", "plan.toml", "--workers", "1", "--out", "store"),
     ],
 )
-def test_a_command_that_cannot_write_says_so_in_one_sentence(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+def test_a_command_that_cannot_write_reports_it_in_one_sentence(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     record = idn.from_arrays(np.arange(900) / 5e3, np.ones((900, 2)), np.random.default_rng(1).normal(size=(900, 2)))
     for name in ("run.csv", "run.nc"):
         idn.save(record, tmp_path / name)

@@ -55,9 +55,9 @@ def test_a_folder_of_records_becomes_a_parameter_varying_model(run, tmp_path):
     out = tmp_path / "model.json"
     code, text, err = run(tmp_path, "--surfaces", "1", "--out", out, "--json")
     assert (code, err) == (0, "")
-    told = json.loads(text)
-    assert told["kind"] == "LpvModel"
-    assert len(told["records"]) == 9
+    result = json.loads(text)
+    assert result["kind"] == "LpvModel"
+    assert len(result["records"]) == 9
     lpv = idn.load_model(out)
     assert lpv.at(100.0, 4e5).wn[0] == pytest.approx(model3.model().wn[0] * np.sqrt(1.1), rel=3e-3)
 

@@ -21,7 +21,7 @@ def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
     assert code == 0 and "-121.3 mm" in out and "4.194 um/V" in out
 
 
-def test_new_starts_from_any_machine_and_overwrites_only_when_told(run, tmp_path):
+def test_new_starts_from_any_machine_and_overwrites_only_when_forced(run, tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text("mine")
     code, _, err = run("machine", "new", path, "--from", "plain_rotor")

@@ -13,16 +13,16 @@ RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
 def test_a_map_ends_in_a_file_a_report_and_numbers(run, tmp_path):
     options = ["--speed", "0 rpm:6000 rpm:3", "--pressure", "0.4 MPa, 0.6 MPa", "--lift-off", "--campbell", "--json"]
     code, out, _ = run("map", *RIG, *options, "--out", "m")
-    told = json.loads(out)
-    assert code == 0 and told["points"] == told["lifted"] == 6
-    assert 0.1 < told["lift_off_mpa"][0] < 0.3
+    result = json.loads(out)
+    assert code == 0 and result["points"] == result["lifted"] == 6
+    assert 0.1 < result["lift_off_mpa"][0] < 0.3
     with xr.open_dataset(tmp_path / "m" / "map.nc", engine="h5netcdf") as found:
         assert found.sizes["speed"] == 3 and found["wn"].attrs["units"] == "rad/s"
         assert found["crossing_speed"].sizes["order"] == 3 and "dtu_gas_bearing" in found.attrs["machine"]
     page = (tmp_path / "m" / "report.html").read_text()
     assert "Campbell diagram" in page and "Operating map" in page
-    code, _, said = run("map", *RIG, *options, "--out", "m")
-    assert code == 2 and "m: map.nc and report.html are there already" in said
+    code, _, message = run("map", *RIG, *options, "--out", "m")
+    assert code == 2 and "m: map.nc and report.html are there already" in message
 
 
 def test_a_varied_machine_has_its_own_onset_lift_off_and_crossings(run, tmp_path):
@@ -30,14 +30,14 @@ def test_a_varied_machine_has_its_own_onset_lift_off_and_crossings(run, tmp_path
     over = ["--over", "bearings.1.clearance=25 um, 40 um", "--lift-off", "--whirl-onset", "--campbell"]
     code, out, _ = run("map", *RIG, "--speed", "0 rpm, 18000 rpm", "--pressure", "0.5 MPa", *over, "--json",
                        "--out", "m")  # fmt: skip
-    told = json.loads(out)
+    result = json.loads(out)
     assert code == 0
     with xr.open_dataset(tmp_path / "m" / "map.nc", engine="h5netcdf") as found:
         for name in ("lift_off_pressure", "onset_speed", "crossing_speed"):
             assert found[name].dims[0] == "bearings_1_clearance" and found[name].attrs["units"]
         onset, damping = found["onset_speed"].values[:, 0], found["zeta_least"].values[:, 0, 1]
         assert [(o < 18000 * np.pi / 30) == (d < 0) for o, d in zip(onset, damping, strict=True)] == [True, True]
-    assert told["lift_off_mpa"][0][0] != told["lift_off_mpa"][1][0] and len(told["whirl_onset_rpm"]) == 2
+    assert result["lift_off_mpa"][0][0] != result["lift_off_mpa"][1][0] and len(result["whirl_onset_rpm"]) == 2
     assert "Whirl onset and lift-off" in (tmp_path / "m" / "report.html").read_text()
 
 
@@ -84,23 +84,23 @@ def test_rows_and_columns_of_a_varied_machine_are_named_with_their_units(run):
     ],
 )
 def test_bad_input_ends_in_one_sentence_and_code_2(run, tmp_path, arguments, sentence):
-    code, _, said = run(*arguments)
-    assert code == 2 and sentence in said and len(said.strip().splitlines()) == 1
+    code, _, message = run(*arguments)
+    assert code == 2 and sentence in message and len(message.strip().splitlines()) == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_modes_are_told_and_kept(run, tmp_path):
+def test_modes_are_printed_and_kept(run, tmp_path):
     code, out, _ = run("modes", *RIG, "--no-pictures", "--json", "--out", "modes")
-    told = json.loads(out)["modes"]
-    assert code == 0 and [m["whirl"] for m in told[:2]] == ["backward", "forward"]
-    assert 100 < told[0]["frequency_hz"] < told[1]["frequency_hz"] < 140
+    result = json.loads(out)["modes"]
+    assert code == 0 and [m["whirl"] for m in result[:2]] == ["backward", "forward"]
+    assert 100 < result[0]["frequency_hz"] < result[1]["frequency_hz"] < 140
     assert (tmp_path / "modes" / "modes.nc").exists()
 
 
 def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
     pytest.importorskip("pyvista")
-    code, _, said = run("modes", *RIG, "--count", "1", "--out", "modes")
-    if "cannot draw here" in said:
+    code, _, message = run("modes", *RIG, "--count", "1", "--out", "modes")
+    if "cannot draw here" in message:
         pytest.skip("no off-screen rendering on this computer")
     assert code == 0 and (tmp_path / "modes" / "mode_1.png").stat().st_size > 5000
 
@@ -108,31 +108,31 @@ def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
 def test_without_pyvista_the_numbers_are_shown_and_what_is_missing(run, monkeypatch, tmp_path):
     """The base install: nothing asked for is refused, pictures asked for are refused before anything is computed."""
     monkeypatch.setitem(sys.modules, "pyvista", None)  # its import raises ImportError
-    code, out, said = run("modes", "plain_rotor", "--count", "2", "--json", "--out", "modes")
+    code, out, message = run("modes", "plain_rotor", "--count", "2", "--json", "--out", "modes")
     assert code == 0 and len(json.loads(out)["modes"]) == 2
-    assert "pictures need pyvista; 'pip install rotorsim[modes]'" in said and len(said.strip().splitlines()) == 1
+    assert "pictures need pyvista; 'pip install rotorsim[modes]'" in message and len(message.strip().splitlines()) == 1
     assert (tmp_path / "modes" / "modes.nc").exists()
-    code, out, said = run("modes", "plain_rotor", "--count", "1", "--out", "again")
+    code, out, message = run("modes", "plain_rotor", "--count", "1", "--out", "again")
     assert code == 0 and "Hz, damping" in out
     for asked in ("--pictures", "--show"):
-        code, out, said = run("modes", "plain_rotor", asked, "--out", "none")
-        assert code == 2 and out == "" and "pictures need pyvista" in said and not (tmp_path / "none").exists()
+        code, out, message = run("modes", "plain_rotor", asked, "--out", "none")
+        assert code == 2 and out == "" and "pictures need pyvista" in message and not (tmp_path / "none").exists()
 
 
 def test_a_benchmark_without_its_package_is_refused_before_it_measures(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "fmpy", None)
-    code, out, said = run("bench", "fmu")
-    assert code == 2 and out == "" and said == "bench fmu: needs fmpy; 'pip install rotorsim[fmu]'\n"
+    code, out, message = run("bench", "fmu")
+    assert code == 2 and out == "" and message == "bench fmu: needs fmpy; 'pip install rotorsim[fmu]'\n"
 
 
-def test_a_window_needs_a_display_and_says_so(run, tmp_path, monkeypatch):
+def test_a_window_needs_a_display_and_reports_it(run, tmp_path, monkeypatch):
     pytest.importorskip("pyvista")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("pyvista.OFF_SCREEN", False)
     monkeypatch.setattr("sys.platform", "linux")
-    code, _, said = run("modes", *RIG, "--no-pictures", "--show", "--out", "modes")
-    assert code == 2 and "there is no display" in said and len(said.strip().splitlines()) == 1
+    code, _, message = run("modes", *RIG, "--no-pictures", "--show", "--out", "modes")
+    assert code == 2 and "there is no display" in message and len(message.strip().splitlines()) == 1
 
 
 TARGETS = """
@@ -156,12 +156,12 @@ def test_a_calibration_writes_a_machine_file_that_meets_its_targets(run, tmp_pat
     (tmp_path / "t.toml").write_text(TARGETS)
     code, out, _ = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--grid", "16x4", "--json",
                        "--out", "new.toml")  # fmt: skip
-    told = json.loads(out)
-    assert code == 0 and told["met"] == {"before": 0, "after": 1, "of": 1}
+    result = json.loads(out)
+    assert code == 0 and result["met"] == {"before": 0, "after": 1, "of": 1}
     text = (tmp_path / "new.toml").read_text()
     assert text.startswith("# Calibrated, not predicted") and "# DTU thesis, App. H" in text
     assert 'name = "new"' in text and "# calibrated to 't'" in text
     assert "1 after, of 1, on a film grid of 16 x 4." in text and "n_theta = 32" in text
     assert run("machine", "check", "new.toml")[0] == 0
-    code, _, said = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--out", "new.toml")
-    assert code == 2 and "is there already" in said
+    code, _, message = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--out", "new.toml")
+    assert code == 2 and "is there already" in message

@@ -63,18 +63,18 @@ def test_a_file_of_another_kind_is_named(run, made, tmp_path, name, wanted):
     for words in READERS[wanted]:
         given = [str(made / "run.csv") if word == "run.csv" else word for word in words]
         more = ["out.nc"] if words[-1] == "convert" else []
-        code, out, said = run(*given, made / name, *more)
-        assert code == 2 and out == "" and len(said.strip().splitlines()) == 1
+        code, out, message = run(*given, made / name, *more)
+        assert code == 2 and out == "" and len(message.strip().splitlines()) == 1
         kind = TEXTS[name][1] if name in TEXTS else NETCDF[name] if wanted == "a record" else "a netCDF file"
-        assert said.startswith(f"{made / name}: is {kind}, not {wanted}"), said
-        assert "reads it" in said or "reads a record" in said or kind not in READ_BY, said
+        assert message.startswith(f"{made / name}: is {kind}, not {wanted}"), message
+        assert "reads it" in message or "reads a record" in message or kind not in READ_BY, message
     assert not list(tmp_path.iterdir())
 
 
 def test_a_netcdf_file_as_a_machine_is_refused_with_what_is_wanted_and_what_reads_it(run, made):
-    code, out, said = run("machine", "check", made / "map.nc")
+    code, out, message = run("machine", "check", made / "map.nc")
     assert (code, out) == (2, "")
-    assert said == (
+    assert message == (
         f"{made / 'map.nc'}: is a netCDF file, not a machine file (TOML) ('rotorsim data check' reads a record); "
         "'rotorsim machine new PATH' writes one\n"
     )

@@ -172,5 +172,5 @@ def test_a_model_of_one_point_is_refused_with_the_command_that_writes_an_lpv_mod
     load_model(file).at(300.0, 5e5).save(tmp_path / "one.json")
     with pytest.raises(SystemExit) as refused:
         main(["fmu", "export", "--model", str(tmp_path / "one.json"), "--out", str(tmp_path / "u.fmu")])
-    said = capsys.readouterr().err.strip()
-    assert refused.value.code == 2 and "'rotorsim identify' writes" in said and not list(unknown_commands(said))
+    message = capsys.readouterr().err.strip()
+    assert refused.value.code == 2 and "'rotorsim identify' writes" in message and not list(unknown_commands(message))

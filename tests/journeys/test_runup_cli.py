@@ -88,9 +88,9 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path):
     while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
         time.sleep(0.2)
     run.send_signal(signal.SIGINT)
-    _, said = run.communicate()
+    _, message = run.communicate()
     assert run.returncode == 130
-    assert "interrupted:" in said and "Traceback" not in said
+    assert "interrupted:" in message and "Traceback" not in message
     with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
         assert record.sizes["time"] > 1000
         assert record.attrs["ended"] == "interrupted"
@@ -108,7 +108,7 @@ def test_past_the_whirl_threshold_the_run_reports_growth_and_does_not_fail(tmp_p
 
 
 @pytest.mark.parametrize(("samples", "which"), [(0, "first"), (1, "second")])
-def test_a_run_that_is_interrupted_before_it_has_samples_says_so(capsys, samples, which):
+def test_a_run_that_is_interrupted_before_it_has_samples_reports_it(capsys, samples, which):
     with pytest.raises(typer.Exit) as ended:
         leave_if_empty(Outcome(samples, 100, "interrupted", {}), Path("runup.nc"))
     assert ended.value.exit_code == 130

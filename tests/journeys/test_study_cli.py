@@ -19,10 +19,10 @@ def test_a_study_of_four_points_ends_in_claims_models_and_a_report(run, tmp_path
     command = ("study", "identification-vs-physics", "--quick", "--surfaces", "1", "--out", out, "--jobs", "1")
     code, text, err = run(*command, "--json")
     assert code == 0, err
-    told = json.loads(text)
-    assert [claim["number"] for claim in told["claims"]] == [f"I{n}" for n in range(1, 14)]
-    assert told["errors"]["Model 2"]["frequency, largest"] < 1.0
-    assert told["errors"]["Model 2"]["zeta, largest"] < 15.0
+    result = json.loads(text)
+    assert [claim["number"] for claim in result["claims"]] == [f"I{n}" for n in range(1, 14)]
+    assert result["errors"]["Model 2"]["frequency, largest"] < 1.0
+    assert result["errors"]["Model 2"]["zeta, largest"] < 15.0
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Model 3, point by point" in page
     lpv = idn.load_model(out / "model.json")

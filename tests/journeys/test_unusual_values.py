@@ -34,9 +34,9 @@ QUESTIONS = [
 )
 def test_an_unusual_value_ends_in_a_question_and_code_2(run, tmp_path, arguments, beginning, part):
     for more in ([], ["--json"]) if arguments[0] != "map" else ([],):
-        code, out, said = run(*arguments, *more)
-        assert code == 2 and said.startswith(beginning) and part in said and out == ""
-        assert said.strip().endswith("add --yes to run with it") and len(said.strip().splitlines()) == 1
+        code, out, words = run(*arguments, *more)
+        assert code == 2 and words.startswith(beginning) and part in words and out == ""
+        assert words.strip().endswith("add --yes to run with it") and len(words.strip().splitlines()) == 1
     assert not list(tmp_path.iterdir())
 
 
@@ -53,10 +53,10 @@ def test_an_unusual_value_ends_in_a_question_and_code_2(run, tmp_path, arguments
 )
 def test_a_speed_that_bursts_the_rotor_is_questioned_though_spindles_reach_it(run, tmp_path, arguments):
     """6000 Hz for 6000 rpm: below the fastest spindles' 500,000 rpm, but 3 km/s at the rim of this disc."""
-    code, out, said = run(*arguments)
-    assert code == 2 and out == "" and len(said.strip().splitlines()) == 1
-    assert "'360000 rpm' (6000 Hz) moves the rim of discs.0, radius 80 mm, at 3016 m/s" in said
-    assert said.strip().endswith("check whether rpm or Hz are meant; add --yes to run with it")
+    code, out, words = run(*arguments)
+    assert code == 2 and out == "" and len(words.strip().splitlines()) == 1
+    assert "'360000 rpm' (6000 Hz) moves the rim of discs.0, radius 80 mm, at 3016 m/s" in words
+    assert words.strip().endswith("check whether rpm or Hz are meant; add --yes to run with it")
     assert not list(tmp_path.iterdir())
 
 
@@ -73,23 +73,23 @@ def test_yes_runs_with_it_wherever_it_stands(run):
         ["--yes", "experiment", "steady", "plain_rotor"],
         ["experiment", "steady", "plain_rotor", "--yes"],
     ):
-        code, out, said = run(*arguments, *weight, *SHORT, "--force", "--json")
+        code, out, words = run(*arguments, *weight, *SHORT, "--force", "--json")
         assert code == 0 and json.loads(out)["samples"] == 10
-        assert [line for line in said.splitlines() if not line.startswith("compiling the kernels")] == []
+        assert [line for line in words.splitlines() if not line.startswith("compiling the kernels")] == []
 
 
 def test_a_machine_file_names_what_it_means(run, tmp_path):
     text = machine_text("plain_rotor").replace('"9.81 m/s^2"', '"98 m/s^2"')
     (tmp_path / "centrifuge.toml").write_text(text)
-    code, _, said = run("machine", "check", "centrifuge.toml")
-    assert code == 2 and "unusual = ['effects.gravity.acceleration']" in said
+    code, _, words = run("machine", "check", "centrifuge.toml")
+    assert code == 2 and "unusual = ['effects.gravity.acceleration']" in words
     (tmp_path / "meant.toml").write_text('unusual = ["effects.gravity.acceleration"]\n' + text)
     assert run("machine", "check", "meant.toml")[0] == 0 and run("machine", "show", "meant.toml")[0] == 0
     meant = load_machine(tmp_path / "meant.toml")
     assert Machine.from_text(meant.text) == meant and "unusual" not in load_machine("plain_rotor").text
     (tmp_path / "wrong.toml").write_text('unusual = ["gravity"]\n' + text)
-    code, _, said = run("machine", "check", "wrong.toml")
-    assert code == 2 and "unusual.0: 'gravity' leads to no number" in said
+    code, _, words = run("machine", "check", "wrong.toml")
+    assert code == 2 and "unusual.0: 'gravity' leads to no number" in words
 
 
 def test_in_python_it_is_a_warning_that_can_be_filtered():

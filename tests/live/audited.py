@@ -130,7 +130,7 @@ def audit(runner: Runner, sample: int, epoch: int, speed: float, pressure: float
         if rig.epoch == epoch:
             found["own"] = own
     found["epoch"] = rig.epoch
-    found["faults"] = [said for _, said in rig.messages if "fault of the program" in said] + [rig.stopped] * (
+    found["faults"] = [message for _, message in rig.messages if "fault of the program" in message] + [rig.stopped] * (
         "fault of the program" in rig.stopped
     )
     return found

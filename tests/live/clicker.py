@@ -45,11 +45,11 @@ class Outcome:
     reasons: Counter[str] = field(default_factory=Counter)
     wrong: list[str] = field(default_factory=list)
 
-    def check(self, what: str, right: bool, said: str) -> None:
+    def check(self, what: str, right: bool, words: str) -> None:
         """Count a comparison."""
         self.compared[what] += 1
         if not right:
-            self.wrong.append(f"{what}: {said}")
+            self.wrong.append(f"{what}: {words}")
 
     def plain(self) -> dict[str, Any]:
         """For JSON."""
@@ -98,9 +98,9 @@ class Clicker:
         if message.type == "error" and "ERR_CONNECTION" not in message.text:
             self._once(f"console: {message.text[:300]}")
 
-    def _once(self, said: str) -> None:
-        if said not in self.outcome.wrong:
-            self.outcome.wrong.append(said)
+    def _once(self, words: str) -> None:
+        if words not in self.outcome.wrong:
+            self.outcome.wrong.append(words)
 
     def _open(self, address: str) -> None:
         self.page.goto(address, timeout=120e3)
@@ -108,7 +108,7 @@ class Clicker:
 
     def run(self, minutes: float) -> Outcome:
         """Click for some minutes."""
-        begin, told = time.monotonic(), 0.0
+        begin, reported = time.monotonic(), 0.0
         while (passed := time.monotonic() - begin) < 60 * minutes:
             if self.rng.random() < 0.06:
                 self.measure()
@@ -119,8 +119,8 @@ class Clicker:
             if self.server.process.poll() is not None:
                 self.outcome.wrong.append("the server has ended")
                 break
-            if passed > told:
-                told += 60
+            if passed > reported:
+                reported += 60
                 print(f"{passed / 60:5.1f} min", json.dumps(self.outcome.plain())[:1500], flush=True)
         self.outcome.wrong += [f"log: {line}" for line in self.server.lines]
         return self.outcome
@@ -259,7 +259,7 @@ class Clicker:
         if "error" in own:
             self.outcome.skipped[own["error"]] += 1
             return
-        self.outcome.wrong += [f"fault: {said}" for said in own["faults"]]
+        self.outcome.wrong += [f"fault: {words}" for words in own["faults"]]
         self._rows(frame, strip, own["rows"], f"in epoch {status['epoch']} for {own['epoch']}")
         if "own" not in own:
             self.outcome.skipped["turned meanwhile"] += 1
@@ -274,11 +274,11 @@ class Clicker:
             return
         wrong = [list(_differ(frame, strip, one)) for one in rows]
         for name in ("speed", "swing", "orbit", "pressure", "film", "spectrum"):
-            found = [[said for what, said in one if what == name] for one in wrong]
+            found = [[words for what, words in one if what == name] for one in wrong]
             self.outcome.check(name, any(not one for one in found), f"{str(found)[:300]} {when}")
 
     def _modes(self, strip: dict[str, str], modes: dict[str, Any], own: dict[str, Any]) -> None:
-        text = next((said for name, said in strip.items() if name.startswith("eigenvalue")), "")
+        text = next((words for name, words in strip.items() if name.startswith("eigenvalue")), "")
         found = re.findall(r"[xy]: (-?[\d.]+) Hz, zeta (-?[\d.]+)", text)
         if not found:
             self.outcome.skipped["eigenvalue has a reason"] += 1
@@ -307,8 +307,8 @@ class Clicker:
 
 def _differ(frame: dict[str, Any], strip: dict[str, str], own: dict[str, Any]) -> Any:
     """Name and sentence of each number that is not the plant's."""
-    number = {name: [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", said.replace(name, "", 1))]
-              for name, said in strip.items()}  # fmt: skip
+    number = {name: [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", words.replace(name, "", 1))]
+              for name, words in strip.items()}  # fmt: skip
     now = frame["now"]
     if abs(number["speed"][0] - own["speed"]) > 0.51:
         yield "speed", f"{strip['speed']} for {own['speed']}"

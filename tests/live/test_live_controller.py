@@ -30,7 +30,7 @@ def test_a_law_that_cannot_hold_the_point_is_refused_with_the_reason():
 
 
 @pytest.mark.parametrize(("speed", "pressure"), [(0.0, 0.3e6), (3000 * RPM, 0.5e6), (6000 * RPM, 0.3e6)])
-def test_a_law_moves_the_orbit_as_it_was_said(speed, pressure):
+def test_a_law_moves_the_orbit_as_announced(speed, pressure):
     rig = make_rig(speed=speed, pressure=pressure)
     rig.advance(5000)
     verdict = rig.check("hinf")()
@@ -68,7 +68,7 @@ def test_a_controller_that_stays_at_the_limit_is_switched_off_with_the_reason():
     rig.switch_on("P", Verdict())
     rig.advance(5000)
     assert rig.settings.positions["controller"] == "off"
-    assert any("P: at the actuators' limit of 5 V" in said for _, said in rig.messages)
+    assert any("P: at the actuators' limit of 5 V" in message for _, message in rig.messages)
     assert np.abs(rig.advance(50)[:, -4:-2]).max() == 0.0
 
 
@@ -84,7 +84,7 @@ def test_the_numbers_of_the_stop_with_the_law_are_those_of_the_plant():
     assert verdict.damping == pytest.approx((0.06, 0.18), abs=0.005)
 
 
-def test_the_controller_is_checked_beside_the_run_and_comes_on_by_itself(runner):
+def test_the_controller_is_checked_during_the_run_and_comes_on_by_itself(runner):
     ran(runner, 2500)
     runner.set("controller", "hinf")
     runner._obey()
@@ -132,7 +132,7 @@ def test_a_check_right_after_a_reset_waits_until_the_motion_is_seen(runner):
     assert runner.rig.loop is None and "hinf: the present motion would take" in runner.rig.messages[-1][1]
 
 
-def test_a_computation_that_fails_says_so_and_the_next_one_is_answered(runner):
+def test_a_computation_that_fails_reports_it_and_the_next_one_is_answered(runner):
     ran(runner, 2500)
     check = runner.rig.check
     runner.rig.check = lambda name: lambda: 1 / 0

@@ -24,13 +24,13 @@ def test_a_value_within_the_limits_is_taken_without_a_word():
     assert GAP.clamp(3e-6) == (3e-6, "")
 
 
-def test_a_value_beyond_the_limits_is_clamped_and_said_in_the_units_people_read():
-    value, said = GAP.clamp(1.0)
+def test_a_value_beyond_the_limits_is_clamped_and_reported_in_the_units_people_read():
+    value, message = GAP.clamp(1.0)
     assert value == 20e-6
-    assert said == "growth: 1e+06 um is beyond -20 um to 20 um, set to 20 um"
+    assert message == "growth: 1e+06 um is beyond -20 um to 20 um, set to 20 um"
 
 
-def test_a_number_that_must_be_whole_is_rounded_and_said():
+def test_a_number_that_must_be_whole_is_rounded_with_a_message():
     assert COUNT.clamp(2.4) == (2.0, "counts: 2.4 is not whole, set to 2")
 
 

@@ -7,7 +7,7 @@ import pytest
 from rotorsim.live.messages import MOST, OneLine, quiet
 
 
-def test_a_flood_of_log_lines_ends_with_a_line_that_says_so(capsys):
+def test_a_flood_of_log_lines_ends_with_a_line_that_reports_it(capsys):
     handler = OneLine()
     for number in range(MOST + 10):
         handler.emit(logging.LogRecord("nicegui", logging.ERROR, "", 0, f"fault {number}", None, None))

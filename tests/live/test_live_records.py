@@ -81,7 +81,7 @@ def test_a_record_without_a_machine_cannot_be_replayed(tmp_path):
         Replay(tmp_path / "r.nc")
 
 
-def test_a_film_on_another_grid_is_not_drawn_and_that_is_said(tmp_path):
+def test_a_film_on_another_grid_is_not_drawn_and_that_is_reported(tmp_path):
     runner = Runner(make_rig(speed=3000 * RPM))
     runner.record(tmp_path / "r.nc")
     runner._obey()

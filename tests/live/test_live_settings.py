@@ -55,11 +55,11 @@ def test_a_slider_that_is_put_back_leaves_every_bit_as_it_was():
 def test_every_number_of_every_effect_reaches_the_parameter_record():
     rig = make_rig()
     for key, control in rig.settings.sliders.items():
-        before, said = rig.in_force()[key], rig.sentences
+        before, message = rig.in_force()[key], rig.sentences
         value = control.value(0.05)
         rig.set(key, value)
         taken = rig.in_force()[key]
-        assert taken == rig.settings.numbers[key] or rig.sentences > said
+        assert taken == rig.settings.numbers[key] or rig.sentences > message
         rig.set(key, before)
         assert rig.in_force()[key] == before
 
@@ -77,7 +77,7 @@ def test_every_number_of_every_effect_reaches_the_parameter_record():
         ("weak_injector.injector", 60.0, "injector: 60 is beyond 1 to 4, set to 4"),
     ],
 )
-def test_what_cannot_be_set_is_said_and_the_plant_runs_on(key, value, sentence):
+def test_what_cannot_be_set_is_reported_and_the_plant_runs_on(key, value, sentence):
 
     rig = make_rig()
     rig.set(key, value)

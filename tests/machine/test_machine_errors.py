@@ -15,7 +15,7 @@ CASES = tomllib.loads(Path(__file__).with_name("bad_machines.toml").read_text(en
 
 
 @pytest.mark.parametrize("case", CASES, ids=[c["sentence"].partition(":")[0] for c in CASES])
-def test_one_wrong_value_gives_one_sentence_that_says_what_to_write(case):
+def test_one_wrong_value_gives_one_sentence_that_states_what_to_write(case):
     assert case["old"] in RIG
     with pytest.raises(MachineFileError) as caught:
         Machine.from_text(RIG.replace(case["old"], case["new"], 1))

@@ -25,7 +25,7 @@ def test_a_shipped_machine_loads_and_its_canonical_text_gives_it_back(name):
 
 
 @pytest.mark.parametrize("name", RIGS)
-def test_the_shaft_of_the_rig_weighs_what_the_thesis_says(name):
+def test_the_shaft_of_the_rig_weighs_what_the_thesis_states(name):
     """DTU thesis, App. H: 2.04 kg; half a unit of the last digit."""
     shaft = load_machine(name).shaft
     assert shaft.mass == pytest.approx(2.04, abs=0.005)

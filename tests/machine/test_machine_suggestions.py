@@ -37,9 +37,9 @@ def advised(spec, value):
     try:
         spec.read(value)
     except ValueError as error:
-        said = re.search(r"write (e\.g\.|at least|at most) (.+)$", str(error))
-        assert said, str(error)
-        return said[1], said[2].strip("'")
+        message = re.search(r"write (e\.g\.|at least|at most) (.+)$", str(error))
+        assert message, str(error)
+        return message[1], message[2].strip("'")
     return None
 
 
@@ -142,16 +142,16 @@ def test_units_that_no_drawing_has_are_not_advised(length, meant):
 
 
 @pytest.mark.parametrize(
-    ("said", "meant"),
+    ("given", "meant"),
     [("300 MPa", "300 kPa"), ("3 MPa", "3 bar"), ("5 GPa", "5 bar"), ("0.5 Pa", "0.5 MPa"), ("30 bar", "30 kPa")],
 )
-def test_the_unit_of_a_question_is_the_one_nearest_to_what_is_typical(said, meant):
+def test_the_unit_of_a_question_is_the_one_nearest_to_what_is_typical(given, meant):
     """5 GPa was answered by '5 kPa', 3 MPa by '3 kPa'."""
-    assert f"; '{meant}' would be usual" in question("pressure", parse(said, "Pa"), "Pa", said)
+    assert f"; '{meant}' would be usual" in question("pressure", parse(given, "Pa"), "Pa", given)
 
 
 @pytest.mark.parametrize(
-    ("field", "said", "meant"),
+    ("field", "given", "meant"),
     [
         ("bearings.1.clearance", "25 mm", "25 um"),
         ("injection.pin_bias", "22.5 mm", "22.5 um"),
@@ -159,15 +159,15 @@ def test_the_unit_of_a_question_is_the_one_nearest_to_what_is_typical(said, mean
         ("shaft.sections.0.length", "600 m", "600 mm"),
     ],
 )
-def test_a_value_beyond_its_limit_is_answered_with_the_unit_that_was_meant(field, said, meant):
+def test_a_value_beyond_its_limit_is_answered_with_the_unit_that_was_meant(field, given, meant):
     with pytest.raises(
         MachineFileError,
-        match=rf"'{re.escape(said)}' is above the limit \(is '{re.escape(meant)}' meant\?\); write at most",
+        match=rf"'{re.escape(given)}' is above the limit \(is '{re.escape(meant)}' meant\?\); write at most",
     ):
-        load_machine("dtu_gas_bearing").replace(field, said)
+        load_machine("dtu_gas_bearing").replace(field, given)
 
 
-def test_unusual_values_are_told_together_with_what_is_wrong():
+def test_unusual_values_are_reported_together_with_what_is_wrong():
     text = machine_text("dtu_gas_bearing").replace('"22.5 um"', '"22.5 mm"').replace('"7850 kg/m^3"', '"7.85 kg/m^3"')
     with pytest.raises(MachineFileError) as caught:
         Machine.from_text(text)

@@ -10,7 +10,7 @@ RPM = np.pi / 30
 SAMPLE = 2e-4
 
 
-def test_small_unbalance_answers_as_the_frequency_response_says(rig):
+def test_small_unbalance_answers_as_the_frequency_response_predicts(rig):
     """.1 g mm at 2 krpm, 5 nm of orbit, the last ten turns of 150 samples: 1.2e-5 is the error of a .2 ms step."""
     speed, pressure, me = 2000 * RPM, 0.5e6, 1e-7
     plant = rig({"effects.unbalance.me": "0.1 g*mm"}, n_z=16)

@@ -37,7 +37,7 @@ def test_one_step_calls_equal_block_calls_bitwise(rig, held):
     assert block.w.tobytes() == single.w.tobytes()
 
 
-def test_a_saved_state_goes_on_bitwise_also_in_another_simulation(rig, held):
+def test_a_saved_state_continues_bitwise_also_in_another_simulation(rig, held):
     plant, inputs = rig(BUSY), busy_inputs(held)
     run = plant.start(300.0, PRESSURE)
     run.advance(inputs[:150])
@@ -107,7 +107,7 @@ def test_a_controller_acts_on_the_sample_after_the_one_it_saw(rig):
     assert travel == pytest.approx(np.stack([y, x, -y, -x], axis=1), abs=1e-9)
 
 
-def test_a_record_fits_the_schema_and_says_where_it_comes_from(rig):
+def test_a_record_fits_the_schema_and_names_its_origin(rig):
     plant = rig(BUSY)
     record = validate(plant.simulate(0.02, lambda t: 100 + 50 * t, PRESSURE, reference=(0.5, 0.0), seed=7))
     assert record.sizes == {"time": 100, "axis": 2, "injector": 4}
@@ -121,7 +121,7 @@ def test_a_record_fits_the_schema_and_says_where_it_comes_from(rig):
         assert record.attrs[name]
 
 
-def test_a_run_goes_on_where_another_ended(rig):
+def test_a_run_continues_where_another_ended(rig):
     plant = rig(BUSY)
     whole = plant.simulate(0.04, 300.0, PRESSURE)
     run = plant.start(300.0, PRESSURE)

@@ -74,7 +74,7 @@ def test_the_report_is_one_small_file_that_asks_the_network_for_nothing(tmp_path
     assert html.count("Plotly.newPlot(") >= 7
 
 
-def test_the_report_says_what_the_data_show(tmp_path: Path) -> None:
+def test_the_report_states_what_the_data_show(tmp_path: Path) -> None:
     text = without_scripts(report_of(run_up(machine=machine_text("dtu_gas_bearing")), tmp_path))
     assert "<h1>dtu_gas_bearing</h1>" in text
     assert "first at 5.90 s" in text
@@ -148,13 +148,13 @@ def test_compact_values_keep_five_digits() -> None:
     np.testing.assert_allclose(compact(values), [0, 1.2346, -98765, np.nan], rtol=1e-6)
 
 
-def test_the_readme_picture_shows_three_orders_beside_the_waterfall() -> None:
+def test_the_readme_picture_shows_three_orders_next_to_the_waterfall() -> None:
     figure = readme_figure(run_up())
     assert [t.name for t in figure.data[:3]] == ["1X", "2X", "3X"]
     assert figure.data[3].type == "heatmap"
 
 
-def test_a_picture_without_kaleido_says_what_to_install(tmp_path: Path) -> None:
+def test_a_picture_without_kaleido_names_what_to_install(tmp_path: Path) -> None:
     class NoKaleido(go.Figure):
         def write_image(self, *args: object, **options: object) -> None:
             raise ValueError("Image export requires the Kaleido package\nmore text")

@@ -126,13 +126,13 @@ def test_short_and_standing_records_have_reasons_instead_of_empty_figures(
         assert isinstance(found, go.Figure) or found.endswith("."), section.title
 
 
-def test_the_page_says_why_a_figure_is_missing() -> None:
+def test_the_page_states_why_a_figure_is_missing() -> None:
     text = page(analyse(record("runup", 0.0, 2.0)))
     assert "Not shown" in text and "The shaft stands still." in text
     assert "Not shown" not in page(analyse(SAMPLES["runup"]()))
 
 
-def test_the_page_tells_gain_and_ring_down_in_words() -> None:
+def test_the_page_shows_gain_and_ring_down_in_words() -> None:
     assert "Reference x moves the disc by" in page(analyse(SAMPLES["staircase"]()))
     rings = re.search(r"Along x the disc rings at ([\d.]+) Hz", page(analyse(SAMPLES["impact"]())))
     assert rings and float(rings[1]) == pytest.approx(60, rel=0.01)
@@ -154,7 +154,7 @@ def test_a_measured_angle_is_enough_for_orders() -> None:
     assert made["Waterfall"].layout.xaxis.title.text == "shaft speed [rpm]"
 
 
-def test_a_record_that_says_nothing_of_itself_is_judged_by_what_it_holds() -> None:
+def test_a_record_that_does_not_describe_itself_is_judged_by_what_it_holds() -> None:
     made = shown(SAMPLES["staircase"]().drop_attrs())
     assert isinstance(made["Static gain"], go.Figure)
     assert "Frequency response of the disc to the reference" not in made

@@ -42,7 +42,7 @@ def test_every_claim_has_rules():
 
 
 @of_each_claim
-def test_intervals_surround_the_thesis_number_or_tell_why_they_do_not(claim):
+def test_intervals_surround_the_thesis_number_or_show_why_they_do_not(claim):
     for figure in claim.figures:
         (low, high), (lowest, highest) = figure.met, figure.near
         assert lowest <= low <= figure.thesis <= high <= highest, figure.name

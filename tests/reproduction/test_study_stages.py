@@ -46,11 +46,11 @@ def test_what_was_done_before_a_failure_is_kept(tmp_path):
     log = tmp_path / "log"
     with pytest.raises(ValueError, match="negative"):
         run_cases(tmp_path / "stages", cases(log, (2, -1, 5)), 1, silent)
-    told = []
+    result = []
     with pytest.raises(ValueError, match="negative"):
-        run_cases(tmp_path / "stages", cases(log, (2, -1)), 1, lambda *one: told.append(one))
+        run_cases(tmp_path / "stages", cases(log, (2, -1)), 1, lambda *one: result.append(one))
     assert log.read_text().split() == ["2", "-1", "-1"]
-    assert told == [("case -1", 1, 2)]
+    assert result == [("case -1", 1, 2)]
 
 
 def test_a_damaged_result_is_made_again(tmp_path):

@@ -70,7 +70,7 @@ def test_short_incompressible_film_tends_to_ocvirk(order):
     assert (4 * rests[2] - rests[1]) / 3 == pytest.approx(0.0, abs=1e-4)
 
 
-def test_short_film_on_one_grid_is_as_far_from_ocvirk_as_its_parabola_and_its_length_say():
+def test_short_film_on_one_grid_is_as_far_from_ocvirk_as_its_parabola_and_its_length_state():
     """-.62 % at L/D = .05, 256 x 16: -1/16^2 from the trapezoidal sum over a parabola, -.23 % from the
     length.
     """
@@ -105,7 +105,7 @@ def test_friction_of_the_concentric_film_is_petroffs(plain, symmetric):
         assert film.steady((0.0, 0.0), speed).friction_torque == pytest.approx(expected, rel=1e-12)
 
 
-def test_friction_of_the_long_film_grows_with_eccentricity_as_sommerfeld_says(order):
+def test_friction_of_the_long_film_grows_with_eccentricity_as_sommerfeld_states(order):
     """M = 4 pi mu Omega R^3 L (1 + 2 eps^2) / (c (2 + eps^2) sqrt(1 - eps^2)); Hamrock (2004), ch. 10.
 
     Ends cancel and orders hold as for the force above.

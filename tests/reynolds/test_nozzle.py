@@ -26,7 +26,7 @@ def test_nozzle_is_isentropic_between_choking_and_its_linear_part(kappa):
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.4, 0.528])
-def test_choked_nozzle_passes_what_the_textbook_says(table, ratio):
+def test_choked_nozzle_passes_what_the_textbook_states(table, ratio):
     """G = 0.0404 P / sqrt(T) kg/(s m^2) for air, whatever the back pressure below .5283 P."""
     flux, d_up, d_down = nozzle(UP, ratio * UP, 0, table)
     assert flux == pytest.approx(choked_flux(UP, 293.15), rel=1e-12)

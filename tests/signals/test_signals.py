@@ -67,7 +67,7 @@ def test_a_known_two_by_two_system_is_found_with_its_noise_in_the_coherence() ->
     assert not found.together
 
 
-def test_inputs_at_interleaved_lines_are_told_apart_and_only_lines_are_kept() -> None:
+def test_inputs_at_interleaved_lines_are_separated_and_only_lines_are_kept() -> None:
     t = np.arange(20_000) / FS
     phases = np.random.default_rng(2).uniform(0, 6.3, (2, 20))
     lines = [np.arange(10, 210, 10.0), np.arange(14, 214, 10.0)]
@@ -81,7 +81,7 @@ def test_inputs_at_interleaved_lines_are_told_apart_and_only_lines_are_kept() ->
         assert np.abs(found.H[seen, 1, j] - truth).max() < 0.01 * np.abs(GAINS[1, j])
 
 
-def test_inputs_that_move_together_are_said_to() -> None:
+def test_inputs_that_move_together_are_reported() -> None:
     u = np.repeat(np.random.default_rng(3).standard_normal((20_000, 1)), 2, axis=1)
     found = welch_transfer(record_of(reference=u, disc=two_by_two(u)), (0, 1), "reference", "disc", 200.0)
     assert found.together and found.inputs == (0,)

@@ -1,5 +1,12 @@
 """Controller designs, one file per method: identified model in, law out."""
 
-import lazy_loader
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+def __getattr__(name: str) -> ModuleType:
+    """Module of a method, imported when it is first used."""
+    if find_spec(f"{__name__}.{name}") is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return import_module(f"{__name__}.{name}")

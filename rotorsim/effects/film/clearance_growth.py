@@ -1,4 +1,4 @@
-r"""Clearance that changes with speed and temperature.
+r"""Clearance change with speed (centrifugal growth) and temperature.
 
 .. math:: \Delta c = a\,T - g\,(\Omega/\Omega_0)^2, \qquad \Omega_0 = 2\pi\,100\ \mathrm{rad/s}
 

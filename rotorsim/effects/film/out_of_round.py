@@ -1,4 +1,4 @@
-r"""Journal and sleeve out of round: lobes on the sleeve stand still, lobes on the journal turn.
+r"""Out-of-round journal and sleeve: lobes on the sleeve are fixed, lobes on the journal rotate.
 
 .. math:: h \mathrel{+}= a_s \cos n_s(\theta - \theta_s) - a_j \cos n_j(\theta - \varphi - \theta_j)
 

@@ -1,4 +1,4 @@
-r"""Pedestal of the gas bearing that gives way: a resonance under the sleeve, in both directions alike.
+r"""Flexible pedestal of the gas bearing: an isotropic resonance of the sleeve.
 
 .. math:: m_p\,(\ddot x_p + 2\zeta\omega\,\dot x_p + \omega^2 x_p) = -F, \qquad h \text{ from } X - x_p, \qquad
           m_p = m_\mathrm{rotor}/r

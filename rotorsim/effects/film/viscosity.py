@@ -1,4 +1,4 @@
-r"""Viscosity of a gas that is warmer than the machine file states.
+r"""Viscosity of a gas warmer than in the machine file.
 
 .. math:: \frac{\mu}{\mu_0} = \tau^{3/2}\,\frac{T_0 + S}{\tau T_0 + S}, \qquad
           \tau = 1 + \frac{\Delta T + \Delta T_\Omega (\Omega/\Omega_0)^2}{T_0}, \quad

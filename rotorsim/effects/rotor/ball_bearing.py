@@ -1,4 +1,4 @@
-r"""Ball bearing softer than in the machine file, and with clearance.
+r"""Ball bearing with radial clearance, softer than in the machine file.
 
 .. math:: F = k\,x - (1 - \sigma)\,k\,\frac{(e - g)_+}{e}\,x, \qquad e = |x|
 

@@ -1,4 +1,4 @@
-r"""Damping that turns with the shaft: material, shrink fits, splines.
+r"""Rotating (internal) damping of the shaft: material, shrink fits, splines.
 
 .. math:: F = -\beta\,K_s\,(\dot q - \Omega\,e_z \times q)
 

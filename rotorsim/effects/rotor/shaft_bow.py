@@ -1,4 +1,4 @@
-r"""Bow of the shaft: unloaded, it is bent by a half wave between its bearings, and the bend turns with it.
+r"""Residual bow of the shaft: a half sine wave between the bearings, which rotates with the shaft.
 
 .. math:: M\ddot q + C\dot q + K_b q + K_s\,(q - u\,e^{i\varphi}) = f, \qquad u(z) = a \sin\frac{\pi(z-z_1)}{z_2-z_1}
 

@@ -1,4 +1,4 @@
-r"""Ripple of the drive's torque: the speed swings about the one asked for.
+r"""Torque ripple of the drive: the speed oscillates about its set value.
 
 .. math:: J\,\delta\dot\Omega = M \cos(n\varphi + \psi) - J\,\delta\Omega/T
 

@@ -1,4 +1,4 @@
-r"""Runout: what the displacement sensors see of the disc's surface, which is not round and not everywhere alike.
+r"""Runout: sensor reading from a disc surface that is not round or not electrically uniform.
 
 .. math:: s_x = x + r(-\varphi), \quad s_y = y + r(\tfrac{\pi}{2} - \varphi), \qquad
           r(\alpha) = \sum_{n=1}^{3} a_n \cos(n\alpha + \psi_n)

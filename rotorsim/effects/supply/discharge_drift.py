@@ -1,4 +1,4 @@
-r"""Drift of the pins' discharge: another coefficient, another exponent of the opening.
+r"""Drift of the injectors' discharge: changed coefficient, and exponent over the pin opening.
 
 .. math:: \sigma \;\to\; (1 + \delta)\,\sigma\,\sigma^{\,n}
 

@@ -1,4 +1,4 @@
-r"""Volume of a plenum other than in the machine file.
+r"""Plenum volume different from the machine file.
 
 .. math:: V_k \;\to\; V_k\,(1 + \delta)
 

@@ -1,4 +1,4 @@
-r"""Supply that droops with the flow, through a line that fills in time.
+r"""Supply droop: the regulator pressure falls with the flow, behind a line with a filling time.
 
 .. math:: T\,\dot P_l = P - R\,\dot m - P_l
 

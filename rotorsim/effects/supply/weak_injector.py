@@ -1,4 +1,4 @@
-r"""A weak or a stuck injector: its seat is partly blocked, or its pin has stuck.
+r"""Weak injector: its seat is partly blocked, or its pin sticks.
 
 .. math:: \sigma_k \;\to\; (1 - b)\,\big[(1 - s)\,\sigma_k + s\,\sigma_\mathrm{stuck}\big]
 

@@ -131,16 +131,16 @@ def _compare(path: Path, reference: Path) -> None:
             np.testing.assert_array_equal(got[name].values, first[name].values, err_msg=str(name))
 
 
-def said_length(ended: Ended, record: Path) -> list[Fault]:
+def reported_length(ended: Ended, record: Path) -> list[Fault]:
     """A record that was cut: as long as the message says, to its last digit."""
-    said = re.search(r"(\d+\.\d) s of \d+\.\d s are in", ended.stderr)
-    if said is None:
+    reported = re.search(r"(\d+\.\d) s of \d+\.\d s are in", ended.stderr)
+    if reported is None:
         return []
     if not record.exists():
         return [Fault("lost", f"not there: {ended.stderr}")]
     with xr.open_dataset(record, engine="h5netcdf") as data:
         kept = data.sizes["time"] * SAMPLE
-    return [] if f"{kept:.1f}" == said[1] else [Fault("lost", f"{kept:.1f} s are kept: {ended.stderr}")]
+    return [] if f"{kept:.1f}" == reported[1] else [Fault("lost", f"{kept:.1f} s are kept: {ended.stderr}")]
 
 
 def samples(record: Path) -> int:

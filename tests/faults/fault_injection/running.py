@@ -82,12 +82,12 @@ class Running:
         end = time.monotonic() + patience
         while (alive := marked(self.mark)) and time.monotonic() < end:
             time.sleep(0.05)
-        told = []
+        lines = []
         for one in alive:
             with suppress(psutil.Error):
-                told.append(" ".join(one.cmdline())[:150])
+                lines.append(" ".join(one.cmdline())[:150])
                 one.kill()
-        return told
+        return lines
 
 
 def _begin(largest: int | None) -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fault_injection.checks import KINDS, SAMPLE, Fault, files, left_over, messages, said_length, samples
+from fault_injection.checks import KINDS, SAMPLE, Fault, files, left_over, messages, reported_length, samples
 from fault_injection.commands import OUT, Command
 from fault_injection.running import Disturb, Ended, Running, run
 
@@ -78,7 +78,7 @@ class Trial:
 
     def found(self, ended: Ended, codes: set[int], reference: Reference) -> list[Fault]:
         """Faults of a try: messages, files and the length of a record that was cut."""
-        cut = said_length(ended, self.out / self.command.record) if self.command.record else []
+        cut = reported_length(ended, self.out / self.command.record) if self.command.record else []
         return messages(ended, codes) + files(self.out, reference.folder) + cut
 
     def again(self, reference: Reference) -> list[Fault]:
@@ -139,10 +139,10 @@ def signalled(make: Make, reference: Reference, number: int, when: list[float]) 
         # alone, or as a terminal sends it, which kills no processes
         ended = trial.run(at(moment, number, bool(k % 2) and number == signal.SIGINT), force=k % BATCH > 0)
         allowed = complete(trial, ended, codes)
-        found += told(trial.found(ended, allowed, reference), f"signal {number} at {moment:.2f} s")
+        found += dated(trial.found(ended, allowed, reference), f"signal {number} at {moment:.2f} s")
         owed += growing(trial, reference)
         if (k + 1) % BATCH == 0 or k + 1 == len(when) or trial.command.kept:
-            found += told(trial.again(reference), f"again after signal {number} at {moment:.2f} s")
+            found += dated(trial.again(reference), f"again after signal {number} at {moment:.2f} s")
             kept = sum(samples(path) for path in trial.out.rglob("*-killed*.nc"))
             if kept < owed:
                 found.append(Fault("lost", f"{kept} samples of killed runs are kept, {owed} were written"))
@@ -175,7 +175,7 @@ def _fresh(path: Path) -> bool:
     return fresh
 
 
-def told(found: list[Fault], when: str) -> list[Fault]:
+def dated(found: list[Fault], when: str) -> list[Fault]:
     """Faults with the moment at which they came."""
     return [Fault(one.kind, f"{when}: {one.text}") for one in found]
 

@@ -65,7 +65,7 @@ def test_every_effect_of_the_catalogue_is_turned_by_its_field(page):
     until(page, lambda s: s["pace"] == "1x")
 
 
-def test_values_beyond_limits_are_clamped_and_said(page):
+def test_values_beyond_limits_are_clamped_with_a_message(page):
     fill(page, "pressure", "7")
     until(page, lambda s: s["pressure"] == 1e6)
     page.get_by_text("is beyond 0 MPa to 1 MPa, set to 1 MPa").first.wait_for(timeout=PATIENCE * 1e3)

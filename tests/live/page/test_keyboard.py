@@ -48,7 +48,7 @@ def test_keys_pause_and_hit(page):
     page.wait_for_function("window.rotorsimFrame.status.reading.axis === 'x'", timeout=PATIENCE * 1e3)
 
 
-def test_keys_work_while_a_button_has_the_focus_and_space_goes_on_at_the_pace_before(page):
+def test_keys_work_while_a_button_has_the_focus_and_space_continues_at_the_pace_before(page):
     pace = page.get_by_label("simulation speed", exact=True)
     pace.get_by_role("button", name="0.1x", exact=True).click()
     until(page, lambda s: s["pace"] == "0.1x")

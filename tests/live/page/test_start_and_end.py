@@ -22,8 +22,8 @@ def test_a_machine_file_with_an_error_is_shown_on_a_page(browser, tmp_path):
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     page = browser.new_context().new_page()
     page.goto(process.stdout.readline().split()[-1])
-    said = page.get_by_role("alert").first
-    expect(said).to_contain_text("effects.unbalance.me", timeout=PATIENCE * 1e3)
+    message = page.get_by_role("alert").first
+    expect(message).to_contain_text("effects.unbalance.me", timeout=PATIENCE * 1e3)
     page.context.close()
     assert process.wait(timeout=PATIENCE) == 2
     assert "effects.unbalance.me" in process.stderr.read()
@@ -77,9 +77,9 @@ def test_ctrl_c_ends_the_rig_with_a_page_open_and_without_a_word(browser, tmp_pa
         page.wait_for_function("window.rotorsimFrames > 3", timeout=PATIENCE * 1e3)
     process.send_signal(2)
     assert process.wait(timeout=PATIENCE) == 0
-    said = process.stderr.read()
-    assert "graceful shutdown" not in said
-    assert "Traceback" not in said and "Exception ignored" not in said and "never awaited" not in said
+    message = process.stderr.read()
+    assert "graceful shutdown" not in message
+    assert "Traceback" not in message and "Exception ignored" not in message and "never awaited" not in message
     if connected:
         page.context.close()
 

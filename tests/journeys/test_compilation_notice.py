@@ -40,13 +40,13 @@ def test_what_is_on_disk_is_not_announced(assembly, capsys):
 
 @pytest.mark.usefixtures("empty")
 @pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
-def test_every_command_says_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path, words):
+def test_every_command_notes_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path, words):
     (tmp_path / "plan.toml").write_text(PLAN)
-    code, out, said = run(*words, "--json", "--out", "o")
-    assert code == 0 and said == LINE and json.loads(out)
+    code, out, message = run(*words, "--json", "--out", "o")
+    assert code == 0 and message == LINE and json.loads(out)
 
 
-def test_a_diagnosis_says_in_a_pipe_that_it_compiles_and_nothing_else(capsys):
+def test_a_diagnosis_notes_in_a_pipe_that_it_compiles_and_nothing_else(capsys):
     stages = Stages()
     for stage in STAGES:
         stages.say(stage)
