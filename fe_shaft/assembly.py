@@ -64,7 +64,7 @@ class Parts:
     K: Matrix
     C: Matrix
     N: Matrix
-    """What Omega multiplies in the stiffness."""
+    """Part of the stiffness proportional to Omega."""
     K_bearings: Matrix
     C_bearings: Matrix
 

@@ -61,7 +61,7 @@ def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
 
 
 def model_of(path: Path) -> Unit:
-    """What a unit was made from, taken from the unit."""
+    """Source of a unit (machine file, model or law), read from the unit."""
     kind = holds(path)
     if kind == "plant":
         return plant_unit(Plant(Machine.from_text(machine_text(path))), *start(path))

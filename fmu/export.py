@@ -87,7 +87,7 @@ def _try_start(model: Unit) -> None:
 
 
 def core(model: Unit, version: int, targets: Sequence[Target], libraries: dict[str, bytes]) -> dict[str, bytes]:
-    """What an archive needs to run: description and binaries."""
+    """Parts of an archive that are needed to run it: description and binaries."""
     found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
     for target in targets:
         folder = target.folder2 if version == 2 else target.folder3

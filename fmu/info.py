@@ -16,7 +16,7 @@ from rotorsim.errors import DataError
 DAMAGED = (
     zipfile.BadZipFile, zlib.error, ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError,
 )  # fmt: skip
-"""What reading another program's file, or a damaged one, may raise."""
+"""Exceptions from reading another program's file, or a damaged one."""
 
 
 @contextmanager
@@ -68,7 +68,7 @@ def machine_text(path: Path) -> str:
 
 
 def holds(path: Path) -> str:
-    """What the unit holds: 'plant', 'lpv' (an identified model) or 'law'."""
+    """Kind of unit: 'plant', 'lpv' (an identified model) or 'law'."""
     with opened(path) as archive:
         names = archive.namelist()
     return next((kind for kind in ("lpv", "law") if f"resources/{kind}.json" in names), "plant")

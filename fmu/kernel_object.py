@@ -124,7 +124,7 @@ def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTa
 
 
 def _child() -> None:
-    """What the child process does: read a request, compile, write the objects."""
+    """Work of the child process: read a request, compile, write the objects."""
     request = json.load(sys.stdin)
     sys.path[:] = request["path"]
     for module in request["modules"]:

@@ -23,7 +23,7 @@ IDENTIFIER = "RotorGasBearing"
 
 
 class Unit(Protocol):
-    """What every kind of unit has."""
+    """Interface of every kind of unit."""
 
     @property
     def core(self) -> str:

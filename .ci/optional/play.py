@@ -27,7 +27,7 @@ TOLERANCE = 1e-9
 
 
 def numbers(unit: Path) -> tuple[str, np.ndarray]:
-    """What the player reads, and the outputs (n + 1, outputs) it should write."""
+    """Input of the player, and the outputs (n + 1, outputs) that it should write."""
     references = {v.name: v.valueReference for v in read_model_description(unit).modelVariables}
     header, given = stored(unit, "in.csv")
     names, wanted = stored(unit, "out.csv")

@@ -56,7 +56,7 @@ class FullStateSpace:
         return bool(np.all(np.isfinite(theta)))
 
     def directions(self, theta: np.ndarray) -> np.ndarray:
-        """What is orthogonal to changes of basis (I + E): dA = A E - E A, dB = -E B, dC = C E (McKelvey, Helmersson and
+        """Complement of changes of basis (I + E): dA = A E - E A, dB = -E B, dC = C E (McKelvey, Helmersson and
         Ribarits 2004, data driven local coordinates)."""
         A, B, C, _ = self.sampled(theta)
         eye = np.eye(self.n)

@@ -144,7 +144,7 @@ class Problem:
     Q: np.ndarray
 
     def project(self, values: np.ndarray) -> np.ndarray:
-        """What is orthogonal to the regressors, of values (n, ...)."""
+        """Component of values (n, ...) orthogonal to the regressors."""
         flat = values.reshape(len(values), -1)
         return np.asarray((flat - self.Q @ (self.Q.T @ flat)).reshape(values.shape))
 

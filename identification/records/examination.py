@@ -25,7 +25,7 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
         *(("speed_measured", "speed"), ("pressure_measured", "pressure")),
     ),
 }
-"""What each use needs: of every group at least one. Time it needs anyway."""
+"""Variables that each use needs: at least one of every group, and always time."""
 CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
 """Channels of sensors; commands may well rest at their limits."""
 STUCK, SHARE = 5, 0.005
@@ -153,7 +153,7 @@ def _misfit(record: xr.Dataset) -> list[str]:
 
 
 def _uses(record: xr.Dataset) -> dict[str, str]:
-    """What each use lacks."""
+    """Missing variables of each use."""
     return {
         use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
         for use, groups in USES.items()

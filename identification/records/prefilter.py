@@ -31,7 +31,7 @@ TURNING = 1.0
 
 @dataclass(frozen=True)
 class Prefilter:
-    """What to do with a record.
+    """Settings of a prefilter.
 
     runout: 'harmonic', 'table' or 'none'; harmonics: number in the filter; median: odd number of samples of a running
     median against spikes, 1 for none (it changes the displacement so that standard deviations no longer hold); lowpass:
@@ -48,7 +48,7 @@ class Prefilter:
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """What an identification works on.
+    """Prefiltered record of an identification.
 
     u (n, 2) [V], y (n, 2) [m], truth (n, 2) [m] and pins (n, injectors) [m] where they are known, Q (n, h) orthonormal
     regressors that the fit projects out (an offset, and harmonics of the angle where nothing else removed them), noise

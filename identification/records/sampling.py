@@ -41,7 +41,7 @@ def problems(time: np.ndarray) -> tuple[str, ...]:
 
 
 def _order(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
-    """What is wrong with the order of the stamps."""
+    """Faults in the order of the time stamps."""
     found = []
     for which, words, remedy in (
         (steps < 0, "falls", "sort or cut the record"),
@@ -55,7 +55,7 @@ def _order(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
 
 
 def _evenness(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
-    """What is wrong with steps that all rise."""
+    """Faults of the steps of ascending time stamps."""
     usual = float(np.median(steps))
     gaps = np.flatnonzero(steps > GAP * usual)
     if gaps.size:

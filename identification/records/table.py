@@ -33,7 +33,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Header:
-    """What rotorsim wrote about a record besides its numbers."""
+    """Header that rotorsim wrote with a record."""
 
     attrs: dict[str, Any] = field(default_factory=dict)
     variables: dict[str, dict[str, Any]] = field(default_factory=dict)

@@ -34,7 +34,7 @@ FACTORS: dict[str, dict[str, float]] = {
     "1": {"1": 1.0, "-": 1.0, "": 1.0},
 }
 PEAK = {"pp": 0.5, "p-p": 0.5, "pk-pk": 0.5, "pkpk": 0.5, "pk": 1.0, "0-pk": 1.0, "0-p": 1.0, "rms": sqrt(2.0)}
-"""What may follow the unit of an amplitude, and its factor to 0-pk; rms is that of a sine."""
+"""Suffixes of an amplitude's unit, with their factors to 0-pk; rms is that of a sine."""
 _NAMES = {
     **{"m": "length", "V": "voltage", "rad/s": "speed", "rad": "angle", "Pa": "gauge pressure", "N": "force"},
     **{"s": "time", "kg/s": "mass flow", "Hz": "sample rate", "1": "plain number"},

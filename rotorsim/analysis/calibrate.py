@@ -55,7 +55,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What a calibration found; `machine` has the new values, `values` and `sd` are in each parameter's unit."""
+    """Result of a calibration; `machine` has the new values, `values` and `sd` are in each parameter's unit."""
 
     machine: Machine
     parameters: tuple[Parameter, ...]

@@ -18,7 +18,7 @@ UNITS = (
     | {f"gain_{a}{b}": "m/V" for a in AXES for b in AXES}
     | {"eccentricity_ratio": "1", "h_min": "m", "mass_flow": "kg/s", "lift_off": "Pa", "whirl_onset": "rad/s"}
 )
-"""What there is, with its SI unit; gain_xy is disc x per volt of reference y."""
+"""Quantities with their SI units; gain_xy is disc x per volt of reference y."""
 BARE = ("lift_off", "whirl_onset")
 """Figures of no single operating point: lift-off of the speed, whirl onset of the pressure."""
 

@@ -46,7 +46,7 @@ def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Se
 
 
 def numbers(plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None) -> dict[str, np.ndarray]:
-    """What a map holds of one point; without lift-off only `lifted` = 0."""
+    """Values of a map at one point; without lift-off only `lifted` = 0."""
     try:
         point = operating_point(plant, speed, pressure, frequencies)
     except NoLiftOffError:

@@ -21,7 +21,7 @@ from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 
 KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")
-"""What cases are, in turn."""
+"""Kinds of cases, in turn."""
 MOST_DRAWS, AGAIN = 20, 10_000_000
 """How often a machine is drawn, and what lies between the seeds."""
 

@@ -23,7 +23,7 @@ class Part:
     """A package of an extra without which nothing of it runs."""
 
     def lacks(self) -> str:
-        """What is to be installed; empty if all is there."""
+        """Packages to install; empty if none is missing."""
         try:
             there = not self.needs or find_spec(self.needs) is not None
         except ValueError:  # an import that is blocked

@@ -28,7 +28,7 @@ BARE = {
     "effects.runout.roughness": "0 um",
     "effects.noise.sigma": "0 um",
 }
-"""What leaves film, plena, rotor and unbalance."""
+"""Changes that leave only film, plena, rotor and unbalance."""
 SAMPLES = 5000
 
 

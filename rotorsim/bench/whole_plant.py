@@ -52,7 +52,7 @@ def _time(simulation: Simulation, rows: np.ndarray) -> float:
 
 
 def long_run() -> Iterator[Figure]:
-    """What the memory grows by when a streamed run is ten times as long."""
+    """Growth of the memory when a streamed run is ten times as long."""
     plant = Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4)
     peaks = []
     for duration in (20.0, 200.0):

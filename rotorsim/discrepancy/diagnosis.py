@@ -191,7 +191,7 @@ class Work:
         return ["no repeats and no periods: the floor comes from the quiet lines within the records"]
 
     def _unsteady(self, base: Fit) -> list[Flag]:
-        """What of the records to fit does not repeat."""
+        """Non-periodic response in the records to fit."""
         assert self.fitted.scatter is not None
         return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
 

@@ -86,7 +86,7 @@ class Effect:
     """How long its states remember, if it has any: 'short' (the beginning of a record), 'mean' (longer, unless the
     excitation has no mean) or 'long'."""
     role: ClassVar[str] = "candidate"
-    """What a diagnosis makes of it: one of `diagnosis.ROLES`."""
+    """Role in a diagnosis: one of `diagnosis.ROLES`."""
     forms: ClassVar[tuple[CandidateForm, ...]] = ()
     """Forms in which a diagnosis looks for it; where there are none they follow from its parameters."""
     calibration: ClassVar[tuple[CalibrationParameter, ...]] = ()

@@ -10,7 +10,7 @@ ROLES = {
     "known": "a load or a limit that is known: never looked for",
     "asymmetric": "breaks the symmetry of the film, which is another plant: only on request",
 }
-"""What a diagnosis makes of an effect."""
+"""Roles of an effect in a diagnosis."""
 INJECTOR_FLOW = "injector_flow"
 """`scales` of a parameter whose value is the relative change of the flow of all injectors."""
 

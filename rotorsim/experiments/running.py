@@ -38,7 +38,7 @@ Values = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a streamed run came to: samples kept of those asked for, why it ended, numbers of the solver.
+    """Outcome of a streamed run: samples kept of those asked for, why it ended, numbers of the solver.
 
     `error` is the disk's, where that ended the record.
     """
@@ -112,7 +112,7 @@ def record(
 
 
 class Sink(Protocol):
-    """What takes the samples of a run: a growing file or memory."""
+    """Destination of a run's samples: a growing file or memory."""
 
     samples: int
 

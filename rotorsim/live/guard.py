@@ -92,7 +92,7 @@ class Rate:
 
 
 def _limited(receive: Receive, rate: Rate) -> Receive:
-    """What comes in, until it is too much: then the other side has gone."""
+    """Incoming messages; too many of them count as a closed connection."""
     total = 0
 
     async def take() -> MutableMapping[str, Any]:

@@ -63,7 +63,7 @@ class Replay:
         self.at = min(max(round(seconds / SAMPLE), 0), self.samples)
 
     def frame(self) -> dict[str, Any]:
-        """What a page draws at the present place."""
+        """Frame for the page at the present place."""
         rows = self.rows[max(self.at - LENGTH, 0) : self.at]
         return make_frame(rows, self._film(), self.geometry, self.at * SAMPLE, self.rest)
 

@@ -34,7 +34,7 @@ from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.simulation import Simulation
 
 SCATTER = ("noise.sigma", "pressure_transducer.sigma")
-"""What the noise switch turns off."""
+"""Parameters that the noise switch turns off."""
 INPUTS = 6
 SENTENCES = 40
 IDLE = ("impulse", "acceleration", "pace")
@@ -115,7 +115,7 @@ class Rig:
         self.messages.append((self.sentences, sentence))
 
     def in_force(self) -> dict[str, float | str]:
-        """What acts in the plant now, by key: effects as its parameter record has them, everything else as set."""
+        """Values in force in the plant, by key: effects as its parameter record has them, everything else as set."""
         found = self.settings.everything()
         for key in self.settings.sliders:
             name, _, parameter = key.partition(".")

@@ -110,7 +110,7 @@ class Runner:
         return self.order(lambda: setattr(self, "replay", replay))
 
     def frame(self) -> dict[str, Any]:
-        """What a page draws now."""
+        """Present frame for the page."""
         with self._lock:
             frame = self.replay.frame() if self.replay else self._rig_frame()
             frame["status"] = self._status()

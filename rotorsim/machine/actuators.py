@@ -12,7 +12,7 @@ from rotorsim.machine.units import show
 
 
 class Actuators(Part):
-    """What the piezo actuators of all pins have in common."""
+    """Common data of the piezo actuators of all pins."""
 
     mode: Literal["ideal", "voltage", "reference"] = Field(
         description="'ideal' (pins follow at once, effects of the actuators idle), 'voltage' (the reference is the "
@@ -37,7 +37,7 @@ class Actuators(Part):
 
 
 class Drive(Part):
-    """What turns the shaft, and what brakes it besides the film once the drive is off."""
+    """Drive of the shaft, and the drag besides the film's once the drive is off."""
 
     inertia: float | None = quantity(
         "kg*m^2",

@@ -47,7 +47,7 @@ ELSEWHERE = {
 
 
 def describe(effect: type[Effect]) -> dict[str, Any]:
-    """What an effect is, in text: name, port, summary, title, about, equation, source, acts, several, parameters."""
+    """Text on an effect: name, port, summary, title, about, equation, source, acts, several, parameters."""
     title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
     return {
         "name": effect.name,

@@ -152,14 +152,14 @@ def _places(machine: Machine) -> Problems:
 
 
 def _own(machine: Machine, path: str, effect: Effect) -> Problems:
-    """What an effect itself finds wrong."""
+    """Problems that an effect itself finds."""
     if _misplaced(machine, effect) is None:
         for field, sentence in effect.problems(machine).items():
             yield f"{path}.{field}".rstrip("."), sentence
 
 
 def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
-    """What an effect lacks to act on: field and sentence."""
+    """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"

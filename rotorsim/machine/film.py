@@ -36,7 +36,7 @@ class Gas(Part):
 
 
 class Injection(Part):
-    """What all injectors have in common: pin seat, plenum and orifice into the film."""
+    """Common data of all injectors: pin seat, plenum and orifice into the film."""
 
     law: Literal["orifice", "loss_factor"] = Field(
         description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."

@@ -74,7 +74,7 @@ def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseM
 
 
 def choices(kind: Any) -> tuple[Any, ...]:
-    """What a field may hold besides nothing; more than one choice is a union distinguished by `kind`."""
+    """Types of a field other than None; more than one choice is a union distinguished by `kind`."""
     if get_origin(kind) is Annotated:
         return choices(get_args(kind)[0])
     if get_origin(kind) in (Union, UnionType):

@@ -57,7 +57,7 @@ class Spec:
         )
 
     def suggestion(self, digits: str = "") -> str:
-        """What to write: the digits with a unit that fits the limits, else an example that does."""
+        """Recommended text: the digits with a unit that fits the limits, else an example."""
         own = "" if self.example is None else self._show(self.example)
         text = units.suggestion(self.unit, digits, self.holds, own)
         return text if self.holds(units.parse(text, self.unit)) else self._show(self._within())
@@ -137,7 +137,7 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """What is wrong between its values: paths below it and sentences."""
+        """Conflicts between its values: paths below it and sentences."""
         return iter(())
 
     @model_validator(mode="after")

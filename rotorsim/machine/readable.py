@@ -78,7 +78,7 @@ def _kind(kinds: tuple[Any, ...], table: Any) -> type[Part]:
 
 
 def _parts(part: Any, path: str = "") -> Iterator[tuple[Iterable[tuple[str, str]], str]]:
-    """What is wrong within every part below, and its path; the whole itself is checked apart."""
+    """Problems within every part below, and its path; the whole itself is checked apart."""
     for name in type(part).model_fields:
         value = part.__dict__.get(name)
         below = [(f"{path}{name}", value)] if isinstance(value, Part) else []

@@ -119,5 +119,5 @@ class Machine(Part):
         return read_effects(tables)
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """What no part sees alone."""
+        """Checks between parts."""
         return cross_check(self)

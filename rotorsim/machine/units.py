@@ -31,7 +31,7 @@ _SPELLINGS = {
 
 
 Suggest = Callable[[str], str]
-"""What to write instead of a value that cannot be read, given its digits or nothing."""
+"""Recommended text in place of an unreadable value, from its digits if there are any."""
 
 
 def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:

@@ -85,7 +85,7 @@ def _templates() -> tuple[list[str], list[str]]:
 
 
 def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
-    """What the lines of `ports` are filled with."""
+    """Values for the placeholders in the lines of `ports`."""
     own = f"k * {rig.n_stroke_states} + {call.state}"
     return {
         "kernel": f"{call.record}_kernel",

@@ -19,7 +19,7 @@ class Controller(Protocol):
 
 
 STEP = "step(measured, speed, pressure)"
-"""What a controller must offer."""
+"""Required method of a controller."""
 
 
 def check_controller(controller: Any) -> None:

@@ -60,7 +60,7 @@ VERIFIED = ("hinf", "lpv")
 
 @dataclass
 class ControlStudy:
-    """What the stages found, as plain values by law; laws themselves."""
+    """Results of the stages, as plain values by law; laws themselves."""
 
     laws: dict[str, Law] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)

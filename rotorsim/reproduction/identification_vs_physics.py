@@ -26,7 +26,7 @@ Row = tuple[str, dict[str, np.ndarray]]
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What the claims, tables and figures are made of.
+    """Data of the claims, tables and figures.
 
     points: local models over the grid; physics: the linearised plant there; centres: local models between the grid's
     points; claimed: those at the thesis' points that are not on the grid; lpv, refined: plain surfaces of Model 3 and

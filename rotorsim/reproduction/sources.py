@@ -38,7 +38,7 @@ def sources_of(paths: Iterable[str | Path], mapping: Any = None) -> list[Source]
 
 
 def campaign_sources(folder: Path) -> list[Source]:
-    """What excites in a campaign's store, each with the steady run at its operating point.
+    """Records with excitation in a campaign's store, each with the steady run at its operating point.
 
     Raises
     ------

@@ -75,5 +75,5 @@ def sampling_time(record: xr.Dataset) -> float:
 
 
 def sensed_name(record: xr.Dataset) -> str:
-    """What an identification would see: `disc_measured` where it is, else `disc`."""
+    """Displacement for an identification: `disc_measured` if present, else `disc`."""
     return "disc_measured" if "disc_measured" in record else displacement_name(record)

@@ -97,7 +97,7 @@ def checkers(files: list[str], python: str) -> list[tuple[str, str]]:
 
 
 def read_by_pyssp(file: str, python: str) -> list[str]:
-    """What pyssp-standard says of a system."""
+    """Report of pyssp-standard on a system."""
     code = (
         "import sys; from pyssp_standard.ssp import SSP\n"
         "with SSP(sys.argv[1], mode='r') as ssp:\n"

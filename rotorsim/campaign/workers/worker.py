@@ -26,7 +26,7 @@ ATTEMPTS = 2
 ROOM = 1_000_000
 """Free space [byte] below which a process that died is taken for the victim of a full disk."""
 ENDING = ("storage", "versions")
-"""What stops the whole campaign."""
+"""Errors that stop the whole campaign."""
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _own = threading.local()
 _cells: set[Cell]

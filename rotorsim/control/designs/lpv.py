@@ -50,7 +50,7 @@ class Spec:
 
 
 class Designed(NamedTuple):
-    """What a synthesis leaves behind: the solution, the states' scale, the range of q, the smallest gamma."""
+    """Result of a synthesis: the solution, the states' scale, the range of q, the smallest gamma."""
 
     solution: Solution
     scale: np.ndarray

@@ -112,7 +112,7 @@ def _constant(side: Side) -> np.ndarray:
 
 
 def _binds(gamma: float | None, bound: float, margin: float, feedback_only: bool) -> str:
-    """What excludes what where there is no solution."""
+    """Message about conflicting requirements of a problem without solution."""
     if feedback_only:
         limits = f"{1 / bound:.3g} I <= Y <= {bound:.3g} I"
         return f"lpv: no Y keeps its inequality (what references can reach) within {limits}; raise bound or lower eps"

@@ -45,7 +45,7 @@ class Loop:
 
     @property
     def KS(self) -> np.ndarray:
-        """What the disc's disturbances ask of the actuators [V/um]."""
+        """Response of the references to disturbances of the disc [V/um]."""
         return self.K @ self.So
 
     @property

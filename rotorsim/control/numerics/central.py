@@ -65,7 +65,7 @@ def _columns_last(D: np.ndarray, fault: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def highest_frequency_bound(P: Generalised) -> float:
-    """What D11 alone, the plant at infinite frequency, forces on gamma."""
+    """Lower bound on gamma from D11 alone, the plant at infinite frequency."""
     m2, p2 = P.B2.shape[1], P.C2.shape[0]
     top, left = P.D11[: P.D11.shape[0] - m2], P.D11[:, : P.D11.shape[1] - p2]
     return max((float(np.linalg.norm(block, 2)) for block in (top, left) if block.size), default=0.0)

@@ -131,7 +131,7 @@ def reached(P: Generalised, gamma: float) -> bool | None:
 
 
 def frequency_bound(P: Generalised) -> float:
-    """What single frequencies force on gamma, by any controller (Parrott's theorem)."""
+    """Lower bound on gamma from single frequencies, for any controller (Parrott's theorem)."""
     best = max(highest_frequency_bound(P), parrott(P, np.append(np.abs(np.linalg.eigvals(P.A)), 0.0)))
     while best > 0 and (better := parrott(P, level_frequencies(P, best * (1 + TOLERANCE)))) > best:
         best = better

@@ -95,7 +95,7 @@ class Comparison:
         return self._shifted(self._response(point, twin or self.twin, whole), point)
 
     def _response(self, point: Point, twin: Twin, whole: bool) -> np.ndarray:
-        """What the plant answers (n,) [m]; read from the memo where it was computed before."""
+        """Simulated response (n,) [m]; read from the cache if it was computed before."""
         if self.memo is None:
             return self._joined(self.spectra(point, twin, whole))
         return self.memo.get(self, point, twin, whole, lambda: self._joined(self.spectra(point, twin, whole)))
@@ -170,7 +170,7 @@ class Comparison:
         return other
 
     def _error(self, point: Point, fine: Twin, response: np.ndarray) -> np.ndarray:
-        """What a finer grid and step change (n,) [m], and what a whole run changes against one period.
+        """Changes (n,) [m] by a finer grid and step, and by a whole run in place of one period.
 
         Taken at the machine file's own numbers where a twin has no solution at `point`.
         """
@@ -180,7 +180,7 @@ class Comparison:
         return self._error(Point(), fine, self._response(Point(), self.twin, False))
 
     def _law(self, point: Point, law: Twin, share: float, response: np.ndarray) -> np.ndarray:
-        """What the injectors' other law changes (n,) [m], as `_error` where there is no solution."""
+        """Change (n,) [m] by the injectors' other law; as in `_error` without a solution."""
         moved = point.moved([FitParameter("discharge_drift.0.drift", 0.02)], np.array([share]))
         change = self._response(moved, law, False) - response
         if np.abs(change).max() < LOST or not point.values:

@@ -32,7 +32,7 @@ class Flag:
 
     @property
     def excess(self) -> float:
-        """What of the sum of squares the floor does not explain."""
+        """Part of the sum of squares that the noise floor does not explain."""
         return self.chi2 - self.numbers
 
 

@@ -34,12 +34,12 @@ class Form:
 
     @property
     def key(self) -> str:
-        """What makes it this form: effect and which of its parameters (and injector), without shape options."""
+        """Key of the form: effect and its parameter (and injector), without shape options."""
         return self.label.split(" @ ")[0]
 
     @property
     def names(self) -> set[str]:
-        """What a user may call it: the effect, the effect's parameter, and that of one injector."""
+        """Names that select it: the effect, the effect's parameter, and that of one injector."""
         return {self.effect, self.key.split(" of ")[0], self.key}
 
     def felt(self, columns: np.ndarray) -> bool:

@@ -52,5 +52,5 @@ class ClearanceGrowth(Effect):
         return closed_gap(self, machine)
 
     def narrowing(self, machine: Any) -> float:
-        """What it takes from the gap at 6000 rpm [m]."""
+        """Reduction of the gap at 6000 rpm [m]."""
         return self.growth - self.derived(machine)["radial_expansion"] * self.temperature

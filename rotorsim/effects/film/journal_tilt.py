@@ -46,5 +46,5 @@ class JournalTilt(Effect):
         return closed_gap(self, machine)
 
     def narrowing(self, machine: Any) -> float:
-        """What it takes from the gap at an edge [m]."""
+        """Reduction of the gap at an edge [m]."""
         return math.hypot(self.x, self.y) * float(machine.film.length) / 2

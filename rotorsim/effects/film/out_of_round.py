@@ -53,5 +53,5 @@ class OutOfRound(Effect):
         }
 
     def narrowing(self, machine: Any) -> float:
-        """What it takes from the gap at most [m]."""
+        """Largest reduction of the gap [m]."""
         return self.sleeve + self.journal

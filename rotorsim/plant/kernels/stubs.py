@@ -67,7 +67,7 @@ def correct_motion(w, P, t, angle, speed, adt):
 
 @inlined
 def film_shape(t, angle, speed, theta, P):
-    """What the gap has more at theta [m], and per length along the shaft [1]."""
+    """Increase of the gap at theta [m], and per length along the shaft [1]."""
     return 0.0, 0.0
 
 

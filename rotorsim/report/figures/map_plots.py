@@ -77,7 +77,7 @@ def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.nda
 
 
 def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
-    """What is not safe, half way to the next safe point; a contour, because plotly draws those over heat maps."""
+    """Unsafe region, half way to the next safe point; a contour, because plotly draws those over heat maps."""
     unsafe = 1.0 - found["safe"].transpose("pressure", "speed").values
     clear, colour = faint(UNSAFE, 0.0), faint(UNSAFE, 0.42)
     return go.Contour(x=compact(x), y=compact(y), z=unsafe, showscale=False, hoverinfo="skip", zmin=0, zmax=1,

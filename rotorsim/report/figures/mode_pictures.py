@@ -67,7 +67,7 @@ def show_modes(found: xr.Dataset) -> None:
 
 
 def lacking() -> str:
-    """What is missing for pictures, in a sentence; looked for without importing it."""
+    """Missing packages for pictures, as a sentence; found without importing them."""
     try:
         there = find_spec("pyvista") is not None
     except ValueError:  # an import that is blocked

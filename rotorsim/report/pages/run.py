@@ -22,7 +22,7 @@ from rotorsim.signals.waterfall import waterfall
 RUNS = ("runup", "coastdown")
 """Experiments in which the speed is swept."""
 STEADILY = 0.02
-"""What a speed may wander against its trend, or in all where it counts as constant, as a share of the highest."""
+"""Permitted deviation of a speed from its trend, or in all if it counts as constant, over the highest."""
 
 
 @dataclass(frozen=True)

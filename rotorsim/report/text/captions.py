@@ -81,7 +81,7 @@ def full_spectrum_caption(run: Run) -> str:
 
 
 def orbits_caption(run: Run) -> str:
-    """What the dots are, and the largest orbit."""
+    """Meaning of the dots, and the largest orbit."""
     largest, count = run.summary["largest_orbit"], len(instants(run))
     text = (
         f"{TURNS} revolutions at {count} instant{'s' * (count > 1)}, the disc about its middle; dots mark whole turns "
@@ -130,7 +130,7 @@ def film_caption(run: Run) -> str:
 
 
 def surface_caption(run: Run) -> str:
-    """What the picture exaggerates."""
+    """Exaggeration of the surface in the picture."""
     p = run.record["film_pressure"].isel(snapshot=-1)
     rpm = float(run.record["snapshot_speed"][-1]) * TO_RPM
     spread = float(p.max() - p.min()) * 1e-6

@@ -28,7 +28,7 @@ def seen_by(run: Run) -> str:
 
 
 def excitation_caption(run: Run) -> str:
-    """What is drawn how."""
+    """Key to lines and markers."""
     text = "Left: bands span the least and the largest value of each stretch of time. Right: every sample about the "
     text += "largest change of the inputs." if run.driven else "middle of the record."
     if "disc" in run.record and "disc_measured" in run.record:

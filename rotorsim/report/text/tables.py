@@ -23,7 +23,7 @@ PROVENANCE = {"machine_hash": "Machine's hash", "seed": "Seed"}
 
 
 def settings(run: Run) -> Rows:
-    """What was asked for, in units for people."""
+    """Settings of the run in engineering units."""
     rows = [("Duration", f"{run.summary['duration_s']:.4g} s, {run.summary['samples']} samples")]
     for key, (label, form, scale) in SETTINGS.items():
         if key in run.record.attrs:
