@@ -6,7 +6,8 @@ and whatever else has no counterpart here is left out. Tables of ROSS stand over
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,23 +15,34 @@ from fe_shaft.bearing import BearingElement
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import Material, ShaftElement
 
-if TYPE_CHECKING:
-    from fe_shaft.rotor import Rotor
-
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _SWITCHES = ("shear_effects", "rotary_inertia", "gyroscopic")
 
 
-def from_ross(rotor: Any) -> Rotor:
-    """The rotor (`fe_shaft.Rotor`) with the shaft, discs, bearings and point masses of a ROSS rotor.
+Parts = tuple[list[ShaftElement], list[DiskElement], list[BearingElement], list[PointMass]]
+
+
+class OwnRotor(Protocol):
+    """What is read of a rotor of `fe_shaft`."""
+
+    @property
+    def shaft_elements(self) -> Sequence[ShaftElement]: ...
+    @property
+    def disk_elements(self) -> Sequence[DiskElement]: ...
+    @property
+    def bearing_elements(self) -> Sequence[BearingElement]: ...
+    @property
+    def point_mass_elements(self) -> Sequence[PointMass]: ...
+
+
+def from_ross(rotor: Any) -> Parts:
+    """Shaft, discs, bearings and point masses of a ROSS rotor, from which `fe_shaft.Rotor` is made.
 
     Raises
     ------
     ValueError
         If the object lacks an attribute that a ROSS rotor has.
     """
-    from fe_shaft.rotor import Rotor
-
     try:
         shaft = [_shaft(element) for element in rotor.shaft_elements]
         discs = [DiskElement(int(d.n), float(d.m), float(d.Id), float(d.Ip)) for d in rotor.disk_elements]
@@ -38,10 +50,10 @@ def from_ross(rotor: Any) -> Rotor:
         points = [PointMass(int(p.n), mx=float(p.mx), my=float(p.my)) for p in rotor.point_mass_elements]
     except AttributeError as error:
         raise ValueError(f"from_ross: {error}; give a rotor of ROSS.") from error
-    return Rotor(shaft, discs, bearings, points)
+    return shaft, discs, bearings, points
 
 
-def to_ross(rotor: Rotor, module: Any) -> Any:
+def to_ross(rotor: OwnRotor, module: Any) -> Any:
     """A rotor of ROSS like `rotor`; `module` is `import ross`.
 
     Raises
@@ -77,7 +89,7 @@ def _material(material: Material, module: Any) -> Any:
     return module.Material(name=plain, rho=material.rho, E=material.E, G_s=material.G_s)
 
 
-def _check_representable(rotor: Rotor) -> None:
+def _check_representable(rotor: Any) -> None:
     unsayable = {
         "held nodes": bool(rotor.clamped or rotor.pinned),
         "internal coordinates": any(e.internal for e in rotor.shaft_elements),

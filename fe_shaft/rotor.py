@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft import assembly
+from fe_shaft import assembly, ross
 from fe_shaft.bearing import BearingElement
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import ShaftElement
@@ -198,14 +198,10 @@ class Rotor:
     @classmethod
     def from_ross(cls, rotor: Any) -> Rotor:
         """The same rotor from an object of the open code ROSS, by reading its attributes; see ross.py."""
-        from fe_shaft import ross
-
-        return ross.from_ross(rotor)
+        return cls(*ross.from_ross(rotor))
 
     def to_ross(self, module: Any) -> Any:
         """This rotor as an object of the open code ROSS; `module` is `import ross`; see ross.py."""
-        from fe_shaft import ross
-
         return ross.to_ross(self, module)
 
 

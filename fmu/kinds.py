@@ -31,8 +31,8 @@ def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
 def linear_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
     """The identified model of a file, at a point [rad/s], [Pa] or in the middle of its range; raises DataError."""
     from identification.errors import ModelError
-    from identification.local.models import load_model
     from identification.lpv.model import LpvModel
+    from identification.model_file import load_model
 
     try:
         model = load_model(path)

@@ -6,12 +6,13 @@ from .errors import (
 )
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
 from .local.identify import identify as identify
-from .local.models import LinearModel as LinearModel, load_model as load_model
+from .local.models import LinearModel as LinearModel
 from .local.result import Identification as Identification
 from .lpv.coherent import coherent_basis as coherent_basis
 from .lpv.fit import fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
 from .lpv.refine_frequency import distance as distance
+from .model_file import load_model as load_model
 from .readers import columns as columns, load as load, read as read
 from .records.arrays import from_arrays as from_arrays
 from .records.examination import Channel as Channel, Examination as Examination, examine as examine
@@ -33,8 +34,8 @@ from .records.schema import (
     Variable as Variable,
     make_record as make_record,
     require as require,
-    validate as validate,
 )
 from .records.template import mapping_template as mapping_template
+from .records.validate import validate as validate
 from .records.vectors import VECTORS as VECTORS, make_vectors as make_vectors
 from .writers import save as save

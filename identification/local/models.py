@@ -8,7 +8,6 @@ sampled references through a zero-order hold, which is what a digital controller
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,11 +18,10 @@ from scipy.linalg import expm
 from identification.errors import ModelError
 from identification.local.simulation import respond
 from rotorsim.base.files import write_json
-from rotorsim.base.own_files import instead
 from rotorsim.base.rounding import decays, unstable_poles
 
 if TYPE_CHECKING:
-    from identification.lpv.model import LpvModel
+    pass
 
 OSCILLATING = 0.9
 """A pole pair counts as a mode below this damping ratio."""
@@ -160,20 +158,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return plain(value.item())
     return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def load_model(path: str | Path) -> LinearModel | LpvModel:
-    """Model of a JSON file that `save` or `rotorsim identify` wrote; raises ModelError for any other file."""
-    from identification.lpv.model import LpvModel
-
-    path = Path(path)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        kind = data["kind"]
-        return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
-    except FileNotFoundError as error:
-        raise ModelError(f"{path}: is not there; give a file that 'rotorsim identify' wrote") from error
-    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError, KeyError, ValueError, TypeError) as error:
-        plain = f"it has no {error}" if isinstance(error, KeyError) else str(error)
-        reason = instead(path, "a model", "a model of 'rotorsim identify'") or f"is not a model ({plain})"
-        raise ModelError(f"{path}: {reason}; give a JSON file that 'rotorsim identify' wrote") from error

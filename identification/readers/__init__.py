@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError, SchemaError
-from identification.records.schema import validate
+from identification.records.validate import validate
 from rotorsim.base.own_files import instead
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import SchemaError
-from identification.records.schema import known_variable, make_record, validate
+from identification.records.schema import known_variable, make_record
+from identification.records.validate import validate
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,9 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.sampling import problems
-from identification.records.schema import named_axes, validate
+from identification.records.schema import named_axes
 from identification.records.unit_suspicions import suspicions
+from identification.records.validate import validate
 from identification.records.vectors import VECTORS
 
 if TYPE_CHECKING:

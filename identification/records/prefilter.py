@@ -16,7 +16,8 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.records.runout import HARMONICS, Runout, estimate_runout, fitting_count, harmonics
 from identification.records.sampling import sampling_time
-from identification.records.schema import require, validate
+from identification.records.schema import require
+from identification.records.validate import validate
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -69,15 +69,11 @@ def make_record(time: np.ndarray, values: dict[str, np.ndarray], attrs: dict[str
     return xr.Dataset(variables, coords, attrs or {})
 
 
-def validate(record: xr.Dataset) -> xr.Dataset:
-    """Return the record, or the run-up vectors, if they fit their schema; else raise SchemaError with one sentence.
+def validate_record(record: xr.Dataset) -> xr.Dataset:
+    """Return the record if it fits the schema, else raise SchemaError with one sentence.
 
     Variables that the schema does not know are left alone.
     """
-    if "speed" in record.dims:
-        from identification.records.vectors import validate_vectors
-
-        return validate_vectors(record)
     timed = "time" in record.coords and record["time"].dims == ("time",) and record["time"].dtype.kind in "fiu"
     if not timed:
         raise SchemaError("record: no coordinate 'time'; give the time of every sample in s")

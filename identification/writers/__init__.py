@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from identification.errors import SchemaError
-from identification.records.schema import named_axes, validate
+from identification.records.schema import named_axes
+from identification.records.validate import validate
 
 if TYPE_CHECKING:
     import xarray as xr

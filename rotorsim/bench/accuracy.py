@@ -66,7 +66,7 @@ def grids() -> Iterator[Figure]:
 def decay() -> Iterator[Figure]:
     """Free decay after a light tap at 0.5 MPa, at rest, against the eigenvalue, with steps of 0.2 ms."""
     plant = Plant("dtu_gas_bearing", dt=2e-4)
-    quiet = plant.machine.replace("effects.coupling.second", "0 N").replace("effects.coupling.third", "0 N")
+    quiet = plant.machine.replace("effects.coupling.force_2x", "0 N").replace("effects.coupling.force_3x", "0 N")
     plant = Plant(quiet)
     model = plant.linearise(0.0, 0.5e6)
     for axis, name in enumerate("xy"):

@@ -14,8 +14,9 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from rotorsim.bench.result import Figure
+from rotorsim.campaign.plan.load import load_plan
 from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.plan.plan import Plan, load_plan
+from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.run import Outcome, Settings, run_campaign
 from rotorsim.campaign.store.collect import collect
 from rotorsim.campaign.store.store import open_store

@@ -22,8 +22,8 @@ BOUNDS = {(32, 8): 4.0, (32, 16): 6.0, (64, 16): 12.0, (128, 32): 60.0}
 """Time of a 0.2 ms step [us] at the small orbit; twice that at the large one."""
 UNBALANCE = {"11 um orbit": "6.7 g*mm", "31 um orbit": "19 g*mm"}
 BARE = {
-    "effects.coupling.second": "0 N",
-    "effects.coupling.third": "0 N",
+    "effects.coupling.force_2x": "0 N",
+    "effects.coupling.force_3x": "0 N",
     "actuators.mode": "ideal",
     "effects.runout.roughness": "0 um",
     "effects.noise.sigma": "0 um",

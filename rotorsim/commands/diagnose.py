@@ -60,7 +60,7 @@ def diagnose(
     mapping: Annotated[Path | None, typer.Option("--mapping", help="Columns of files that are not .nc.")] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option("--effect", help="Only this is a candidate, e.g. runout or runout.second; may be repeated."),
+        typer.Option("--effect", help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated."),
     ] = None,
     tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004,
     out: Annotated[

@@ -14,11 +14,12 @@ from rotorsim.commands.options import AsJson, a_folder, say_if_compiling
 from rotorsim.commands.results import results
 
 
-@example("rotorsim hide dtu_gas_bearing --effect coupling.second --seed 3 --out puzzle")
+@example("rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle")
 def hide(
     machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
     effect: Annotated[
-        list[str] | None, typer.Option("--effect", help="What to hide, e.g. runout or runout.second; may be repeated.")
+        list[str] | None,
+        typer.Option("--effect", help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated."),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Draws size, phase, calibration and noise.")] = 0,
     out: Annotated[

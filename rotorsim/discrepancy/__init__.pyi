@@ -1,3 +1,4 @@
 from .blind_test.hide import hide as hide
-from .diagnosis import Workshop as Workshop, diagnose as diagnose
+from .diagnose_records import diagnose as diagnose
+from .diagnosis import Workshop as Workshop
 from .outcome.result import Diagnosis as Diagnosis

@@ -1,15 +1,14 @@
-"""`diagnose`: locate the misfit, re-calibrate, search for the missing effect, report."""
+"""Diagnosis of prepared records: locate the misfit, re-calibrate, search for the missing effect, judge."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rotorsim.discrepancy.data.intake import data_hash, limits, make_trials, open_records
+from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.unit_checks import check_before
@@ -23,7 +22,6 @@ from rotorsim.discrepancy.outcome.report_spectra import spectra_of
 from rotorsim.discrepancy.outcome.result import Diagnosis, Found
 from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
-from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
 from rotorsim.discrepancy.search.candidates import Form, candidates
@@ -34,7 +32,7 @@ from rotorsim.discrepancy.twin.response_cache import Memo
 from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.errors import DataError
-from rotorsim.machine import Machine, load_machine
+from rotorsim.machine import Machine
 from rotorsim.plant.compose import is_compiled
 
 GRID, STEP = (32, 8), 2e-4
@@ -61,64 +59,6 @@ class Workshop:
         fine_grid = GRID if machine.film is None else FINE_GRID
         twin = Twin(machine, GRID, STEP, only=only)
         return cls(twin, Twin(machine, fine_grid, FINE_STEP, only=only), other_law(twin))
-
-
-def diagnose(
-    machine: Machine | str | Path,
-    records: Iterable[Any],
-    held_out: Iterable[Any] | None = None,
-    untouched: Iterable[Any] | None = None,
-    effects: Iterable[str] | None = None,
-    seed: int = 0,
-    tolerance: float = TOLERANCE,
-    mapping: Any = None,
-    workshop: Workshop | None = None,
-    threads: int = THREADS,
-    progress: Progress = lambda stage: None,
-    resume: str | Path | None = None,
-) -> Diagnosis:
-    """Compare a machine file with measured records, and identify the missing effect.
-
-    Parameters
-    ----------
-    machine : Machine, name or path
-        The machine as it is believed to be.
-    records : Datasets or paths
-        Records at constant operating points. Where `held_out` and `untouched` are not given, their attribute `role`
-        states their use; without one they are fitted.
-    held_out, untouched :
-        Records at other operating points that choose the effect, and that only show the gap.
-    effects : names
-        Effects that are candidates, or their forms ('runout', 'runout.second'); the whole catalogue when not given.
-    seed : int
-        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
-    tolerance : float
-        Declared tolerance of the model, as a share of every line.
-    progress : function of a stage's name
-        Called with each stage and step of the work.
-    resume : folder
-        Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
-
-    Returns
-    -------
-    Diagnosis
-
-    Raises
-    ------
-    DataError
-        If the records cannot be used, with one sentence.
-    """
-    machine = machine if isinstance(machine, Machine) else load_machine(machine)
-    opened = open_records(records, mapping)
-    memo = None if resume is None else Memo(Path(resume))
-    if opened and all("speed" in record.dims for _, record in opened):
-        from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
-
-        return diagnose_vectors(machine, opened, effects, tolerance, progress, memo)
-    trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
-    trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
-    trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
-    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, memo)
 
 
 def work_on(
@@ -281,4 +221,4 @@ class Work:
         return comparison, refit(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
 
 
-__all__ = ["Workshop", "diagnose"]
+__all__ = ["Workshop", "work_on"]

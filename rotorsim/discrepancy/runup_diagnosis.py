@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.twin.twin import Twin
@@ -141,8 +142,6 @@ def diagnose_vectors(
     memo: Memo | None = None,
 ) -> Diagnosis:
     """Diagnosis of tables of vectors; of six rows one is held out and one untouched."""
-    from rotorsim.discrepancy.diagnosis import work_on
-
     trials = [s for name, vectors in opened for s in make_sweeps(vectors, name, machine.film is not None)]
     return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, memo=memo)
 

@@ -35,7 +35,7 @@ effect leaves every bit of a trajectory as it is without it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Self
 
@@ -91,6 +91,12 @@ class Effect:
     """Forms in which a diagnosis looks for it; where there are none they follow from its parameters."""
     calibration: ClassVar[tuple[CalibrationParameter, ...]] = ()
     """Parameters that a diagnosis calibrates."""
+    earlier_name: ClassVar[str] = ""
+    """Name of its table in machine files of earlier versions."""
+    earlier_keys: ClassVar[Mapping[str, str]] = {}
+    """Keys of earlier versions and the parameters that replace them."""
+    random_part: ClassVar[str] = ""
+    """Parameter that is the size of a random error, if it has one."""
     places: ClassVar[int] = 1
     """Number of places in which a diagnosis needs it at once."""
     in_benchmark: ClassVar[bool] = True

@@ -32,7 +32,7 @@ DRIVEN = {"x": (0,), "y": (1,), "both": (0, 1)}
 
 def reference_range(machine: Machine) -> float:
     """Largest reference [V] of a machine: that of its actuators, at most `REFERENCE_LIMIT`."""
-    return REFERENCE_LIMIT if machine.actuators is None else min(machine.actuators.limit, REFERENCE_LIMIT)
+    return REFERENCE_LIMIT if machine.actuators is None else min(machine.actuators.reference_limit, REFERENCE_LIMIT)
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,11 @@ def _impulse(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
 def _limit(record: xr.Dataset) -> float:
     """Largest reference [V] of the machine that the record names; see `reference_range`."""
     actuators = tomllib.loads(str(record.attrs.get("machine", ""))).get("actuators", {})
-    return min(parse(actuators["limit"], "V"), REFERENCE_LIMIT) if "limit" in actuators else REFERENCE_LIMIT
+    return (
+        min(parse(actuators["reference_limit"], "V"), REFERENCE_LIMIT)
+        if "reference_limit" in actuators
+        else REFERENCE_LIMIT
+    )
 
 
 def _saturation(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:

@@ -17,8 +17,6 @@ from rotorsim.machine import Machine
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.unit_table import dimension
 
-LAST = ("dead_zone", "quantisation", "encoder")
-"""Effects that come last in their chain."""
 READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
 """Where a slider shows another unit than the machine file's largest."""
 
@@ -26,7 +24,7 @@ READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
 def equip(machine: Machine) -> Machine:
     """Machine with every effect that can act on it; those missing in the file are neutral."""
     missing = [n for n in sorted(REGISTRY) if n not in machine.effects]
-    for name in [n for n in missing if n not in LAST] + [n for n in LAST if n in missing]:
+    for name in sorted(missing, key=lambda n: REGISTRY[n].ends_chain):
         if _acts(REGISTRY[name], machine):
             with suppress(MachineFileError):
                 machine = machine.replace(f"effects.{name}", {})

@@ -216,13 +216,15 @@ def pins(machine: Machine, P: Any) -> System:
 
 def _pin(actuators: Any, per_volt: float, P: Any, k: int) -> System:
     """From the reference to the travel of pin k over that of an ideal pin (see `rotorsim.plant.kernels.piezo`)."""
-    stroke = series(_lag(P.amplifier_lag[k]), _lag(P.stack_lag[k], actuators.sensitivity / actuators.transducer))
+    stroke = series(
+        _lag(P.amplifier_lag[k]), _lag(P.stack_lag[k], actuators.sensitivity / actuators.sensor_sensitivity)
+    )
     if actuators.mode == "reference":
-        zero, pole, P_k = P.pd_zero[k], actuators.pole, P.pd_gain[k]
+        zero, pole, P_k = P.pd_zero[k], actuators.pd_pole, P.pd_gain[k]
         pd = System(np.array([[-pole]]), np.ones((1, 1)), np.array([[P_k * (zero - pole)]]), np.array([[P_k]]))
         forward = series(pd, stroke)
         stroke = System(*_closed(forward))
-    return System(stroke.A, stroke.B, stroke.C * actuators.transducer / per_volt, stroke.D)
+    return System(stroke.A, stroke.B, stroke.C * actuators.sensor_sensitivity / per_volt, stroke.D)
 
 
 def _closed(L: System) -> System:

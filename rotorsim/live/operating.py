@@ -25,7 +25,7 @@ def driven_axes(machine: Machine) -> str:
 
 def operating(machine: Machine) -> dict[str, Control]:
     """Operating controls by key."""
-    limit = 5.0 if machine.actuators is None else machine.actuators.limit
+    limit = 5.0 if machine.actuators is None else machine.actuators.reference_limit
     found = [
         Control("speed", "speed", "rpm", RPM, 0.0, 30_000 * RPM, 0.0, doc="Speed the drive holds.", power=1),
         Control("acceleration", "acceleration", "rpm/s", RPM, RPM, 10_000 * RPM, 500 * RPM, doc="Limit of the drive."),

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.effects import REGISTRY
 from rotorsim.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.loop import Loop
@@ -33,7 +34,7 @@ from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.simulation import Simulation
 
-SCATTER = ("noise.sigma", "pressure_transducer.sigma")
+SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGISTRY.items()) if effect.random_part)
 """Parameters that the noise switch turns off."""
 INPUTS = 6
 SENTENCES = 40

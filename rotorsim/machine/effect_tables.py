@@ -52,8 +52,11 @@ def spec_of_parameter(parameter: Field[Any]) -> Spec | None:
 
 
 def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:
+    known = sorted(REGISTRY)
     if name not in REGISTRY:
-        problems.append((name, f"unknown effect; {did_you_mean(name, sorted(REGISTRY))}"))
+        renamed = next((e.name for e in REGISTRY.values() if name == e.earlier_name), "")
+        remedy = f"is called '{renamed}' now; rename it" if renamed else f"unknown effect; {did_you_mean(name, known)}"
+        problems.append((name, remedy))
         return ()
     if isinstance(value, (list, tuple)) and value:
         return tuple(_read_one(name, f"{name}.{i}", entry, problems) for i, entry in enumerate(value))
@@ -71,7 +74,7 @@ def _read_one(name: str, path: str, table: Any, problems: list[tuple[str, str]])
         table = {}
     for key, given in table.items():
         if key not in known:
-            problems.append((f"{path}.{key}", unknown_field(str(key), tuple(known))))
+            problems.append((f"{path}.{key}", unknown_field(str(key), tuple(known), effect.earlier_keys)))
             continue
         try:
             spec = spec_of_parameter(known[key])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
@@ -34,8 +34,10 @@ def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
     return [line for item in counted for line in _lines(item, model)]
 
 
-def unknown_field(key: str, known: Iterable[str]) -> str:
-    """Sentence about a key that is none of `known`."""
+def unknown_field(key: str, known: Iterable[str], earlier: Mapping[str, str]) -> str:
+    """Sentence about a key that is none of `known`; `earlier` keys have a new name."""
+    if key in earlier:
+        return f"is called '{earlier[key]}' now; rename it"
     return f"unknown field; {did_you_mean(key, sorted(known))}"
 
 
@@ -92,7 +94,8 @@ def _missing(item: Any, owner: type[BaseModel]) -> str:
 
 
 def _unknown(item: Any, owner: type[BaseModel]) -> str:
-    return unknown_field(str(item["loc"][-1]), owner.model_fields)
+    earlier = getattr(owner, "earlier_keys", {})
+    return unknown_field(str(item["loc"][-1]), owner.model_fields, earlier)
 
 
 def _one_of(item: Any, _: type[BaseModel]) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from math import ceil
-from typing import Any, Self, cast
+from typing import Any, ClassVar, Self, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 from pydantic.fields import FieldInfo
@@ -135,6 +135,8 @@ class Part(BaseModel):
     """A part of a machine: frozen, known fields only, SI values."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+    earlier_keys: ClassVar[dict[str, str]] = {}
+    """Keys of earlier versions of machine files and the fields that replace them."""
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Conflicts between its values: paths below it and sentences."""

@@ -61,7 +61,7 @@ def _fill_effect(record: Any, effect: Effect, machine: Machine) -> None:
 def _fill_drive(row: Any, machine: Machine, mesh: Mesh) -> None:
     drive = machine.drive
     row.inertia = mesh.polar_inertia if drive.inertia is None else drive.inertia
-    row.dry_drag, row.viscous_drag, row.drive_time = drive.dry_drag, drive.viscous_drag, drive.time
+    row.dry_drag, row.viscous_drag, row.drive_time = drive.dry_drag, drive.viscous_drag, drive.speed_recovery_time
 
 
 def _fill_injectors(row: Any, machine: Machine, model: FilmModel) -> None:
@@ -84,9 +84,9 @@ def _fill_actuators(row: Any, machine: Machine) -> None:
     actuators = machine.actuators
     if actuators is None:
         return
-    row.sensitivity, row.transducer = actuators.sensitivity, actuators.transducer
+    row.sensitivity, row.transducer = actuators.sensitivity, actuators.sensor_sensitivity
     row.controlled = float(actuators.mode == "reference")
-    row.volt_low, row.volt_high, row.pd_pole = actuators.lowest, actuators.highest, actuators.pole
+    row.volt_low, row.volt_high, row.pd_pole = actuators.lowest, actuators.highest, actuators.pd_pole
     for k, injector in enumerate(machine.injectors):
         row.pd_gain[k], row.pd_zero[k] = injector.pd_gain or 0.0, injector.pd_zero or 0.0
         for name in ("amplifier_lag", "stack_lag"):

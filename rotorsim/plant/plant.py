@@ -172,7 +172,7 @@ def _run(
         used = row.copy()
         used[2:4] += reference
         if actuators is not None:
-            check_range(controller, used[2:4], actuators.limit, simulation.samples * SAMPLE)
+            check_range(controller, used[2:4], actuators.reference_limit, simulation.samples * SAMPLE)
         table = simulation.advance(used[None])
         yield table, used[None]
         time = (simulation.samples - 1) * SAMPLE

@@ -100,10 +100,10 @@ def _check_inputs(a: Assembly, rows: np.ndarray) -> None:
     if actuators is None or not len(rows):
         return
     largest = float(np.abs(rows[:, 2:4]).max())
-    if largest > actuators.limit * (1 + 1e-12):
+    if largest > actuators.reference_limit * (1 + 1e-12):
         raise DataError(
-            f"reference: reaches {largest:g} V, the actuators take {actuators.limit:g} V; "
-            "make it smaller or change actuators.limit"
+            f"reference: reaches {largest:g} V, the actuators take {actuators.reference_limit:g} V; "
+            "make it smaller or change actuators.reference_limit"
         )
 
 

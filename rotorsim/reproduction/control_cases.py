@@ -153,7 +153,7 @@ def cell(machine: str, law: str, point: Point) -> float:
 def _without_runout(machine: str) -> str:
     """The machine file with a round and smooth disc under the sensors."""
     changed = Machine.from_text(machine)
-    for name in ("first", "second", "third", "roughness"):
+    for name in ("amplitude_1x", "amplitude_2x", "amplitude_3x", "roughness"):
         if name in tomllib.loads(machine).get("effects", {}).get("runout", {}):
             changed = changed.replace(f"effects.runout.{name}", "0 um")
     return changed.text

@@ -22,13 +22,14 @@ def found(machine, effects, calibration=None):
 @pytest.mark.parametrize(
     "one",
     [
-        Found("runout", "runout.second", {"second": 3e-7, "second_phase": 1.0}, {"second": 1e-8}, ("runout.second",)),
+        Found("runout", "runout.amplitude_2x", {"amplitude_2x": 3e-7, "phase_2x": 1.0}, {"amplitude_2x": 1e-8},
+              ("runout.amplitude_2x",)),
         Found("hysteresis", "hysteresis.weight", {"weight": 4e-7}, {"weight": 1e-8}, ("hysteresis.weight",)),
         Found("weak_injector", "weak_injector.blocked of injector 2", {"blocked": 0.1, "injector": 2.0},
               {"blocked": 0.01}, ("weak_injector.blocked of injector 2",)),
         Found("sensor_gain", "sensor_gain.x", {"x": 0.04}, {"x": 0.01}, ("sensor_gain.x",)),
         Found("dead_zone", "dead_zone.half_width", {"half_width": 2e-7}, {}, ("dead_zone.half_width",)),
-        Found("coupling", "coupling.second", {"second": 3.0, "second_phase": 0.2, "ellipticity": 0.0}, {}, ("a", "b")),
+        Found("coupling", "coupling.force_2x", {"force_2x": 3.0, "phase_2x": 0.2, "ellipticity": 0.0}, {}, ("a", "b")),
         Found("unbalance", "unbalance.me", {"me": 1e-6, "phase": 0.3, "position": 0.2366875}, {}, ("unbalance.me",)),
     ],
     ids=lambda f: f.form,
@@ -99,8 +100,8 @@ def test_a_file_of_inline_tables_takes_calibration_and_effects(tmp_path):
     """There is no room for a comment in braces: one there made a file that no reader takes."""
     (tmp_path / "inline.toml").write_text(INLINE)
     calibration = {"shaft_damping": (0.5, 0.1), "bearing.0.kx": (0.2, 0.08), "unbalance.1.me~phase.c": (1e-6, 1e-8)}
-    one = Found("runout", "runout.second", {"second": 3e-7}, {"second": 1e-8}, ())
+    one = Found("runout", "runout.amplitude_2x", {"amplitude_2x": 3e-7}, {"amplitude_2x": 1e-8}, ())
     after = found(tmp_path / "inline.toml", (one,), calibration).apply()
     assert after.shaft.damping_ratio == pytest.approx(0.015) and after.bearings[0].kxx == pytest.approx(12.5e6)
-    assert after.effects["runout"][0].second == pytest.approx(3e-7) and len(after.effects["unbalance"]) == 2
+    assert after.effects["runout"][0].amplitude_2x == pytest.approx(3e-7) and len(after.effects["unbalance"]) == 2
     assert Machine.from_text(remarked(INLINE, ["shaft.damping_ratio", "bearings.1.kxx"], "calibrated")).mass > 4

@@ -93,9 +93,9 @@ def test_forms_with_the_same_signature_are_alike(rng):
 
 def test_a_bow_is_never_distinguished_from_a_runout_nor_a_blocked_pin_from_a_low_pressure():
     third = "unequal_pressure.deviation of injector 3"
-    known = {"runout.first", "shaft_bow.bow", "weak_injector.blocked of injector 2",
+    known = {"runout.amplitude_1x", "shaft_bow.bow", "weak_injector.blocked of injector 2",
              "unequal_pressure.deviation of injector 2", third, "creep.gain"}  # fmt: skip
-    assert class_of("shaft_bow.bow", known) == ("runout.first", "shaft_bow.bow")
+    assert class_of("shaft_bow.bow", known) == ("runout.amplitude_1x", "shaft_bow.bow")
     assert class_of("unequal_pressure.deviation of injector 2", known) == (
         "unequal_pressure.deviation of injector 2", "weak_injector.blocked of injector 2",
     )  # fmt: skip

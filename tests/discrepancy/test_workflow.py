@@ -19,7 +19,7 @@ FEW = ("coupling", "runout")
 @pytest.fixture(scope="module")
 def coupled(machine, workshop, recorded):
     """A hidden force at 2X, its diagnosis and the truth."""
-    records, truth = recorded(("coupling.second",), 4)
+    records, truth = recorded(("coupling.force_2x",), 4)
     return diagnose(machine, records, effects=FEW, workshop=workshop), truth, records
 
 
@@ -33,11 +33,11 @@ def test_a_machine_in_which_nothing_is_missing_gets_no_name(machine, workshop, r
 
 def test_a_hidden_force_of_the_coupling_is_named_and_closes_the_gap(coupled):
     found, truth, _ = coupled
-    assert [f.form for f in found.effects] == ["coupling.second"]
+    assert [f.form for f in found.effects] == ["coupling.force_2x"]
     assert found.status == "named"
     size = float(np.hypot(*truth.amplitudes[0]))
     one = found.effects[0]
-    assert abs(one.parameters["second"] - size) < 3 * one.sd["second"]
+    assert abs(one.parameters["force_2x"] - size) < 3 * one.sd["force_2x"]
     assert reduction(found.gap) > 0.5
     assert found.localisation[0].group == "2X"
 
@@ -54,23 +54,23 @@ def test_the_new_machine_file_holds_the_effect_with_its_evidence(coupled, tmp_pa
     after.save(tmp_path / "machine.toml")
     text = (tmp_path / "machine.toml").read_text()
     assert "[effects.coupling]" in text and "one standard deviation" in text and found.data_hash in text
-    assert load_machine(tmp_path / "machine.toml").effects["coupling"][0].second > 0
-    assert "+second = " in difference(found.machine, after)
+    assert load_machine(tmp_path / "machine.toml").effects["coupling"][0].force_2x > 0
+    assert "+force_2x = " in difference(found.machine, after)
 
 
 def test_the_report_is_one_page_that_fetches_nothing(coupled, tmp_path):
     found, _, _ = coupled
     found.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "Named: coupling.second." in page and "untouched" in page
+    assert "Named: coupling.force_2x." in page and "untouched" in page
     assert "src=" not in page.split("<body>")[1]
 
 
 def test_a_runout_at_1x_is_a_tie_with_a_bow_and_never_a_name(machine, workshop, recorded):
-    records, _ = recorded(("runout.first",), 5)
+    records, _ = recorded(("runout.amplitude_1x",), 5)
     found = diagnose(machine, records, effects=("runout", "shaft_bow"), workshop=workshop)
     assert found.status == "tie" and found.exit_code == 11
-    assert [set(f.tie_class) for f in found.effects] == [{"runout.first", "shaft_bow.bow"}]
+    assert [set(f.tie_class) for f in found.effects] == [{"runout.amplitude_1x", "shaft_bow.bow"}]
 
 
 def test_a_force_that_no_candidate_makes_gets_no_name_but_a_place(machine, workshop, recorded):

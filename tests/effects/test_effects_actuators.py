@@ -57,7 +57,7 @@ def test_a_full_cycle_of_the_stack_travels_45_um_and_opens_by_8_4_um(rig_of, hel
 
     Away from the middle it closes towards both ends. A hundredth of a micron: the reference is sampled.
     """
-    values = {"actuators.sensitivity": "2.82 um/V", "actuators.limit": "6 V"}
+    values = {"actuators.sensitivity": "2.82 um/V", "actuators.reference_limit": "6 V"}
     plant = rig_of("voltage", values | LOOP | NO_LAG)
     rest = float(plant.start(0.0, 0.6e6).w[plant.assembly.rig.rest])
     samples = 2000

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reynolds import GasBearing, Injector
-from rotorsim.effects.film.viscosity import SUTHERLAND
+from rotorsim.effects.film.gas_heating import SUTHERLAND
 from rotorsim.errors import NoLiftOffError
 
 SAMPLE = 2e-4
@@ -147,8 +147,8 @@ def test_warmer_gas_is_the_more_viscous_gas_of_sutherlands_law(neutral):
 
     assert factor(350) / factor(300) == pytest.approx(208.2 / 184.6, rel=0.01)
     viscous = neutral({"gas.viscosity": f"{18.5 * factor(350)} uPa*s"})
-    same(neutral({"effects.viscosity.rise": f"{350 - 293.15} K"}), viscous)
-    same(neutral({"effects.viscosity.heating": "20 K"}), neutral({"gas.viscosity": f"{18.5 * factor(298.15)} uPa*s"}))
+    same(neutral({"effects.gas_heating.rise": f"{350 - 293.15} K"}), viscous)
+    same(neutral({"effects.gas_heating.heating": "20 K"}), neutral({"gas.viscosity": f"{18.5 * factor(298.15)} uPa*s"}))
 
 
 def test_discharge_drift_is_another_discharge_coefficient(neutral):
@@ -296,7 +296,7 @@ SIGNATURES = {
     "out_of_round": test_a_journal_of_one_lobe_is_an_eccentric_journal,
     "clearance_growth": test_a_clearance_that_shrinks_is_the_smaller_clearance,
     "slip": test_slip_lets_the_gas_escape_and_the_journal_sink,
-    "viscosity": test_warmer_gas_is_the_more_viscous_gas_of_sutherlands_law,
+    "gas_heating": test_warmer_gas_is_the_more_viscous_gas_of_sutherlands_law,
     "discharge_drift": test_discharge_drift_is_another_discharge_coefficient,
     "weak_injector": test_a_partly_blocked_injector_starves_and_the_journal_moves_towards_it,
     "unequal_pressure": test_a_line_of_other_pressure_feeds_its_injector_in_proportion,

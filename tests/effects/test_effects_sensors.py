@@ -65,7 +65,13 @@ def test_a_delay_of_the_rotors_sensors_is_what_they_read_before(record):
 
 def test_at_slow_roll_the_sensors_read_the_surface_a_quarter_turn_apart(record):
     """Orders 1 to 3 of the file come back with their phases; y sees under it what x saw a quarter turn before."""
-    values = {"first": "5 um", "first_phase": "20 deg", "second": "2 um", "third": "1 um", "third_phase": "-70 deg"}
+    values = {
+        "amplitude_1x": "5 um",
+        "phase_1x": "20 deg",
+        "amplitude_2x": "2 um",
+        "amplitude_3x": "1 um",
+        "phase_3x": "-70 deg",
+    }
     true, measured, table = record({f"runout.{key}": value for key, value in values.items()}, hertz=2)
     seen, angle = (measured - true), table[:, 4]
 

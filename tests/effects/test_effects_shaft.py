@@ -76,7 +76,7 @@ def test_far_below_the_critical_speed_the_shaft_turns_in_its_bow(rotor, held):
 @pytest.mark.parametrize("ellipticity", [1.0, 0.0, -1.0])
 def test_a_misaligned_coupling_shakes_at_two_and_three_times_the_speed(rotor, held, ellipticity):
     """4 N and 2.5 N at the left end, at 10 Hz; 1 turns forward, 0 stays horizontal, -1 turns backward."""
-    values = {"second": "4 N", "third": "2.5 N", "third_phase": "50 deg", "ellipticity": ellipticity}
+    values = {"force_2x": "4 N", "force_3x": "2.5 N", "phase_3x": "50 deg", "ellipticity": ellipticity}
     plant = rotor({f"effects.coupling.{key}": value for key, value in values.items()})
     found = orders(plant, held, 10)
     shape = plant.assembly.mesh.shape(0.0)

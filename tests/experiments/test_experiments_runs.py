@@ -136,7 +136,9 @@ def test_the_total_reference_stops_at_the_range_of_the_actuators(plant):
 
 
 def test_the_total_reference_stops_at_the_range_of_weaker_actuators():
-    weak = rs.Plant(rs.load_machine("dtu_gas_bearing").replace("actuators.limit", "2 V"), n_theta=16, n_z=4, dt=2e-4)
+    weak = rs.Plant(
+        rs.load_machine("dtu_gas_bearing").replace("actuators.reference_limit", "2 V"), n_theta=16, n_z=4, dt=2e-4
+    )
     made = rs.experiments.controlled(weak, Strong(), 0.0, P, duration=0.01)
     assert np.all(made["reference"].values[1:] == [2.0, -2.0])
     assert summarise_experiment(made)["saturated_samples"] == made.sizes["time"] - 1
@@ -145,7 +147,7 @@ def test_the_total_reference_stops_at_the_range_of_weaker_actuators():
 def test_the_thesis_law_damps_a_hit_and_its_opposite_does_not():
     """Thesis section C.5: positive feedback; 12 ms after the hit less than a third of the swing is left."""
     machine = rs.load_machine("dtu_gas_bearing").replace("effects.noise.sigma", "0 um")
-    for part in ("first", "second", "third", "roughness"):
+    for part in ("amplitude_1x", "amplitude_2x", "amplitude_3x", "roughness"):
         machine = machine.replace(f"effects.runout.{part}", "0 um")
     plant = rs.Plant(machine, n_theta=16, n_z=4, dt=2e-4)
     centre = tuple(plant.equilibrium(0.0, P).disc)

@@ -100,7 +100,7 @@ def test_frozen_scheduling_simulates_the_frozen_model_and_a_ramp_ends_like_it(te
     speed = np.interp(np.arange(5000), [0, 2000], [0.0, 300.0])
     moving = lpv.simulate(u, speed, 5e5, TS)
     assert np.abs(moving[4500:] - frozen[4500:]).max() < 1e-9
-    with pytest.raises(idn.ModelError, match="has not 5000 samples"):
+    with pytest.raises(idn.ModelError, match="neither a number nor 5000 samples"):
         lpv.simulate(u, np.zeros(3), 5e5, TS)
 
 

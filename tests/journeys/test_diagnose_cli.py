@@ -117,7 +117,8 @@ def test_ctrl_c_states_that_the_same_command_continues(run, tmp_path, monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("name", "known"), [("runout.fifth", "runout.first, runout.roughness"), ("gravity", "crack, internal_damping")]
+    ("name", "known"),
+    [("runout.fifth", "runout.amplitude_1x, runout.roughness"), ("gravity", "crack, internal_damping")],
 )
 def test_what_is_no_candidate_is_a_sentence_with_those_there_are(name, known):
     with pytest.raises(DataError, match=f"'{name}' cannot be a candidate in .*; choose among .*{known}"):
@@ -130,7 +131,7 @@ def test_a_candidate_is_an_effect_one_of_its_parameters_or_that_of_one_injector(
     def keys(*names):
         return {f.key for f in candidates(twin, names)}
 
-    assert keys("runout.second") == {"runout.second"}
+    assert keys("runout.amplitude_2x") == {"runout.amplitude_2x"}
     assert keys("weak_injector") == keys("weak_injector.blocked", "weak_injector.stuck")
     assert keys("weak_injector.stuck of injector 3") == {"weak_injector.stuck of injector 3"}
     assert len(keys("weak_injector.stuck")) == 4
@@ -141,7 +142,7 @@ def test_a_hidden_effect_is_found_without_opening_the_truth(run, tmp_path):
     machine = load_machine("plain_rotor")
     machine.save(tmp_path / "rotor.toml")
     twin = Twin(machine, GRID, 5e-5, only=EFFECTS)
-    truth = draw(twin, ["coupling.second"], 4, (3.0, 6.0))
+    truth = draw(twin, ["coupling.force_2x"], 4, (3.0, 6.0))
     rng = np.random.default_rng(4)
     records = [record_of(twin, p, truth.point, 4) for p in campaign(machine) if p.name in KEPT]
     for r in records:
@@ -159,7 +160,7 @@ def test_a_hidden_effect_is_found_without_opening_the_truth(run, tmp_path):
     )  # fmt: skip
     result = json.loads(out)
     assert (code, result["status"]) == (10, "named")
-    assert result["effects"][0]["form"] == "coupling.second"
+    assert result["effects"][0]["form"] == "coupling.force_2x"
     assert set(result["files"]) == {"verdict", "gap", "machine", "difference", "report"}
     for path in result["files"].values():
         assert Path(path).stat().st_size > 0

@@ -18,7 +18,20 @@ from rotorsim.commands.results import files
 
 def case(number):
     """A case as a benchmark keeps it."""
-    return Case(number, "one", ("runout.first",), 3.0, 5.0, "named", ("runout.first",), "right", 1.0, 0.9, 1.0, 2.0)
+    return Case(
+        number,
+        "one",
+        ("runout.amplitude_1x",),
+        3.0,
+        5.0,
+        "named",
+        ("runout.amplitude_1x",),
+        "right",
+        1.0,
+        0.9,
+        1.0,
+        2.0,
+    )
 
 
 def test_cases_come_back_as_they_werekept_cases(tmp_path):

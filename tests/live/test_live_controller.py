@@ -56,7 +56,7 @@ def test_a_law_that_is_on_is_checked_without_its_own_part_in_the_motion(speed, p
 
 
 def test_a_law_beyond_the_reserve_for_the_present_orbit_is_refused():
-    rig = make_rig(speed=6000 * RPM, pressure=0.3e6, **{"runout.first": 18e-6})
+    rig = make_rig(speed=6000 * RPM, pressure=0.3e6, **{"runout.amplitude_1x": 18e-6})
     rig.advance(5000)
     rig.set("controller", "hinf")
     assert rig.settings.positions["controller"] == "off"
@@ -122,7 +122,7 @@ def test_a_check_is_repeated_where_a_setting_was_changed_meanwhile(runner):
 
 def test_a_check_right_after_a_reset_waits_until_the_motion_is_seen(runner):
     """The range that the motion takes was not looked at in the first .1 s: the controller came on, and to its limit."""
-    runner.arrange({"speed": 6000 * RPM, "runout.first": 18e-6})
+    runner.arrange({"speed": 6000 * RPM, "runout.amplitude_1x": 18e-6})
     runner.stand()
     runner.apply("controller", "hinf")
     ran(runner, 1400)

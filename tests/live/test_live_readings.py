@@ -55,7 +55,7 @@ def test_a_reading_does_not_outlive_the_settings_it_is_of(runner):
     runner.rig.strike(1)
     ran(runner, 2100)
     assert shown(runner)["reading"]["why"] == ""
-    runner.rig.set("viscosity.rise", 20.0)
+    runner.rig.set("gas_heating.rise", 20.0)
     assert shown(runner)["reading"]["why"] == "a setting was changed since; hit again"
 
 
@@ -85,7 +85,7 @@ def test_eigenvalues_name_their_point_and_are_those_of_the_settings(runner):
         time.sleep(0.1)
     assert (modes["speed"], modes["pressure"]) == (3000, 0.3)
     assert modes["zeta"] == pytest.approx(modes_at(runner.rig.assembly, 3000 * RPM, 0.3e6).zeta, abs=1e-4)
-    runner.rig.set("viscosity.rise", 20.0)
+    runner.rig.set("gas_heating.rise", 20.0)
     assert runner.frame()["status"]["modes"] == {"why": "being computed"}
 
 

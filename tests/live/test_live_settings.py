@@ -30,7 +30,7 @@ def fresh(changes=()):
         ("clearance_growth.growth", -2e-6, "-2 um"),
         ("plenum_volume.change", 1.5, 1.5),
         ("pedestal.mass_ratio", 0.3, 0.3),
-        ("viscosity.rise", 20.0, "20 K"),
+        ("gas_heating.rise", 20.0, "20 K"),
         ("journal_tilt.x", 1e-4, "1e-4 rad"),
         ("noise.sigma", 1e-6, "1 um"),
     ],

@@ -24,11 +24,13 @@ def test_one_wrong_value_gives_one_sentence_that_states_what_to_write(case):
 
 
 def test_several_problems_are_all_listed_each_on_its_line():
-    text = RIG.replace('"-121.3 mm"', "0").replace("n_z = 16", "n_z = 15").replace('second = "4 N"', 'second = "1 kg"')
+    text = (
+        RIG.replace('"-121.3 mm"', "0").replace("n_z = 16", "n_z = 15").replace('force_2x = "4 N"', 'force_2x = "1 kg"')
+    )
     with pytest.raises(MachineFileError) as caught:
         Machine.from_text(text.replace('clearance = "25 um"', ""))
     paths = [problem.split(":")[0] for problem in caught.value.problems]
-    assert paths == ["shaft.start", "bearings.1.clearance", "grid.n_z", "effects.coupling.second"]
+    assert paths == ["shaft.start", "bearings.1.clearance", "grid.n_z", "effects.coupling.force_2x"]
 
 
 @pytest.mark.parametrize(
@@ -104,7 +106,7 @@ FAULTS = {
     'start = "-121.3 mm"': "start = 0", "poisson_ratio = 0.3": "poisson_ratio = 3", 'mass = "1.5 kg"': 'mass = "0 kg"',
     'kxx = "50 MN/m"': "kxx = 5", 'clearance = "25 um"': "", 'seat_gap = "40.2 um"': 'seat_gap = "0.4 um"',
     "pin_discharge = 0.1244": "", 'pin_bias = "22.5 um"': "", 'mode = "reference"': 'mode = "other"',
-    "n_theta = 32": "n_theta = 31", 'second = "4 N"': 'second = "4 kg"', "[effects.creep]": "[effects.crep]",
+    "n_theta = 32": "n_theta = 31", 'force_2x = "4 N"': 'force_2x = "4 kg"', "[effects.creep]": "[effects.crep]",
     'length = "50 mm"': 'length = "50 mm"\ninner_diameter = "60 mm"',
 }  # fmt: skip
 
@@ -151,3 +153,24 @@ def test_unbalance_without_a_plane_needs_a_disc():
 def test_an_unknown_name_lists_the_shipped_machines():
     with pytest.raises(MachineFileError, match=r"'rig' is neither a shipped machine \(dtu_gas_bearing, .* or a path"):
         load_machine("rig")
+
+
+EARLIER_KEYS = [
+    ("reference_limit =", "limit =", "actuators.limit: is called 'reference_limit' now; rename it"),
+    ("pd_pole =", "pole =", "actuators.pole: is called 'pd_pole' now; rename it"),
+    ("sensor_sensitivity =", "transducer =", "actuators.transducer: is called 'sensor_sensitivity' now; rename it"),
+    ("dry_drag =", 'time = "1 s"\ndry_drag =', "drive.time: is called 'speed_recovery_time' now; rename it"),
+    ("amplitude_1x =", "first =", "effects.runout.first: is called 'amplitude_1x' now; rename it"),
+    ("phase_3x =", "third_phase =", "effects.runout.third_phase: is called 'phase_3x' now; rename it"),
+    ("force_2x =", "second =", "effects.coupling.second: is called 'force_2x' now; rename it"),
+    ("[effects.creep]", "[effects.viscosity]\n[effects.creep]", "effects.viscosity: is called 'gas_heating' now"),
+]
+
+
+@pytest.mark.parametrize(
+    ("now", "earlier", "sentence"), EARLIER_KEYS, ids=[row[2].split(":")[0] for row in EARLIER_KEYS]
+)
+def test_a_key_of_an_earlier_version_is_answered_with_its_new_name(now, earlier, sentence):
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(RIG.replace(now, earlier, 1))
+    assert sentence in str(caught.value)

@@ -126,7 +126,7 @@ def test_replace_changes_one_value_and_leaves_the_original_alone():
 def test_replace_reaches_list_items_by_index_and_absent_tables_and_fields():
     machine = load_machine("plain_rotor")
     assert machine.replace("bearings.1.kxx", "3 MN/m").bearings[1].kxx == 3e6
-    assert machine.replace("effects.coupling.second", "1 N").effects["coupling"][0].second == 1.0
+    assert machine.replace("effects.coupling.force_2x", "1 N").effects["coupling"][0].force_2x == 1.0
     assert machine.replace("effects.unbalance.0.phase", "90 deg").effects["unbalance"][0].phase == np.pi / 2
     assert machine.replace("gas.temperature", "20 degC").gas.temperature == 293.15
     assert machine.replace("grid.n_z", np.int64(24)).grid.n_z == 24

@@ -36,7 +36,7 @@ def test_the_shaft_angle_is_the_integral_of_the_speed_however_it_varies(rig, hel
     assert steps.max() < 1.2 * SAMPLE * 600 * np.ptp(table[:, 0])
 
 
-@pytest.mark.parametrize(("harmonic", "force"), [(2, "second"), (3, "third")])
+@pytest.mark.parametrize(("harmonic", "force"), [(2, "force_2x"), (3, "force_3x")])
 def test_coupling_forces_resonate_at_a_fraction_of_the_critical_speeds(rig, harmonic, force):
     """Run-up at .3 MPa through f/2 (3.4-3.6 krpm) and f/3 (2.3-2.4): the harmonic peaks there, in x at f1, in y at f2.
 

@@ -14,7 +14,7 @@ from identification import validate
 from rotorsim.errors import DataError, NoLiftOffError
 
 PRESSURE = 0.3e6
-BUSY = {"effects.unbalance.me": "6.5 g*mm", "effects.coupling.second": "4 N"}
+BUSY = {"effects.unbalance.me": "6.5 g*mm", "effects.coupling.force_2x": "4 N"}
 
 
 def busy_inputs(held, samples=300):

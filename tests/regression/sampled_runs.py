@@ -37,7 +37,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "base_vibration": {},  # excludes a pedestal
     "clearance_growth": {"growth": "0.4 um", "temperature": "3 K"},
     "contact": {"stiffness": "200 MN/m", "damping": "1 s/m", "friction": 0.15},
-    "coupling": {"second": "4 N", "third": "2.5 N", "second_phase": "30 deg", "ellipticity": 0.4},
+    "coupling": {"force_2x": "4 N", "force_3x": "2.5 N", "phase_2x": "30 deg", "ellipticity": 0.4},
     "crack": {"loss": "60 kN/m", "phase": "40 deg"},
     "creep": {"gain": 0.012},
     "discharge_drift": {"drift": 0.03, "exponent": 0.02},
@@ -51,7 +51,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "plenum_volume": {"change": 0.2},
     "pressure_transducer": {"gain": 0.01, "zero": "1 kPa", "sigma": "1 kPa"},
     "rub": {"stiffness": "1 MN/m", "gap": "40 um"},
-    "runout": {"first": "2 um", "second": "0.8 um", "third": "0.4 um", "roughness": "0.1 um"},
+    "runout": {"amplitude_1x": "2 um", "amplitude_2x": "0.8 um", "amplitude_3x": "0.4 um", "roughness": "0.1 um"},
     "sensor_delay": {"delay": "0.13 ms"},
     "sensor_gain": {"x": 0.02, "y": -0.01, "cross_x": 0.01},
     "sensor_lag": {"time": "0.1 ms"},
@@ -61,7 +61,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "torque_ripple": {"amplitude": "0.01 N*m", "order": 2},
     "unbalance": {"me": "6.5 g*mm", "phase": "25 deg"},
     "unequal_pressure": {"injector": 2, "deviation": -0.02},
-    "viscosity": {"rise": "5 K", "heating": "4 K"},
+    "gas_heating": {"rise": "5 K", "heating": "4 K"},
     "weak_injector": {"injector": 3, "blocked": 0.06},
     # last of their chains: lost motion of the pins, the converters
     "dead_zone": {"half_width": "0.1 um"},
@@ -69,11 +69,16 @@ EVERY_EFFECT: dict[str, Any] = {
     "encoder": {"counts": 2000},
 }
 """Tables of a machine file, all switched on at sizes that the rig survives."""
-RENAMED: dict[str, dict[str, str]] = {}
+RENAMED: dict[str, dict[str, str]] = {
+    "coupling": {"force_2x": "second", "force_3x": "third", "phase_2x": "second_phase"},
+    "runout": {"amplitude_1x": "first", "amplitude_2x": "second", "amplitude_3x": "third"},
+}
 """Effect -> key above -> key of a commit in which it has another name."""
+RENAMED_EFFECTS = {"gas_heating": "viscosity"}
+"""Effect above -> its name in such a commit."""
 NEED_FILM = frozenset({
     "clearance_growth", "contact", "creep", "dead_zone", "discharge_drift", "hysteresis", "journal_tilt",
-    "out_of_round", "pedestal", "plenum_volume", "slip", "supply_droop", "unequal_pressure", "viscosity",
+    "out_of_round", "pedestal", "plenum_volume", "slip", "supply_droop", "unequal_pressure", "gas_heating",
     "weak_injector",
 })  # fmt: skip
 
@@ -86,8 +91,10 @@ def with_every_effect(name: str) -> Any:
         text = tomlkit.parse(path.read_text(encoding="utf-8"))
         film = any(bearing["kind"] == "gas_film" for bearing in text["bearings"])
         chosen = {n: t for n, t in EVERY_EFFECT.items() if film or n not in NEED_FILM}
-        for renamed in ({}, RENAMED):
-            text["effects"] = {n: {renamed.get(n, {}).get(k, k): v for k, v in t.items()} for n, t in chosen.items()}
+        for keys, names in (({}, {}), (RENAMED, RENAMED_EFFECTS)):
+            text["effects"] = {
+                names.get(n, n): {keys.get(n, {}).get(k, k): v for k, v in t.items()} for n, t in chosen.items()
+            }
             path.write_text(tomlkit.dumps(text), encoding="utf-8")
             try:
                 return rs.load_machine(path)

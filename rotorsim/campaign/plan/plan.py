@@ -7,15 +7,11 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
-from rotorsim.base.own_files import instead
-from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
-from rotorsim.campaign.plan.plan_file import Value, read_plan
+from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import parameters
 from rotorsim.sampling import SAMPLE
@@ -152,33 +148,3 @@ class Plan:
             total += size * EXPERIMENTS[case.kind](**dict(case.parameters)).samples * SAMPLE
             first += size
         return total
-
-
-def shipped_plans() -> tuple[str, ...]:
-    """Names of the plans that come with rotorsim."""
-    folder = files("rotorsim.campaign") / "plans"
-    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
-
-
-def load_plan(name_or_path: str | Path) -> Plan:
-    """Shipped plan by name or plan file by path; machine files are searched in the same folder.
-
-    Raises
-    ------
-    PlanError
-        One sentence that names the field, the value and the way out.
-    """
-    from rotorsim.campaign.plan.parse import make_plan
-
-    name = str(name_or_path)
-    if name in shipped_plans():
-        text = (files("rotorsim.campaign") / "plans" / f"{name}.toml").read_text(encoding="utf-8")
-        return make_plan(text)
-    if not Path(name).exists():
-        known = ", ".join(shipped_plans())
-        raise PlanError(f"'{name}' is neither a shipped plan ({known}) nor a file; give one of these or a path")
-    try:
-        return make_plan(read_plan(Path(name)), Path(name).parent)
-    except PlanError as error:
-        ours = instead(name, "a plan", "a plan of a campaign")
-        raise PlanError(f"{name}: {ours}; give a plan" if ours else f"{name}: {error}") from error

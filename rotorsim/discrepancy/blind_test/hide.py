@@ -193,7 +193,7 @@ def hide(
     machine : Machine or name or path
         What the user believes the machine to be.
     effects : names
-        Effects, or forms of them such as "runout.second"; none for a machine in which nothing is missing.
+        Effects, or forms of them such as "runout.amplitude_2x"; none for a machine in which nothing is missing.
     seed : int
         Draws form, size and phase of the effects, the machine's other calibration and the sensors' noise.
     out : folder

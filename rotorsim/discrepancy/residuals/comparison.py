@@ -12,6 +12,7 @@ import numpy as np
 
 from rotorsim.discrepancy.data.groups import Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.fit.calibration import flow_key
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
 from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
@@ -181,7 +182,7 @@ class Comparison:
 
     def _law(self, point: Point, law: Twin, share: float, response: np.ndarray) -> np.ndarray:
         """Change (n,) [m] by the injectors' other law; as in `_error` without a solution."""
-        moved = point.moved([FitParameter("discharge_drift.0.drift", 0.02)], np.array([share]))
+        moved = point.moved([FitParameter(flow_key(self.twin), 0.02)], np.array([share]))
         change = self._response(moved, law, False) - response
         if np.abs(change).max() < LOST or not point.values:
             return change

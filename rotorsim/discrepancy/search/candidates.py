@@ -49,7 +49,7 @@ class Form:
 
 
 def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, ...]:
-    """Forms of all effects, or of those named ('runout', 'runout.second'), sorted by label.
+    """Forms of all effects, or of those named ('runout', 'runout.amplitude_2x'), sorted by label.
 
     Raises DataError for one that this machine cannot have.
     """

@@ -14,14 +14,16 @@ from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
+EARLIER = {"second": "force_2x", "third": "force_3x", "second_phase": "phase_2x", "third_phase": "phase_3x"}
+
 
 @inlined
 def coupling(t, angle, speed, acceleration, p):
     """Force (fx, fy) [N] at shaft angle `angle` [rad]."""
-    two = 2.0 * angle + p.second_phase
-    three = 3.0 * angle + p.third_phase
-    fx = p.second * math.cos(two) + p.third * math.cos(three)
-    fy = p.ellipticity * (p.second * math.sin(two) + p.third * math.sin(three))
+    two = 2.0 * angle + p.phase_2x
+    three = 3.0 * angle + p.phase_3x
+    fx = p.force_2x * math.cos(two) + p.force_3x * math.cos(three)
+    fy = p.ellipticity * (p.force_2x * math.sin(two) + p.force_3x * math.sin(three))
     return fx, fy
 
 
@@ -34,14 +36,15 @@ class Coupling(Effect):
     port = "force"
     kernel = coupling
     place = "start"
+    earlier_keys = EARLIER
     forms = (
-        CandidateForm("second", 1.0, "second_phase", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
-        CandidateForm("third", 1.0, "third_phase", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
+        CandidateForm("force_2x", 1.0, "phase_2x", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
+        CandidateForm("force_3x", 1.0, "phase_3x", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
     )
-    second: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 2X, 0-pk.")
-    third: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 3X, 0-pk.")
-    second_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 2X force.")
-    third_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 3X force.")
+    force_2x: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 2X, 0-pk.")
+    force_3x: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 3X, 0-pk.")
+    phase_2x: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 2X force.")
+    phase_3x: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 3X force.")
     ellipticity: float = param(
         "1", default=1.0, bounds=(-1.0, 1.0), doc="1 turns forward, 0 has a fixed direction, -1 turns backward."
     )

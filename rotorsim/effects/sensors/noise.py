@@ -33,6 +33,7 @@ class Noise(Effect):
     kernel = noise
     single = True
     role = "scatter"
+    random_part = "sigma"
     sigma: float = param("m", bounds=(0.0, 1e-3), doc="Standard deviation.")
 
     def scatter(self, readings: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -32,6 +32,7 @@ class PressureTransducer(Effect):
     kernel = pressure_transducer
     single = True
     role = "scatter"
+    random_part = "sigma"
     gain: float = param("1", bounds=(-0.5, 0.5), doc="Relative gain error.")
     zero: float = param("Pa", bounds=(-1e6, 1e6), doc="Zero error.")
     sigma: float = param("Pa", bounds=(0.0, 1e6), doc="Standard deviation of the noise.")

@@ -19,6 +19,8 @@ from rotorsim.effects.diagnosis import CandidateForm
 
 FIRST, LAST = 4, 24
 GOLDEN = 0.6180339887498949
+EARLIER = {f"{old}{end}": f"{new}_{n}x" for n, old in enumerate(("first", "second", "third"), 1)
+           for end, new in (("", "amplitude"), ("_phase", "phase"))}  # fmt: skip
 
 
 @inlined
@@ -43,8 +45,8 @@ def runout(w, reading, state, seed, sample, p):
     """Add the surface under each sensor to the displacements read."""
     for axis in range(2):
         a = axis * (0.5 * math.pi) - w[reading + 2]
-        r = p.first * math.cos(a + p.first_phase)
-        r += p.second * math.cos(2.0 * a + p.second_phase) + p.third * math.cos(3.0 * a + p.third_phase)
+        r = p.amplitude_1x * math.cos(a + p.phase_1x)
+        r += p.amplitude_2x * math.cos(2.0 * a + p.phase_2x) + p.amplitude_3x * math.cos(3.0 * a + p.phase_3x)
         if p.roughness > 0.0:
             r += p.roughness * roughness(a, p.surface) / math.sqrt(0.5 * (LAST - FIRST + 1))
         w[reading + axis] += r
@@ -58,21 +60,22 @@ class Runout(Effect):
     name = "runout"
     port = "sensor"
     kernel = runout
+    earlier_keys = EARLIER
     forms = (
         CandidateForm(
-            "first", 2e-7, "first_phase",
+            "amplitude_1x", 2e-7, "phase_1x",
             signature="vector that turns with the shaft", resembles="an eccentric surface under the sensors",
         ),
-        CandidateForm("second", 2e-7, "second_phase"),
-        CandidateForm("third", 2e-7, "third_phase"),
+        CandidateForm("amplitude_2x", 2e-7, "phase_2x"),
+        CandidateForm("amplitude_3x", 2e-7, "phase_3x"),
         CandidateForm("roughness", 1e-7, signed=False),
     )  # fmt: skip
-    first: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 1X, 0-pk.")
-    first_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 1X.")
-    second: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 2X, 0-pk.")
-    second_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 2X.")
-    third: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 3X, 0-pk.")
-    third_phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 3X.")
+    amplitude_1x: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 1X, 0-pk.")
+    phase_1x: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 1X.")
+    amplitude_2x: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 2X, 0-pk.")
+    phase_2x: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 2X.")
+    amplitude_3x: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 3X, 0-pk.")
+    phase_3x: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 3X.")
     roughness: float = param("m", bounds=(0.0, 1e-4), doc="Rms of orders 4 to 24.")
     surface: float = param("1", default=1.0, bounds=(0.0, 1e6), doc="Number of the rough surface.")
 
@@ -83,6 +86,6 @@ class Runout(Effect):
             found["surface"] = f"{self.surface} is not a whole number; write e.g. {round(self.surface)}"
         order = list(machine.effects)
         ahead = "encoder" in order[: order.index(self.name)] and machine.effects["encoder"][0].counts > 0.0
-        if ahead and max(self.first, self.second, self.third, self.roughness) > 0.0:
+        if ahead and max(self.amplitude_1x, self.amplitude_2x, self.amplitude_3x, self.roughness) > 0.0:
             found[""] = "turns with the true angle, but [effects.encoder] before it has rounded that; move it ahead"
         return found

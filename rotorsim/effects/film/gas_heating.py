@@ -22,7 +22,7 @@ SUTHERLAND = 110.4
 
 
 @inlined
-def viscosity(t, speed, p):
+def gas_heating(t, speed, p):
     """Factor on the viscosity and mean free path [m]."""
     ratio = speed / NOMINAL
     warmer = (p.rise + p.heating * ratio * ratio) / p.temperature
@@ -33,12 +33,13 @@ def viscosity(t, speed, p):
 
 @register
 @dataclass(frozen=True)
-class Viscosity(Effect):
-    """Viscosity of warmer gas."""
+class GasHeating(Effect):
+    """Warmer gas: higher viscosity."""
 
-    name = "viscosity"
+    name = "gas_heating"
+    earlier_name = "viscosity"
     port = "gas"
-    kernel = viscosity
+    kernel = gas_heating
     place = "film"
     single = True
     extra = ("temperature",)

@@ -1,0 +1,26 @@
+"""Reading of the JSON files of identified models, local or parameter-varying."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from identification.errors import ModelError
+from identification.local.models import LinearModel
+from identification.lpv.model import LpvModel
+from rotorsim.base.own_files import instead
+
+
+def load_model(path: str | Path) -> LinearModel | LpvModel:
+    """Model of a JSON file that `save` or `rotorsim identify` wrote; raises ModelError for any other file."""
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        kind = data["kind"]
+        return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: is not there; give a file that 'rotorsim identify' wrote") from error
+    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError, KeyError, ValueError, TypeError) as error:
+        plain = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+        reason = instead(path, "a model", "a model of 'rotorsim identify'") or f"is not a model ({plain})"
+        raise ModelError(f"{path}: {reason}; give a JSON file that 'rotorsim identify' wrote") from error

@@ -1,0 +1,16 @@
+"""Check of records, and of run-up vectors, against their schema."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from identification.records.schema import validate_record
+from identification.records.vectors import validate_vectors
+
+
+def validate(record: xr.Dataset) -> xr.Dataset:
+    """Return the record, or the run-up vectors, if they fit their schema; else raise SchemaError with one sentence.
+
+    Variables that the schema does not know are left alone.
+    """
+    return validate_vectors(record) if "speed" in record.dims else validate_record(record)

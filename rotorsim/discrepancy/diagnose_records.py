@@ -1,0 +1,72 @@
+"""`diagnose`: what records, or vectors of a run-up, say that a machine file lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from rotorsim.discrepancy.data.intake import make_trials, open_records
+from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
+from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.residuals.comparison import THREADS
+from rotorsim.discrepancy.residuals.floor import TOLERANCE
+from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
+from rotorsim.discrepancy.twin.response_cache import Memo
+from rotorsim.machine import Machine, load_machine
+
+
+def diagnose(
+    machine: Machine | str | Path,
+    records: Iterable[Any],
+    held_out: Iterable[Any] | None = None,
+    untouched: Iterable[Any] | None = None,
+    effects: Iterable[str] | None = None,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    mapping: Any = None,
+    workshop: Workshop | None = None,
+    threads: int = THREADS,
+    progress: Progress = lambda stage: None,
+    resume: str | Path | None = None,
+) -> Diagnosis:
+    """Compare a machine file with measured records, and identify the missing effect.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+        The machine as it is believed to be.
+    records : Datasets or paths
+        Records at constant operating points. Where `held_out` and `untouched` are not given, their attribute `role`
+        states their use; without one they are fitted.
+    held_out, untouched :
+        Records at other operating points that choose the effect, and that only show the gap.
+    effects : names
+        Candidates: effects or their forms ('runout', 'runout.amplitude_2x'); the whole catalogue when not given.
+    seed : int
+        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    progress : function of a stage's name
+        Called with each stage and step of the work.
+    resume : folder
+        Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    DataError
+        If the records cannot be used, with one sentence.
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    opened = open_records(records, mapping)
+    memo = None if resume is None else Memo(Path(resume))
+    if opened and all("speed" in record.dims for _, record in opened):
+        return diagnose_vectors(machine, opened, effects, tolerance, progress, memo)
+    trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
+    trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
+    trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
+    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, memo)
