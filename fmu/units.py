@@ -46,7 +46,7 @@ def fmi_name(unit: str) -> str:
 
 
 def display_unit(unit: str, typical: float) -> str | None:
-    """The unit in which people read a value of this size, None where that is the SI unit."""
+    """Display unit for a value of this size, None where that is the SI unit."""
     if unit not in TABLE:
         return None
     kind = dimension(unit)

@@ -77,7 +77,7 @@ class Variable:
 
     @property
     def display(self) -> str | None:
-        """Unit for people."""
+        """Display unit."""
         if self.kind != "real" or self.store == "time":
             return None
         return display_unit(self.unit, self.start or self.nominal or 0.0)

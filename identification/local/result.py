@@ -72,7 +72,7 @@ class Identification:
 
     @property
     def model_name(self) -> str:
-        """Name for people."""
+        """Displayed name."""
         return f"Model {self.kind}" if self.kind.isdigit() else f"{self.kind}, order {self.model.order}"
 
 

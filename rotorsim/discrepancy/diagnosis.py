@@ -151,7 +151,7 @@ class Work:
         for form in self.forms:
             self.progress("screen")
             own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.progress("screen"))
-            if form.felt(own):
+            if form.has_response(own):
                 usable.append(form)
                 raw[form.label] = own / self.fitted.sigma[:, None]
         nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])

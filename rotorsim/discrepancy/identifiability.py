@@ -103,7 +103,7 @@ def alias_matrix(
     for form in candidates(comparison.twin):
         progress("screen")
         own = store.columns(start.holding(form.fixed), form.parameters)
-        if form.felt(own):
+        if form.has_response(own):
             forms.append(form)
             S.append(own / NOISE)
     view = screen(base, forms, S)

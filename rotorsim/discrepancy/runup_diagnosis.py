@@ -49,7 +49,7 @@ class Sweep(Trial):
 
     @property
     def point(self) -> str:
-        """The range of speeds for people."""
+        """The range of speeds as text."""
         return f"run-up, {min(self.speeds) * 30 / np.pi:.0f} to {max(self.speeds) * 30 / np.pi:.0f} rpm"
 
     @cached_property

@@ -16,7 +16,7 @@ from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
 
 
 def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | None = None) -> dict[str, Any]:
-    """Numbers of a run, ready for JSON, in units for people (rpm, um 0-pk, kg/s, normal litres per minute).
+    """Numbers of a run, ready for JSON, in engineering units (rpm, um 0-pk, kg/s, normal litres per minute).
 
     Parameters
     ----------

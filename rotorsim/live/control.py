@@ -41,12 +41,12 @@ class Control:
         return inside, f"{self.label}: {self.read(value)} is beyond {self.limits}, set to {self.read(inside)}"
 
     def read(self, value: float) -> str:
-        """A value as people read it."""
+        """A value as text in its display unit."""
         return f"{value / self.scale:.6g} {self.shown}".strip()
 
     @property
     def limits(self) -> str:
-        """Both limits as people read them."""
+        """Both limits as text in their display unit."""
         return f"{self.read(self.low)} to {self.read(self.high)}"
 
     def place(self, value: float) -> float:

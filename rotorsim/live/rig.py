@@ -111,7 +111,7 @@ class Rig:
         return float("inf") if self.machine.film is None else self.machine.film.clearance
 
     def notify(self, sentence: str) -> None:
-        """Tell the people at the rig something."""
+        """Add a message for the pages."""
         self.sentences += 1
         self.messages.append((self.sentences, sentence))
 

@@ -77,7 +77,7 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     """Workspace with the machine at rest in equilibrium at `speed` [rad/s] and gauge pressure [Pa].
 
     Raises NoLiftOffError where the film does not carry the rotor, MachineFileError where an actuator cannot hold its
-    pin at the bias, ConvergenceError where effects find no rest.
+    pin at the bias, ConvergenceError if the iteration with effects does not converge.
     """
     w = np.empty_like(a.w)
     status = a.module.settle(w, a.w, a.ix, a.P, float(speed), pressure + a.machine.gas.ambient_pressure)
@@ -95,8 +95,9 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
         )
     if status == RESTLESS:
         raise ConvergenceError(
-            f"equilibrium: at {pressure / 1e6:.3g} MPa gauge and {speed * 30 / np.pi:.0f} rpm supply line or "
-            "motion-dependent forces find no rest; lower the droop, gaps or stiffnesses of these effects"
+            f"equilibrium: the iteration did not converge at {pressure / 1e6:.3g} MPa gauge and "
+            f"{speed * 30 / np.pi:.0f} rpm with this supply droop or these motion-dependent forces; "
+            "lower the droop, gaps or stiffnesses of these effects"
         )
     return w
 

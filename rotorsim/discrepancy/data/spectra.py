@@ -72,7 +72,7 @@ class Trial:
 
     @property
     def point(self) -> str:
-        """Operating point for people."""
+        """Operating point as text with units."""
         force = "N" if not self.rows[:, 2:4].any() and self.rows[:, 4:6].any() else "V"
         pressure = f"{self.pressure / 1e6:.2f} MPa, " if self.pressure else ""
         return f"{self.speed * 30 / np.pi:.0f} rpm, {pressure}{self.amplitude:.2g} {force}"

@@ -40,7 +40,7 @@ class Found:
     tie_class: tuple[str, ...]
 
     def sizes(self) -> Iterator[tuple[str, str, str]]:
-        """Parameter, value and standard deviation as people read them; no standard deviation where it was held."""
+        """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
         units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[self.effect])}
         for name, value in self.parameters.items():
             sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""

@@ -42,7 +42,7 @@ class Form:
         """Names that select it: the effect, the effect's parameter, and that of one injector."""
         return {self.effect, self.key.split(" of ")[0], self.key}
 
-    def felt(self, columns: np.ndarray) -> bool:
+    def has_response(self, columns: np.ndarray) -> bool:
         """Whether the sensitivities (n, k) [m] are finite, so the plant has a solution, and not all zero."""
         moved = np.abs(columns * [k.step for k in self.parameters])
         return bool(np.all(np.isfinite(moved)) and 0 < moved.max() < NO_SOLUTION / 2)

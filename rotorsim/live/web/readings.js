@@ -1,4 +1,4 @@
-// The numbers of a frame as people read them.
+// The numbers of a frame as displayed text.
 export function readings(frame, rig) {
   const { now, status } = frame, found = [];
   const add = (name, text, alarm = false) => found.push({ name, text, alarm });

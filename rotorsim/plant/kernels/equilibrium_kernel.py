@@ -35,7 +35,7 @@ HOLD, FIRMER, FIRMEST, LOOSER, FAINT = 1.0, 4.0, 1e6, 0.25, 1e-6
 """Share of the rotor's stiffness that holds it first, its growth, the last one tried, its fading, what is let go."""
 SETTLED, BEYOND_STROKE, NO_LIFT_OFF, RESTLESS = 1, -1, -2, -3
 """Codes of `settle`: an actuator cannot hold its pin at the bias; the film does not carry the rotor; supply line or
-motion-dependent forces find no rest."""
+motion-dependent forces prevent convergence."""
 
 
 @kernel

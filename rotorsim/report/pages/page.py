@@ -55,7 +55,7 @@ def machine_title(run: Run) -> tuple[str, str]:
 
 
 def kind_of(run: Run) -> str:
-    """The experiment's name for people."""
+    """Displayed name of the experiment."""
     return NAMES.get(run.kind, run.kind.replace("_", " ") or "record")
 
 

@@ -31,7 +31,7 @@ def write_verification(result: Verification, path: Path) -> Path:
     blocks = [
         Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.",
               ("criterion", "measured", "bound", "verdict", "remark"), rows),
-        Block("Impact energies", "Norm of the disc's answer over that of the force during 0.1 s, along x and along y, "
+        Block("Impact energies", "Norm of the disc's response over the force's during 0.1 s, along x and along y, "
               "at every operating point; the imbalance is taken out by a twin run without the hit.",
               figure=energies_figure(result)),
     ]  # fmt: skip

@@ -40,7 +40,7 @@ def transfer_caption(run: Run, transfer: Transfer) -> str:
     """Where the direct responses peak, and how they were estimated."""
     peaks = [(k, *peak_of(transfer, k, i)) for i, k in enumerate(transfer.inputs)]
     unit = UNITS[transfer.input_name]
-    parts = [f"{'xy'[k]} answers {'xy'[k]} most at {f:.4g} Hz with {size * TO_UM:.3g} {unit}."
+    parts = [f"{'xy'[k]} responds to {'xy'[k]} most at {f:.4g} Hz with {size * TO_UM:.3g} {unit}."
             for k, f, size in peaks if np.isfinite(f)]  # fmt: skip
     text = " ".join(parts) or "No peak stands out with a coherence above one half."
     times = "impact" if transfer.input_name == "disc_force" else "segment"
@@ -50,7 +50,7 @@ def transfer_caption(run: Run, transfer: Transfer) -> str:
     if transfer.together:
         text += f" Both {NAMES[transfer.input_name]}s move together; their responses cannot be separated."
     if run.revolutions >= 1 and transfer.input_name == "reference":
-        text += " The unbalance's answer lowers the coherence at multiples of the shaft speed."
+        text += " The unbalance response lowers the coherence at multiples of the shaft speed."
     return text + seen_by(run)
 
 
