@@ -19,9 +19,9 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 import numpy as np
 
 from fmu.archive import write_archive
+from fmu.checks.importer import ImportedUnit
 from fmu.description import number, text
 from fmu.export import export
-from fmu.importer import ImportedUnit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.places import check_place, workspace

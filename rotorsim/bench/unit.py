@@ -21,7 +21,7 @@ _RUN = """
 import json, statistics, sys, time
 import numpy as np
 import fmpy
-from fmu.importer import ImportedUnit
+from fmu.checks.importer import ImportedUnit
 from rotorsim.plant import Plant
 SPEED, PRESSURE, N, REPEATS = 628.3185307179587, 0.3e6, 2000, 9
 begin = time.perf_counter()
@@ -50,7 +50,7 @@ print(json.dumps([ready, statistics.median(unit_times), statistics.median(plant_
 
 def unit() -> Iterator[Figure]:
     """The shipped rig at its own grid, as a portable and as a native unit through FMPy; both baselines side by side."""
-    from fmu.importer import fmpy
+    from fmu.checks.importer import fmpy
 
     fmpy()
     for cpu, environment in BASELINES.items():

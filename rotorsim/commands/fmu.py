@@ -131,7 +131,7 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Hold a unit against the standard and against the plant in Python; exit code 1 if a check fails."""
-    from fmu.check import check as checks
+    from fmu.checks.check import check as checks
     from fmu.info import info as facts
     from rotorsim.commands.options import quantity
 

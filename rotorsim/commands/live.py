@@ -12,8 +12,8 @@ from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
 
 if TYPE_CHECKING:
+    from rotorsim.live.page.scene import Scene
     from rotorsim.live.replay import Replay
-    from rotorsim.live.scene import Scene
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
@@ -38,11 +38,11 @@ def live(
     """
     from rotorsim.errors import DataError, MachineFileError
     from rotorsim.live.desk import Desk
-    from rotorsim.live.effects import equip
-    from rotorsim.live.laws import read_laws
-    from rotorsim.live.rig import Rig
+    from rotorsim.live.rig.effects import equip
+    from rotorsim.live.rig.laws import read_laws
+    from rotorsim.live.rig.rig import Rig
     from rotorsim.live.runner import Runner
-    from rotorsim.live.server import complaint, has_browser, run_desk, serve
+    from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
     from rotorsim.machine import load_machine
     from rotorsim.plant import Plant
 
@@ -90,7 +90,7 @@ def _tell(address: str, wanted: int, taken: int, keep_open: bool) -> None:
 
 
 def _scene(name: str) -> Scene | None:
-    from rotorsim.live.scene import load_scene
+    from rotorsim.live.page.scene import load_scene
 
     return load_scene(Path(name)) if name.endswith(".json") else None
 

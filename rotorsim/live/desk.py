@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from rotorsim.errors import DataError
-from rotorsim.live.eigenvalue import modes_at, own_copy
-from rotorsim.live.operating import OFF
+from rotorsim.live.page.scene import Scene, load_scene
+from rotorsim.live.page.tour import Stop, stops
 from rotorsim.live.replay import Replay
+from rotorsim.live.rig.eigenvalue import modes_at, own_copy
+from rotorsim.live.rig.operating import OFF
 from rotorsim.live.runner import Runner
-from rotorsim.live.scene import Scene, load_scene
-from rotorsim.live.tour import Stop, stops
 from rotorsim.machine import Machine
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,59}")

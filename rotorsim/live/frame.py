@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.live.history import LENGTH
+from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.columns import COLUMNS, READ

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.experiments.recording import FEWEST, Recording
-from rotorsim.live.operating import OFF
-from rotorsim.live.rig import INPUTS, Rig
+from rotorsim.live.rig.operating import OFF
+from rotorsim.live.rig.rig import INPUTS, Rig
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.simulation import split_columns
 

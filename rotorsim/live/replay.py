@@ -9,8 +9,8 @@ import numpy as np
 
 from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.frame import AT, Geometry, make_frame
-from rotorsim.live.history import LENGTH
-from rotorsim.live.rig import INPUTS
+from rotorsim.live.rig.history import LENGTH
+from rotorsim.live.rig.rig import INPUTS
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.columns import COLUMNS

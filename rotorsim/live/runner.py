@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.errors import RotorsimError
 from rotorsim.live.aside import Aside
-from rotorsim.live.eigenvalue import Modes, modes_at, own_copy
 from rotorsim.live.frame import Geometry, make_frame
-from rotorsim.live.holding import DECAY, FEWEST, Verdict
-from rotorsim.live.operating import OFF, PACES
 from rotorsim.live.pacer import Pacer
-from rotorsim.live.readings import eigenvalues_shown, hit_shown
 from rotorsim.live.recorder import Recorder
 from rotorsim.live.replay import Replay
-from rotorsim.live.rig import Rig
-from rotorsim.live.ringdown import BEFORE, LEAD, RING, Reading, read_ringdown
+from rotorsim.live.rig.eigenvalue import Modes, modes_at, own_copy
+from rotorsim.live.rig.operating import OFF, PACES
+from rotorsim.live.rig.readings import eigenvalues_shown, hit_shown
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.rig.ringdown import BEFORE, LEAD, RING, Reading, read_ringdown
+from rotorsim.live.rig.stability_check import DECAY, FEWEST, Verdict
 from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:

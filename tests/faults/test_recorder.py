@@ -13,7 +13,7 @@ from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
 from rotorsim.experiments.recovery import recover
 from rotorsim.live.recorder import Recorder
-from rotorsim.live.rig import Rig
+from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 
 pytestmark = [pytest.mark.slow, pytest.mark.nightly]
@@ -22,7 +22,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from rotorsim.live.recorder import Recorder
-from rotorsim.live.rig import Rig
+from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 rig = Rig(load_machine("plain_rotor"), {}, 0)
 recorder = Recorder(rig, Path(sys.argv[1]))

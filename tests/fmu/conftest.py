@@ -49,7 +49,7 @@ def files(gcc, model, tmp_path_factory) -> dict[int, Path]:
 @pytest.fixture(scope="session")
 def units(files):
     """Return the loaded units by FMI version."""
-    from fmu.importer import ImportedUnit
+    from fmu.checks.importer import ImportedUnit
 
     loaded = {version: ImportedUnit(path) for version, path in files.items()}
     yield loaded

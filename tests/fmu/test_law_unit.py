@@ -23,7 +23,7 @@ def exported(gcc, tmp_path_factory):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_law_unit_has_the_bits_of_the_law(exported, version):
-    from fmu.importer import ImportedUnit
+    from fmu.checks.importer import ImportedUnit
 
     unit, files = exported
     inputs = {name: unit.stimuli(400, unit.sample)[name] for name in INPUTS}
@@ -42,7 +42,7 @@ def test_a_law_unit_has_the_bits_of_the_law(exported, version):
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(exported, version):
     """NaN and infinite samples of each input, short and long, also while the law seeks its centre and fades in."""
-    from fmu.importer import ImportedUnit
+    from fmu.checks.importer import ImportedUnit
 
     unit, files = exported
     inputs = {name: unit.stimuli(1200, unit.sample)[name].copy() for name in INPUTS}
@@ -74,7 +74,7 @@ def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(expo
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_every_check_of_the_command_passes_for_a_law(exported, version):
-    from fmu.check import check
+    from fmu.checks.check import check
 
     found = list(check(exported[1][version], 0.05))
     assert "0.05 s against the law in Python" in [c.name for c in found]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from lpv_models import make_lpv
 
-from fmu.linear_check import derivative_error, jacobian, model_exchange, moving_inputs, names, simulated
+from fmu.checks.linear_check import derivative_error, jacobian, model_exchange, moving_inputs, names, simulated
 from fmu.linear_model import find_terms
 from rotorsim.errors import DataError
 
@@ -34,7 +34,7 @@ def exported(gcc, tmp_path_factory):
 )
 def both(exported, request):
     """Return model and loaded unit, for two structures and both versions of FMI."""
-    from fmu.importer import ImportedUnit
+    from fmu.checks.importer import ImportedUnit
 
     model, files = exported(request.param[0])
     with ImportedUnit(files[request.param[1]]) as unit:
@@ -74,7 +74,7 @@ def test_co_simulation_follows_the_model_in_python(both):
 
 
 def test_a_sampled_model_follows_python_and_is_for_co_simulation_only(exported):
-    from fmu.importer import ImportedUnit
+    from fmu.checks.importer import ImportedUnit
 
     model, files = exported("blackbox")
     for path in files.values():
@@ -184,7 +184,7 @@ def test_files_that_are_no_lpv_model_are_refused(tmp_path):
 
 
 def test_every_check_of_the_command_passes_for_a_linear_unit(exported):
-    from fmu.check import check
+    from fmu.checks.check import check
 
     for path in exported("3")[1].values():
         found = list(check(path, 0.05))

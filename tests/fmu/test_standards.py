@@ -7,7 +7,7 @@ import pytest
 from law_models import scheduled_law
 from lpv_models import make_lpv
 
-from fmu.schemas import findings
+from fmu.checks.schemas import findings
 
 KINDS = ("1", "2", "3", "blackbox")
 

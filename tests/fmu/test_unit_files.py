@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from lpv_models import make_lpv
 
-from fmu.check import check
+from fmu.checks.check import check
 from fmu.info import info
 from rotorsim.cli import main
 from rotorsim.errors import DataError

@@ -21,12 +21,12 @@ from rotorsim.control.numerics.systems import System, held, late, series
 from rotorsim.errors import RotorsimError
 from rotorsim.live.desk import Desk
 from rotorsim.live.frame import AT
-from rotorsim.live.holding import law_of, pins
-from rotorsim.live.laws import read_laws, running
-from rotorsim.live.operating import OFF
-from rotorsim.live.rig import Rig
+from rotorsim.live.rig.laws import read_laws, running
+from rotorsim.live.rig.operating import OFF
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.rig.stability_check import law_of, pins
 from rotorsim.live.runner import Runner
-from rotorsim.live.server import application, serve
+from rotorsim.live.server.server import application, serve
 from rotorsim.machine import load_machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant

@@ -5,9 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from rotorsim.live.holding import DECAY, FEWEST
-from rotorsim.live.laws import read_laws
-from rotorsim.live.rig import Rig
+from rotorsim.live.rig.laws import read_laws
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.rig.stability_check import DECAY, FEWEST
 from rotorsim.machine import load_machine
 
 RPM = np.pi / 30

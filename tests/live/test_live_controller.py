@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.live.holding import Verdict, motion
+from rotorsim.live.rig.stability_check import Verdict, motion
 
 
 def test_the_controller_acts_and_is_switched_off_again():

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 from rotorsim.errors import DataError
-from rotorsim.live.control import Control
-from rotorsim.live.drive import ramp
-from rotorsim.live.hammer import Hammer, hit
-from rotorsim.live.history import History
-from rotorsim.live.scene import Scene, load_scene
+from rotorsim.live.page.control import Control
+from rotorsim.live.page.scene import Scene, load_scene
+from rotorsim.live.rig.drive import ramp
+from rotorsim.live.rig.hammer import Hammer, hit
+from rotorsim.live.rig.history import History
 from rotorsim.machine import machine_text
 from rotorsim.machine.numerics import SAMPLE
 

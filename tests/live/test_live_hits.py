@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig
-from rotorsim.live.eigenvalue import modes_at
-from rotorsim.live.ringdown import BEFORE, LEAD, RING, read_ringdown
+from rotorsim.live.rig.eigenvalue import modes_at
+from rotorsim.live.rig.ringdown import BEFORE, LEAD, RING, read_ringdown
 
 
 def ringing(rig, axis, clearance=25e-6):

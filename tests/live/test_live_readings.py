@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.live.eigenvalue import modes_at
+from rotorsim.live.rig.eigenvalue import modes_at
 from rotorsim.live.runner import Runner
 from rotorsim.plant.columns import READ
 

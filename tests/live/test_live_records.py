@@ -10,8 +10,8 @@ import xarray as xr
 import identification as idn
 from coarse_rig import RPM, make_rig, ran
 from rotorsim.errors import DataError
-from rotorsim.live.holding import Verdict
 from rotorsim.live.replay import Replay
+from rotorsim.live.rig.stability_check import Verdict
 from rotorsim.live.runner import Runner
 from rotorsim.machine.numerics import SAMPLE
 

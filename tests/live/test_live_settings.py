@@ -7,9 +7,9 @@ import pytest
 
 from coarse_rig import RPM, coarse, make_rig
 from rotorsim.errors import MachineFileError
-from rotorsim.live.effects import equip
 from rotorsim.live.frame import AT
-from rotorsim.live.rig import SCATTER
+from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.rig import SCATTER
 from rotorsim.plant import Plant
 
 

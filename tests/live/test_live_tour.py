@@ -7,11 +7,11 @@ import pytest
 from coarse_rig import RPM, coarse, make_rig, ran, shown
 from rotorsim.errors import DataError
 from rotorsim.live.desk import Desk
-from rotorsim.live.effects import equip
-from rotorsim.live.laws import read_laws
-from rotorsim.live.rig import Rig
+from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.laws import read_laws
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.rig.settings import Settings
 from rotorsim.live.runner import Runner
-from rotorsim.live.settings import Settings
 from rotorsim.machine import Machine, load_machine, machine_text
 
 ACTUATORS = ("actuators", "effects.hysteresis", "effects.creep")

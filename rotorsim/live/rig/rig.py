@@ -17,16 +17,16 @@ from rotorsim.effects import REGISTRY
 from rotorsim.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.loop import Loop
-from rotorsim.live import drive
-from rotorsim.live.effects import equip, with_value
-from rotorsim.live.eigenvalue import own_copy
-from rotorsim.live.hammer import Hammer
-from rotorsim.live.history import History
-from rotorsim.live.holding import DECAY, Verdict, check, motion
-from rotorsim.live.laws import running
-from rotorsim.live.operating import OFF, PAUSE, START
-from rotorsim.live.parameters import update_derived, write_effect
-from rotorsim.live.settings import Settings
+from rotorsim.live.rig import drive
+from rotorsim.live.rig.effects import equip, with_value
+from rotorsim.live.rig.eigenvalue import own_copy
+from rotorsim.live.rig.hammer import Hammer
+from rotorsim.live.rig.history import History
+from rotorsim.live.rig.laws import running
+from rotorsim.live.rig.operating import OFF, PAUSE, START
+from rotorsim.live.rig.parameters import update_derived, write_effect
+from rotorsim.live.rig.settings import Settings
+from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant

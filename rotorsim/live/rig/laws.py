@@ -2,7 +2,7 @@
 
 The shipped law `hinf` was designed on the identified Model 2 of the shipped rig:
 
-    rotorsim design hinf rotorsim/bench/data/rig_model_2.json --preset rig --out rotorsim/live/shipped/hinf.json
+    rotorsim design hinf rotorsim/bench/data/rig_model_2.json --preset rig --out rotorsim/live/rig/shipped/hinf.json
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.errors import DataError
-from rotorsim.live.operating import OFF, P_LAW, driven_axes
+from rotorsim.live.rig.operating import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 
 SHIPPED = Path(__file__).parent / "shipped"

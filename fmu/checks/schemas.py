@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from fmu.importer import fmpy
+from fmu.checks.importer import fmpy
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 MANIFEST = "fmi-ls-manifest.xml"

@@ -14,10 +14,10 @@ from typing import Any
 from rotorsim.base.interrupt import Interrupt
 from rotorsim.errors import DataError
 from rotorsim.live.desk import Desk
-from rotorsim.live.guard import LONGEST, Guard
-from rotorsim.live.messages import quiet
-from rotorsim.live.private_page import private_page
 from rotorsim.live.runner import Runner
+from rotorsim.live.server.guard import LONGEST, Guard
+from rotorsim.live.server.messages import quiet
+from rotorsim.live.server.private_page import private_page
 
 HOST = "127.0.0.1"
 TRIES = 50
@@ -47,7 +47,7 @@ def application(desk: Desk) -> Any:
     import orjson
     from fastapi import FastAPI, Response
 
-    from rotorsim.live.page import Board
+    from rotorsim.live.page.page import Board
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 

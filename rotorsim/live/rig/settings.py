@@ -6,9 +6,9 @@ from dataclasses import fields
 from typing import Any
 
 from rotorsim.errors import DataError
-from rotorsim.live.control import Control
-from rotorsim.live.effects import sliders
-from rotorsim.live.operating import START, SWITCHES, operating
+from rotorsim.live.page.control import Control
+from rotorsim.live.rig.effects import sliders
+from rotorsim.live.rig.operating import START, SWITCHES, operating
 from rotorsim.machine import Machine
 
 

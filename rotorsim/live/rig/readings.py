@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from rotorsim.base.constants import TO_MPA, TO_RPM
-from rotorsim.live.eigenvalue import Modes
-from rotorsim.live.operating import OFF
-from rotorsim.live.rig import Rig
-from rotorsim.live.ringdown import DRIFT, Reading
+from rotorsim.live.rig.eigenvalue import Modes
+from rotorsim.live.rig.operating import OFF
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.rig.ringdown import DRIFT, Reading
 
 REPLAY = "not in a replay"
 

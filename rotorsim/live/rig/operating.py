@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rotorsim.base.constants import RPM
-from rotorsim.live.control import Control
+from rotorsim.live.page.control import Control
 from rotorsim.machine import Machine
 
 OFF, P_LAW, PAUSE = "off", "P", "pause"

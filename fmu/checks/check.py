@@ -13,17 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu.importer import ImportedUnit, Instance, fmpy
+from fmu.checks.importer import ImportedUnit, Instance, fmpy
+from fmu.checks.linear_check import linear_checks
+from fmu.checks.reference_plant import plant_outputs
+from fmu.checks.schemas import findings
 from fmu.info import holds, machine_text, opened, start, stored
 from fmu.kinds import law_unit, linear_unit, plant_unit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
-from fmu.linear_check import linear_checks
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.places import workspace
 from fmu.reference import reference_inputs
-from fmu.schemas import findings
-from fmu.truth import plant_outputs
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant

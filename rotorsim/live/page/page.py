@@ -12,9 +12,9 @@ from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
 from rotorsim.errors import RotorsimError
-from rotorsim.live.control import Control
 from rotorsim.live.desk import Desk
-from rotorsim.live.rig import SCATTER
+from rotorsim.live.page.control import Control
+from rotorsim.live.rig.rig import SCATTER
 from rotorsim.machine.numerics import SAMPLE
 
 HERE = Path(__file__).parent

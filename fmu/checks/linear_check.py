@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu.importer import ImportedUnit, fmi2_callbacks
+from fmu.checks.importer import ImportedUnit, fmi2_callbacks
 from fmu.linear_model import LinearUnit
 
 POINTS = 5

@@ -32,7 +32,7 @@ from rotorsim.control.numerics.systems import (
 )
 from rotorsim.errors import RotorsimError
 from rotorsim.live.frame import AT
-from rotorsim.live.ringdown import ORDERS
+from rotorsim.live.rig.ringdown import ORDERS
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.assemble import Assembly

@@ -12,7 +12,7 @@ from typing import Any
 
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
 from rotorsim.errors import DataError, MachineFileError
-from rotorsim.live.control import Control
+from rotorsim.live.page.control import Control
 from rotorsim.machine import Machine
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.unit_table import dimension

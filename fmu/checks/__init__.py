@@ -1,0 +1,1 @@
+"""Checks of exported units: standard, trajectory against the Python plant, importers."""

@@ -1,0 +1,1 @@
+"""Page of the live rig: controls, views, scenes, tour."""

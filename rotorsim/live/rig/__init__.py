@@ -1,0 +1,1 @@
+"""Live rig without clock and page: plant, settings, controllers, hammer, readings."""

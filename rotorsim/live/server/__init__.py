@@ -1,0 +1,1 @@
+"""Local web server of the live rig: start and end, access control, messages."""
