@@ -178,7 +178,7 @@ def test_every_design_has_a_name_and_text_changes_its_specification():
     assert spec.speed == pytest.approx(4 * KRPM)
     assert (spec.pressure, spec.weights.k_0, spec.order) == (0.4e6, 0.7, None)
     assert make_spec("lpv", ["grid=4x3"]).grid == (4, 3)
-    for text, word in (("k_0=1", "no field"), ("speed", "is not FIELD=VALUE"), ("backoff=x", "no value like")):
+    for text, word in (("k_0=1", "no field"), ("speed", "is not FIELD=VALUE"), ("backoff=x", "is not a value like")):
         with pytest.raises(DesignError, match=word):
             make_spec("hinf", [text])
     with pytest.raises(DesignError, match="did you mean 'hinf'"):
