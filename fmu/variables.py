@@ -199,14 +199,14 @@ def _machine_parameters(a: Assembly) -> Iterator[Variable]:
         ("inertia", "inertia"),
         ("dry_drag", "dry_drag"),
         ("viscous_drag", "viscous_drag"),
-        ("time", "drive_time"),
+        ("speed_recovery_time", "drive_time"),
     ):
         yield _from_spec(
             f"drive.{field}", Drive.model_fields[field], place(a, name), float(getattr(P, name)), field != "inertia"
         )
     if _mode(a) == "ideal" or not a.film.n_inj:
         return
-    for field, name in (("sensitivity", "sensitivity"), ("transducer", "transducer"), ("pole", "pd_pole")):
+    for field, name in (("sensitivity", "sensitivity"), ("sensor_sensitivity", "transducer"), ("pd_pole", "pd_pole")):
         yield _from_spec(
             f"actuators.{field}", Actuators.model_fields[field], place(a, name), float(getattr(P, name)), False
         )
