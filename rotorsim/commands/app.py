@@ -66,7 +66,7 @@ class Data(LazyGroup):
 class Fmu(LazyGroup):
     """Export, check and show the plant as a functional mock-up unit."""
 
-    places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.checks.check", "info": "fmu.info"}
+    places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.check", "info": "fmu.info"}
 
 
 class Study(LazyGroup):
