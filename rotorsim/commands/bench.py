@@ -6,16 +6,19 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from rotorsim.bench.accuracy import COLUMNS, REFERENCE, rig_table
+from rotorsim.bench.diagnose import cases
 from rotorsim.bench.parts import PARTS
+from rotorsim.bench.result import Figure
+from rotorsim.bench.verdicts import confusion, figures
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
-
-if TYPE_CHECKING:
-    from rotorsim.bench.result import Figure
+from rotorsim.errors import DataError
+from rotorsim.plant import Plant
 
 
 @example("rotorsim bench speed")
@@ -36,8 +39,6 @@ def bench(
     ] = None,
 ) -> None:
     """Measure speed and accuracy and print each figure with its bound; times depend on what else runs."""
-    from rotorsim.errors import DataError
-
     if part == "diagnose":
         _diagnose(cases, seed, keep, as_json)
         return
@@ -63,8 +64,6 @@ def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
 
 def _possible(name: str, asked: bool) -> bool:
     """Whether what a part needs is installed, before anything is measured; raises DataError for one asked for."""
-    from rotorsim.errors import DataError
-
     lacks = PARTS[name].lacks()
     if lacks and asked:
         raise DataError(f"bench {name}: needs {lacks}; 'pip install rotorsim[{name}]'")
@@ -75,9 +74,6 @@ def _possible(name: str, asked: bool) -> bool:
 
 def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
     """Hidden cases one after another, then the table and the rates."""
-    from rotorsim.bench.diagnose import cases
-    from rotorsim.bench.verdicts import confusion, figures
-
     found = []
     with files(*([keep] if keep else []), force=True, another="--keep"):
         for case in cases(count, seed, keep):
@@ -102,9 +98,6 @@ def _line(figure: Figure) -> str:
 
 def _rig(part: str | None) -> list[dict[str, float]]:
     """Rows of the rig's table as numbers."""
-    from rotorsim.bench.accuracy import COLUMNS, rig_table
-    from rotorsim.plant import Plant
-
     if part not in (None, "rig"):
         return []
     rows = rig_table(Plant("dtu_gas_bearing"))
@@ -112,9 +105,6 @@ def _rig(part: str | None) -> list[dict[str, float]]:
 
 
 def _print_rig() -> None:
-    from rotorsim.bench.accuracy import COLUMNS, REFERENCE, rig_table
-    from rotorsim.plant import Plant
-
     typer.echo("| MPa | rpm | " + " | ".join(COLUMNS) + " |")
     typer.echo("|" + "---|" * (2 + len(COLUMNS)))
     for mpa, rpm, values in rig_table(Plant("dtu_gas_bearing")):

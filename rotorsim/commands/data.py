@@ -15,20 +15,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
+from identification import Examination, ReadError, SchemaError, columns, examine, load, mapping_template, read, save
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
+from rotorsim.errors import DataError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from identification import Examination
-
-app = typer.Typer(
-    help="Check measured data, map its channels, convert between formats.",
-    epilog="Example: rotorsim data check run.csv",
-    no_args_is_help=True,
-)
 UNFIT = 3
 _FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
 _MAPPING = typer.Option("--mapping", help="TOML file that says which column is which channel.")
@@ -45,8 +43,6 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="The findings as JSON, in SI units.")] = False,
 ) -> None:
     """Say what is in a file, what is wrong with it and what it is fit for."""
-    from identification import examine, load
-
     with sentences():
         record = load(file, mapping)
         found = examine(record)
@@ -66,9 +62,6 @@ def convert(
     force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
 ) -> None:
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
-    from identification import read, save
-    from rotorsim.errors import DataError
-
     if out.exists() and file.exists() and out.samefile(file):
         raise DataError(f"{out}: is the file to convert; choose another name")
     with sentences(), files(out, force=force, another="name"):
@@ -81,8 +74,6 @@ def convert(
 @example("rotorsim data mapping run.csv > rig.toml")
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
-    from identification import columns, mapping_template
-
     with sentences():
         text = mapping_template(columns(file), file.name)
     typer.echo(text, nl=False)
@@ -91,9 +82,6 @@ def mapping(file: Annotated[Path, _FILE]) -> None:
 @contextmanager
 def sentences() -> Iterator[None]:
     """Convert errors of `identification` to DataError, which ends as one sentence and exit code 2."""
-    from identification import ReadError, SchemaError
-    from rotorsim.errors import DataError
-
     try:
         yield
     except (ReadError, SchemaError) as error:
@@ -120,10 +108,6 @@ def _unused(record: xr.Dataset) -> list[str]:
 
 
 def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     console = Console(highlight=False)
     console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
     table = Table("channel", "from", "to", "unit", "remarks", box=None, pad_edge=False)

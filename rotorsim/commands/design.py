@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from identification import ModelError, load_model
 from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import print_table
 from rotorsim.commands.results import files
-
-if TYPE_CHECKING:
-    from rotorsim.control import Law
+from rotorsim.control import Law
+from rotorsim.control.catalogue import design as make
+from rotorsim.control.loop.analysis import overview
+from rotorsim.control.variants import biased, without_dc
+from rotorsim.errors import DataError
 
 
 @example("rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json")
@@ -29,11 +33,6 @@ def design(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Design a control law on an identified model and check its loop over the model's range."""
-    from identification import ModelError, load_model
-    from rotorsim.control.catalogue import design as make
-    from rotorsim.control.variants import biased, without_dc
-    from rotorsim.errors import DataError
-
     target = out or Path(f"{name}.json")
     page = [target.with_suffix(".html")] if report else []
     if target in page:
@@ -58,8 +57,6 @@ def design(
 
 
 def _pair(text: str) -> tuple[float, float]:
-    from rotorsim.errors import DataError
-
     try:
         x, y = (float(part) for part in text.split(","))
         if not abs(x) + abs(y) < 1e3:
@@ -71,8 +68,6 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _findings(law: Law, model: Any) -> dict[str, Any]:
     """What a user wants to know about the loop with the model."""
-    from rotorsim.control.loop.analysis import overview
-
     return overview(law, model)
 
 
@@ -80,8 +75,6 @@ def _print(findings: dict[str, Any], as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(findings, indent=2))
         return
-    from rotorsim.commands.options import print_table
-
     written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report") if key in findings}
     shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
     rows = [(key.replace("_", " "), value) for key, value in shown.items()]

@@ -10,18 +10,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from reynolds.jit import cache_root
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
+from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, WithReport, a_folder, resumable
 from rotorsim.commands.results import results
-
-if TYPE_CHECKING:
-    from rotorsim.discrepancy import Diagnosis
+from rotorsim.discrepancy import Diagnosis, diagnose as find
+from rotorsim.discrepancy.identifiability import alias_matrix, markdown
+from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.errors import DataError, RotorsimError
 
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""
@@ -81,9 +85,6 @@ def diagnose(
     Records of one folder may say in their attribute `role` what they are for: fit, held_out or untouched. What was
     computed is kept, so that an interrupted diagnosis resumes where it was.
     """
-    from rotorsim.discrepancy import diagnose as find
-    from rotorsim.errors import DataError
-
     if self_test:
         _self_test(machine, records, mapping, as_json)
         return
@@ -130,9 +131,6 @@ class Stages:
 @contextmanager
 def _kept(*asked: Any) -> Iterator[Path]:
     """Where this diagnosis keeps what it computes, in the cache: until its end, or for a month if it is interrupted."""
-    from reynolds.jit import cache_root
-    from rotorsim.errors import RotorsimError
-
     root = cache_root() / "diagnoses"
     folder = root / sha256(f"{Path.cwd()} {asked!r}".encode()).hexdigest()[:32]
     for old in root.iterdir() if root.exists() else ():
@@ -148,9 +146,6 @@ def _kept(*asked: Any) -> Iterator[Path]:
 
 def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
     """Verdict, gap, new machine file and report: all of them, in place of an older verdict's, or nothing."""
-    from rotorsim.base.netcdf import write_netcdf
-    from rotorsim.discrepancy.outcome.machine_file import difference
-
     with replacing_all(out, tuple(RESULTS.values())) as part:
         write_netcdf(part / RESULTS["gap"], diagnosis.gap)
         if diagnosis.effects:
@@ -165,8 +160,6 @@ def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
 
 
 def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
-    from rotorsim.discrepancy.outcome.gap import reduction
-
     if sys.stderr.isatty():
         print(file=sys.stderr)
     typer.echo(diagnosis.sentence)
@@ -203,8 +196,6 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
 
 
 def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, as_json: bool) -> None:
-    from rotorsim.discrepancy.identifiability import alias_matrix, markdown
-
     matrix = alias_matrix(machine, records or None, mapping, Stages().say)
     if sys.stderr.isatty():
         print(file=sys.stderr)

@@ -10,15 +10,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fmu.checks.check import check as checks
+from fmu.export import export as write, file_names, versions
+from fmu.info import info as facts
+from fmu.kinds import law_unit, linear_unit, plant_unit
+from fmu.ssp import export_system
+from fmu.targets import choose
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep
+from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep, make_plant, quantity
 from rotorsim.commands.results import files
 from rotorsim.errors import DataError
 
 if TYPE_CHECKING:
     from fmu.model import Unit
 
-app = typer.Typer(help="Export, check and show the plant as a functional mock-up unit.", no_args_is_help=True)
 
 START = (0.0, 0.3e6)
 """Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
@@ -51,11 +56,6 @@ def export(
     as_json: AsJson = False,
 ) -> None:
     """Write the plant, an identified model or a control law as .fmu files that run without Python."""
-    from fmu.export import export as write, file_names, versions
-    from fmu.kinds import law_unit, linear_unit, plant_unit
-    from fmu.targets import choose
-    from rotorsim.commands.options import make_plant, quantity
-
     if law is not None and model != "plant":
         raise DataError("--law and --model: a unit holds one of them; give one")
     if (law is not None or model != "plant") and (grid or time_step or changes):
@@ -104,12 +104,6 @@ def system(
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
-    from fmu.export import versions
-    from fmu.kinds import law_unit, plant_unit
-    from fmu.ssp import export_system
-    from fmu.targets import choose
-    from rotorsim.commands.options import make_plant, quantity
-
     if len(versions(fmi)) > 1:
         raise DataError(f"--fmi: '{fmi}': a system has units of one version; choose 2 or 3")
     chosen = versions(fmi)[0]
@@ -131,10 +125,6 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Hold a unit against the standard and against the plant in Python; exit code 1 if a check fails."""
-    from fmu.checks.check import check as checks
-    from fmu.info import info as facts
-    from rotorsim.commands.options import quantity
-
     facts(file)
     found, length = [], quantity("duration", duration, "s")
     if not length > 0:
@@ -152,8 +142,6 @@ def check(
 @example("rotorsim fmu info rotor.fmu")
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
-    from fmu.info import info as facts
-
     found = facts(file)
     if as_json:
         typer.echo(json.dumps(found, indent=2))

@@ -12,6 +12,10 @@ import typer
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, a_folder, say_if_compiling
 from rotorsim.commands.results import results
+from rotorsim.discrepancy import hide as record_hidden
+from rotorsim.discrepancy.blind_test.hide import truth_twin
+from rotorsim.errors import DataError
+from rotorsim.machine import load_machine
 
 
 @example("rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle")
@@ -31,11 +35,6 @@ def hide(
 
     Records go to OUT/records; the truth to OUT/sealed/truth.json, which `rotorsim diagnose` never opens.
     """
-    from rotorsim.discrepancy import hide as record_hidden
-    from rotorsim.discrepancy.blind_test.hide import truth_twin
-    from rotorsim.errors import DataError
-    from rotorsim.machine import load_machine
-
     if not 0 <= seed < 2**31:
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
     show = sys.stderr.isatty()

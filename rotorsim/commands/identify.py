@@ -8,16 +8,25 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
+from identification import LinearModel, LpvModel, ModelError, Prefilter, UnfitError, fit_lpv
+from identification.campaign import Local, identify_all, loaders
+from identification.local.models import plain
+from identification.lpv.fit import REFINEMENTS
+from identification.lpv.surfaces import ORDERS, SAME
+from identification.records.runout import KINDS
+from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
-
-if TYPE_CHECKING:
-    from identification import LinearModel, LpvModel
-    from identification.campaign import Local
+from rotorsim.errors import DataError
+from rotorsim.reproduction.plans import HELD
+from rotorsim.reproduction.sources import sources_of
 
 
 @example("rotorsim identify records --model 3 --out model.json")
@@ -38,12 +47,6 @@ def identify(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Identify grey-box or black-box models from records; several operating points give an LPV model."""
-    from identification import ModelError, Prefilter, UnfitError
-    from identification.campaign import identify_all
-    from rotorsim.commands.data import sentences
-    from rotorsim.errors import DataError
-    from rotorsim.reproduction.sources import sources_of
-
     _check(surfaces, refine, runout, median)
     settings = Prefilter(runout=runout, median=median, lowpass=lowpass)
     with sentences(), files(out, force=force):
@@ -64,11 +67,6 @@ def identify(
 
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
-    from identification.lpv.fit import REFINEMENTS
-    from identification.lpv.surfaces import ORDERS
-    from identification.records.runout import KINDS
-    from rotorsim.errors import DataError
-
     degrees = (*map(str, ORDERS), "hold-out")
     for option, value, known in (
         ("surfaces", surfaces, degrees),
@@ -96,11 +94,6 @@ def _tell(total: int) -> Any:
 
 def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping: Any) -> LinearModel | LpvModel:
     """A linear model of one record; surfaces through several operating points."""
-    from identification import fit_lpv
-    from identification.campaign import loaders
-    from identification.lpv.surfaces import SAME
-    from rotorsim.reproduction.plans import HELD
-
     fitted = [one for one in good if one.source.role not in HELD] or good
     results = [one.result for one in fitted if one.result is not None]
     points = {(round(r.speed / SAME[0]), round(r.pressure / SAME[1])) for r in results}
@@ -117,10 +110,6 @@ def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
         return
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     console = Console(highlight=False)
     heads = ("record", "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
     table = Table(*heads, box=None, pad_edge=False)
@@ -138,8 +127,6 @@ def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
 
 
 def _row(one: Local) -> dict[str, Any]:
-    from identification.local.models import plain
-
     if one.result is None:
         return {"record": one.source.path.name, "error": one.error}
     r = one.result

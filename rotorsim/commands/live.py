@@ -10,10 +10,20 @@ import typer
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
+from rotorsim.errors import DataError, MachineFileError
+from rotorsim.live.desk import Desk
+from rotorsim.live.page.scene import load_scene
+from rotorsim.live.replay import Replay
+from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.laws import read_laws
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.runner import Runner
+from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     from rotorsim.live.page.scene import Scene
-    from rotorsim.live.replay import Replay
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
@@ -36,16 +46,6 @@ def live(
 
     MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
     """
-    from rotorsim.errors import DataError, MachineFileError
-    from rotorsim.live.desk import Desk
-    from rotorsim.live.rig.effects import equip
-    from rotorsim.live.rig.laws import read_laws
-    from rotorsim.live.rig.rig import Rig
-    from rotorsim.live.runner import Runner
-    from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
-    from rotorsim.machine import load_machine
-    from rotorsim.plant import Plant
-
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is no port; give one from 1 to 65535")
     if out.is_file():
@@ -90,12 +90,8 @@ def _tell(address: str, wanted: int, taken: int, keep_open: bool) -> None:
 
 
 def _scene(name: str) -> Scene | None:
-    from rotorsim.live.page.scene import load_scene
-
     return load_scene(Path(name)) if name.endswith(".json") else None
 
 
 def _replay(name: str) -> Replay | None:
-    from rotorsim.live.replay import Replay
-
     return Replay(Path(name)) if name.endswith(".nc") else None

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.analysis import mode_shapes
+from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
     Changes,
@@ -17,10 +19,13 @@ from rotorsim.commands.options import (
     MachineName,
     a_folder,
     make_plant,
+    print_table,
     quantity,
     say_if_compiling,
 )
 from rotorsim.commands.results import results
+from rotorsim.errors import DataError
+from rotorsim.machine.rim_speed import ask_rim_speed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,10 +48,6 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film together at one operating point."""
-    from rotorsim.analysis import mode_shapes
-    from rotorsim.base.netcdf import write_netcdf
-    from rotorsim.errors import DataError
-    from rotorsim.machine.rim_speed import ask_rim_speed
     from rotorsim.report.figures.mode_pictures import lacking
 
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
@@ -75,7 +76,6 @@ def modes(
 
 def _drawn(found: xr.Dataset, folder: Path, pictures: bool, show: bool) -> tuple[dict[str, str], str]:
     """Files of the pictures, and why there are none."""
-    from rotorsim.errors import DataError
     from rotorsim.report.figures.mode_pictures import draw_modes, show_modes
 
     files: dict[str, str] = {}
@@ -90,8 +90,6 @@ def _drawn(found: xr.Dataset, folder: Path, pictures: bool, show: bool) -> tuple
 
 
 def _print(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
-    from rotorsim.commands.options import print_table
-
     rows = [
         {"mode": k + 1, "frequency_hz": float(found["wn"][k]) / (2 * pi), "damping_ratio": float(found["zeta"][k]),
          "whirl": str(found["whirl"].values[k])}

@@ -6,16 +6,25 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
+from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
-if TYPE_CHECKING:
-    from rotorsim.experiments import Outcome
-    from rotorsim.machine import Machine
-    from rotorsim.plant import Plant
-    from rotorsim.plant.assemble import Assembly
+from reynolds.jit import cache_folder
+from rotorsim.base.files import WriteError
+from rotorsim.errors import DataError, MachineFileError
+from rotorsim.experiments import Outcome
+from rotorsim.experiments.recording import FEWEST
+from rotorsim.machine import Machine, load_machine
+from rotorsim.machine.numerics import SAMPLE
+from rotorsim.machine.units import parse
+from rotorsim.machine.usual import ask, ask_machine
+from rotorsim.plant import Plant
+from rotorsim.plant.assemble import Assembly
 
 MachineName = Annotated[str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.")]
 GridSize = Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 64x16.")]
@@ -31,11 +40,6 @@ ANGULAR = ("rpm", "rad", "deg", "turn", "rev")
 
 def make_plant(machine: str | Machine, grid: str | None, time_step: str | None, changes: list[str]) -> Plant:
     """Plant of a machine, machine name or path, with the changes given on the command line."""
-    from rotorsim.errors import MachineFileError
-    from rotorsim.machine import load_machine
-    from rotorsim.machine.usual import ask_machine
-    from rotorsim.plant import Plant
-
     loaded = load_machine(machine) if isinstance(machine, str) else machine
     if grid is not None:
         sizes = grid.lower().split("x")
@@ -70,12 +74,6 @@ def quantity(option: str, text: str, unit: str) -> float:
 
     A frequency [Hz] may also be written as a speed.
     """
-    from math import pi
-
-    from rotorsim.errors import MachineFileError
-    from rotorsim.machine.units import parse
-    from rotorsim.machine.usual import ask
-
     try:
         if unit == "Hz" and any(word in text for word in ANGULAR):
             return float(f"{parse(text, 'rad/s') / (2 * pi):.12g}")
@@ -88,8 +86,6 @@ def quantity(option: str, text: str, unit: str) -> float:
 
 def a_folder(path: Path | None) -> Path | None:
     """Callback of --out: folder path; raises DataError for a file."""
-    from rotorsim.errors import DataError
-
     if path is not None and path.exists() and not path.is_dir():
         raise DataError(f"--out: {path} is a file; name a folder")
     return path
@@ -97,8 +93,6 @@ def a_folder(path: Path | None) -> Path | None:
 
 def say_if_compiling(assembly: Assembly, *kernels: str) -> None:
     """Print one line on stderr if a kernel of a machine ('settle', 'run') is to be compiled first."""
-    from reynolds.jit import cache_folder
-
     module = assembly.module
     folder = cache_folder([Path(str(module.__file__))])
     if not all(any(folder.rglob(f"{module.__name__}.{kernel}-*.nbi")) for kernel in kernels):
@@ -108,8 +102,6 @@ def say_if_compiling(assembly: Assembly, *kernels: str) -> None:
 @contextmanager
 def told_as_kept(record: Path) -> Iterator[None]:
     """On Ctrl-C or a full disk during post-processing, print that the record is kept."""
-    from rotorsim.base.files import WriteError
-
     try:
         yield
     except WriteError as error:
@@ -122,8 +114,6 @@ def told_as_kept(record: Path) -> Iterator[None]:
 
 def leave_if_empty(outcome: Outcome, record: Path) -> None:
     """Exit with one sentence if nothing was simulated or a full disk ended the record."""
-    from rotorsim.experiments.recording import FEWEST
-
     ended, samples = outcome.ended, outcome.samples
     if outcome.error is not None:
         leave_if_cut(outcome, record)
@@ -135,8 +125,6 @@ def leave_if_empty(outcome: Outcome, record: Path) -> None:
 
 def leave_if_cut(outcome: Outcome, record: Path) -> None:
     """Exit with one sentence if the run ended early."""
-    from rotorsim.machine.numerics import SAMPLE
-
     length = f"{outcome.samples * SAMPLE:.1f} s of {outcome.asked * SAMPLE:.1f} s"
     if outcome.ended == "interrupted":
         print(f"interrupted: {length} are in {record}", file=sys.stderr)
@@ -165,9 +153,6 @@ def resumable(command: Callable[..., None]) -> Callable[..., None]:
 
 def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
     """Print the results as a table, then the paths of the files."""
-    from rich.console import Console
-    from rich.table import Table
-
     table = Table(show_header=False)
     for label, value in rows:
         table.add_row(label, value)

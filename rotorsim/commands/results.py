@@ -20,6 +20,7 @@ from rotorsim.base.file_set import finish_sets
 from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
 from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
 from rotorsim.errors import DataError
+from rotorsim.sampling import SAMPLE
 
 CAMPAIGN = "store.json"
 """File by which the folder of a campaign is known."""
@@ -205,8 +206,7 @@ def name_recovered(folder: Path) -> None:
     tidy(folder)
     if not left_behind(folder, GROWING):
         return
-    from rotorsim.experiments.recovery import recover
-    from rotorsim.sampling import SAMPLE
+    from rotorsim.experiments.recovery import recover  # brings the plant with it
 
     for path, samples in recover(folder):
         print(f"a run into {folder} was killed: its {samples * SAMPLE:.1f} s are kept in {path}", file=sys.stderr)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -27,9 +27,10 @@ from rotorsim.commands.options import (
     told_as_kept,
 )
 from rotorsim.commands.results import results
-
-if TYPE_CHECKING:
-    from rotorsim.experiments import Outcome
+from rotorsim.errors import DataError
+from rotorsim.experiments import Outcome, Runup, record
+from rotorsim.experiments.parameters import ask_speeds
+from rotorsim.signals.record_blocks import open_record
 
 RECORD, REPORT = "runup.nc", "report.html"
 
@@ -55,10 +56,6 @@ def runup(
     as_json: AsJson = False,
 ) -> None:
     """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
-    from rotorsim.errors import DataError
-    from rotorsim.experiments import Runup, record
-    from rotorsim.experiments.parameters import ask_speeds
-
     ramp = {name: quantity(name, text, "rad/s") for name, text in (("start", start), ("stop", stop))}
     ramp["rate"] = quantity("rate", rate, "rad/s^2")
     ramp["pressure"] = quantity("pressure", pressure, "Pa")
@@ -87,7 +84,6 @@ def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[st
     from rotorsim.report.pages.page import save_page
     from rotorsim.report.pages.run import analyse
     from rotorsim.report.text.tables import results
-    from rotorsim.signals.record_blocks import open_record
 
     with open_record(record) as data:
         run = analyse(data)

@@ -6,17 +6,28 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from rotorsim.base.files import write_json
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import Changes, Force, GridSize, MachineName, TimeStep, a_folder
+from rotorsim.commands.options import (
+    Changes,
+    Force,
+    GridSize,
+    MachineName,
+    TimeStep,
+    a_folder,
+    make_plant,
+    say_if_compiling,
+)
 from rotorsim.commands.results import results
-
-if TYPE_CHECKING:
-    from rotorsim.verify import Verification
+from rotorsim.control import load_law
+from rotorsim.verify import Verification, closed_loop, safe_speed
 
 FAILED = 1
 
@@ -35,10 +46,6 @@ def verify(
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
     """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
-    from rotorsim.commands.options import make_plant, say_if_compiling
-    from rotorsim.control import load_law
-    from rotorsim.verify import closed_loop, safe_speed
-
     loaded = load_law(law)
     plant = make_plant(machine, grid, time_step, changes or [])
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
@@ -73,10 +80,6 @@ def _print(result: Verification, report: str, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(_plain(result) | {"report": report}, indent=2))
         return
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     table = Table("criterion", "measured", "bound", "", "remark", box=None, pad_edge=False)
     for row in result.rows:
         words = {True: "pass", False: "FAIL", None: "-"}[row.passed]

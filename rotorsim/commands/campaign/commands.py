@@ -11,6 +11,9 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.campaign import load_plan
+from rotorsim.campaign.run import retry as retry_failed, run_campaign
+from rotorsim.commands.campaign.output import collect_into, settings, tell, tell_of_compiling, tell_plan, tell_status
 from rotorsim.commands.lazy_group import example
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign.")]
@@ -38,10 +41,6 @@ def run_plan(
     as_json: AsJson = False,
 ) -> None:
     """Run a plan, or what is left of it; the word `run` may be left out."""
-    from rotorsim.campaign import load_plan
-    from rotorsim.campaign.run import run_campaign
-    from rotorsim.commands.campaign.output import settings, tell, tell_of_compiling
-
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
     loaded = load_plan(plan)
     if scheduler is None:
@@ -62,11 +61,8 @@ def retry(
     as_json: AsJson = False,
 ) -> None:
     """Run the failed cases again, and those that are left."""
-    from rotorsim.campaign.run import retry
-    from rotorsim.commands.campaign.output import settings, tell
-
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
-    tell(retry(folder, chosen), folder, as_json)
+    tell(retry_failed(folder, chosen), folder, as_json)
 
 
 @example("rotorsim campaign status my_campaign --failed 10")
@@ -76,8 +72,6 @@ def status(
     as_json: AsJson = False,
 ) -> None:
     """Say what is done, failed and left; also while the campaign runs."""
-    from rotorsim.commands.campaign.output import tell_status
-
     tell_status(folder, failed, as_json)
 
 
@@ -94,8 +88,6 @@ def collect(
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
 ) -> None:
     """Put what is done into one table or one file; without --out, say what that would hold."""
-    from rotorsim.commands.campaign.output import collect_into
-
     names = None if variables is None else [name.strip() for name in variables.split(",")]
     collect_into(folder, out, experiment, names, force)
 
@@ -103,6 +95,4 @@ def collect(
 @example("rotorsim campaign check my_plan.toml")
 def check(plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file or shipped plan.")]) -> None:
     """Read a plan and say what it would run, without running it."""
-    from rotorsim.commands.campaign.output import tell_plan
-
     tell_plan(plan)

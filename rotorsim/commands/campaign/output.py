@@ -5,16 +5,26 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
+from rotorsim.base.netcdf import write_netcdf
+from rotorsim.campaign import load_plan
+from rotorsim.campaign.plan.plan import Plan
+from rotorsim.campaign.progress import spell
+from rotorsim.campaign.run import Outcome, Settings
+from rotorsim.campaign.store.collect import collect, write_table
+from rotorsim.campaign.store.index import DONE, FAILED, PENDING
+from rotorsim.campaign.store.store import open_store
+from rotorsim.campaign.workers.cluster import Tls
 from rotorsim.commands.options import quantity, say_if_compiling
 from rotorsim.commands.results import files
-
-if TYPE_CHECKING:
-    from rotorsim.campaign.plan.plan import Plan
-    from rotorsim.campaign.run import Outcome, Settings
+from rotorsim.errors import DataError
+from rotorsim.machine import Machine
+from rotorsim.machine.units import show
+from rotorsim.plant import Plant
+from rotorsim.sampling import SAMPLE
 
 SOME_FAILED = 3
 BYTES_PER_SAMPLE = 21 * 8
@@ -30,10 +40,6 @@ def settings(
     show: bool,
 ) -> Settings:
     """Run settings from the command line; raises DataError for incompatible options."""
-    from rotorsim.campaign.run import Settings
-    from rotorsim.campaign.workers.cluster import Tls
-    from rotorsim.errors import DataError
-
     if workers is not None and scheduler is not None:
         raise DataError("--workers: a scheduler has its own workers; leave out --workers or --scheduler")
     if workers is not None and workers < 1:
@@ -48,9 +54,6 @@ def settings(
 
 def tell_of_compiling(plan: Plan) -> None:
     """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
-    from rotorsim.machine import Machine
-    from rotorsim.plant import Plant
-
     if sys.stderr.isatty():
         return
     machine = Machine.from_text(next(iter(plan.machines.values())))
@@ -83,10 +86,6 @@ def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
 
 def tell_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
-    from rotorsim.campaign.progress import spell
-    from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-    from rotorsim.campaign.store.store import open_store
-
     store = open_store(folder)
     index = store.index()
     try:
@@ -108,8 +107,6 @@ def tell_status(folder: Path, most: int, as_json: bool) -> None:
 
 
 def _values(plan: Plan, values: dict[str, Any]) -> str:
-    from rotorsim.machine.units import show
-
     units = {axis.name: axis.target.unit for axis in plan.axes}
     said = {n: v if isinstance(v, str) or units[n] is None else show(v, units[n] or "1") for n, v in values.items()}
     return ", ".join(f"{name} = {value}" for name, value in said.items()) or "no axes"
@@ -119,10 +116,6 @@ def collect_into(
     folder: Path, out: Path | None, experiment: str | None, variables: list[str] | None, force: bool
 ) -> None:
     """Write the table or the records of a campaign into a file."""
-    from rotorsim.base.netcdf import write_netcdf
-    from rotorsim.campaign.store.collect import collect, write_table
-    from rotorsim.errors import DataError
-
     if out is not None and out.suffix not in (".csv", ".nc"):
         raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")
     if out is None:
@@ -140,11 +133,6 @@ def collect_into(
 
 def tell_plan(name: str) -> None:
     """Print the cases that a plan would run."""
-    from rotorsim.campaign import load_plan
-    from rotorsim.campaign.progress import spell
-    from rotorsim.machine.units import show
-    from rotorsim.sampling import SAMPLE
-
     plan = load_plan(name)
     typer.echo(f"{plan.name}: {len(plan)} cases, {spell(plan.seconds())} simulated")
     for axis in plan.axes:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import Field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -24,11 +25,8 @@ from rotorsim.commands.options import (
     quantity,
 )
 from rotorsim.experiments import EXPERIMENTS
-
-if TYPE_CHECKING:
-    from dataclasses import Field
-
-    from rotorsim.experiments.parameters import Param
+from rotorsim.experiments.parameters import Param, parameters
+from rotorsim.machine.units import show
 
 EXAMPLES = {
     "runup": "--stop '6000 rpm' --rate '100 rpm/s' --pressure '0.3 MPa'",
@@ -60,8 +58,6 @@ COMMON: dict[str, tuple[Any, Any]] = {
 
 def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
     """A function that typer makes a command of: one option for each parameter of `kind`, then the common ones."""
-    from rotorsim.experiments.parameters import parameters
-
     entries = list(parameters(kind))
     table = {"machine": (MachineName, "dtu_gas_bearing")}
     table |= {entry.name: option(entry, known) for entry, known in entries} | COMMON
@@ -81,8 +77,6 @@ def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
 
 def option(entry: Field[Any], known: Param) -> tuple[Any, Any]:
     """Annotation and default text of a parameter's option."""
-    from rotorsim.machine.units import show
-
     hint = f" One of {', '.join(known.choices)}." if known.choices else ""
     flag = typer.Option(f"--{entry.name.replace('_', '-')}", help=known.doc + hint)
     default: Any = entry.default

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw
 from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT
 from rotorsim.experiments.parameters import check_parameters, param
-
-if TYPE_CHECKING:
-    from rotorsim.plant import Plant
+from rotorsim.plant import Plant
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
+from rotorsim.commands.experiment.table import result_rows
 from rotorsim.commands.options import (
     leave_if_cut,
     leave_if_empty,
@@ -17,9 +20,11 @@ from rotorsim.commands.options import (
     told_as_kept,
 )
 from rotorsim.commands.results import results
-
-if TYPE_CHECKING:
-    from rotorsim.experiments import Experiment, Outcome
+from rotorsim.errors import DataError
+from rotorsim.experiments import Experiment, Outcome, record
+from rotorsim.experiments.parameters import ask_speeds
+from rotorsim.experiments.summary import summarise_experiment
+from rotorsim.signals.record_blocks import open_record
 
 
 def run_experiment(
@@ -27,9 +32,6 @@ def run_experiment(
     changes: list[str] | None, seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Run an experiment, write its record and print the result table."""
-    from rotorsim.experiments import record
-    from rotorsim.experiments.parameters import ask_speeds
-
     number = read_seed(seed)
     setup = kind(**given)
     plant = make_plant(machine, grid, time_step, changes or [])
@@ -48,18 +50,12 @@ def run_experiment(
 
 def read_seed(text: str) -> int:
     """Seed from an option's text; raises DataError."""
-    from rotorsim.errors import DataError
-
     if not text.isdecimal() or len(text) > 16:
         raise DataError(f"--seed: '{text[:30]}' is not a whole number from 0 to 2^53 - 1; give e.g. --seed 1")
     return int(text)
 
 
 def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
-    from rotorsim.commands.experiment.table import result_rows
-    from rotorsim.experiments.summary import summarise_experiment
-    from rotorsim.signals.record_blocks import open_record
-
     with open_record(path) as data:
         summary = summarise_experiment(data)
     files = {"record": str(path)} | write_page(path, report)
@@ -72,9 +68,6 @@ def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as
 
 def write_page(record: Path, wanted: bool) -> dict[str, str]:
     """Write the report next to the record if requested."""
-    from importlib import import_module
-    from importlib.util import find_spec
-
     if not wanted or find_spec("rotorsim.report.pages.experiment") is None:
         return {}
     page = record.with_suffix(".html")

@@ -5,16 +5,21 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
+from rotorsim.analysis import calibrate, read_targets
+from rotorsim.analysis.calibrate import Calibration
+from rotorsim.analysis.figures import UNITS
+from rotorsim.base.files import write_text
 from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import make_plant
 from rotorsim.commands.results import files
-
-if TYPE_CHECKING:
-    from rotorsim.analysis.calibrate import Calibration
-    from rotorsim.machine import Machine
+from rotorsim.machine import Machine
+from rotorsim.machine.edit import remarked, with_value
 
 
 @example("rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml")
@@ -32,9 +37,6 @@ def calibrate_command(
     Every target is shown before and after; rows with the role 'predict' take no part in the fit. Correlations and
     directions that the targets do not determine are named: numbers along them are not to be believed one by one.
     """
-    from rotorsim.analysis import calibrate, read_targets
-    from rotorsim.commands.options import make_plant
-
     asked = read_targets(targets)
     loaded = make_plant(machine, None, None, []).machine
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
@@ -61,9 +63,6 @@ def _tell(count: int, cost: float) -> None:
 
 def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
     """The machine with the new values, its comments kept where they still hold, and a remark at its head."""
-    from rotorsim.base.files import write_text
-    from rotorsim.machine.edit import remarked, with_value
-
     values = ", ".join(
         f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
     )
@@ -109,9 +108,6 @@ def numbers(found: Calibration) -> dict[str, Any]:
 
 
 def _print(found: Calibration) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
     console = Console(highlight=False)
     table = Table("target", "role", "asked", "before", "", "after", "", box=None, pad_edge=False)
     for row in found.rows:
@@ -148,8 +144,6 @@ SCALES = {"rad/s": (1.0, "rad/s"), "s": (1e3, "ms"), "m/V": (1e6, "um/V"), "m": 
 
 
 def _range(low: float, high: float, quantity: str) -> str:
-    from rotorsim.analysis.figures import UNITS
-
     scale, unit = SCALES.get(UNITS[quantity], (1.0, UNITS[quantity].replace("1", "")))
     low, high = (0.0 if abs(v * scale) < 1e-9 else v * scale for v in (low, high))
     text = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

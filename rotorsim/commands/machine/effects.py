@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import json
+from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from rotorsim.commands.lazy_group import example
+from rotorsim.effects import REGISTRY
+from rotorsim.errors import MachineFileError
+from rotorsim.machine.catalogue import catalogue, describe
 
 
 @example("rotorsim machine effects unbalance")
@@ -16,8 +23,6 @@ def effects(
     as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
 ) -> None:
     """List the physical effects a machine file may have, or show one: equation, source, parameters."""
-    from rotorsim.machine.catalogue import catalogue
-
     entries = catalogue() if name is None else [_entry(name)]
     if as_json:
         typer.echo(json.dumps(entries if name is None else entries[0], indent=2))
@@ -29,12 +34,6 @@ def effects(
 
 def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
-    from difflib import get_close_matches
-
-    from rotorsim.effects import REGISTRY
-    from rotorsim.errors import MachineFileError
-    from rotorsim.machine.catalogue import describe
-
     if name in REGISTRY:
         return describe(REGISTRY[name])
     close = get_close_matches(name, REGISTRY, n=1)
@@ -43,10 +42,6 @@ def _entry(name: str) -> dict[str, Any]:
 
 
 def _print_effects(entries: list[dict[str, Any]]) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     table = Table("effect", "port", "what", box=None, pad_edge=False)
     for e in entries:
         table.add_row(e["name"], e["port"], escape(e["summary"]))
@@ -54,10 +49,6 @@ def _print_effects(entries: list[dict[str, Any]]) -> None:
 
 
 def _print_effect(entry: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     console = Console(highlight=False)
     console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'])}\n")
     for text in (entry["equation"], entry["about"], f"Source: {entry['source']}"):

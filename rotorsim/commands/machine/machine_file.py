@@ -7,9 +7,11 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.base.files import write_text
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.machine.show import summary
 from rotorsim.commands.results import files
+from rotorsim.machine import load_machine, machine_text
 
 
 @example("rotorsim machine new my_rotor.toml --from plain_rotor")
@@ -21,9 +23,6 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
 ) -> None:
     """Write a commented machine file to start from."""
-    from rotorsim.base.files import write_text
-    from rotorsim.machine import machine_text
-
     with files(path, force=force, another="name"):
         write_text(path, machine_text(source))
     typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
@@ -34,6 +33,4 @@ def check(
     path: Annotated[str, typer.Argument(metavar="PATH", help="Machine file, or name of a shipped machine.")],
 ) -> None:
     """Check a machine file: one line if it is good, else one sentence per problem and exit code 2."""
-    from rotorsim.machine import load_machine
-
     typer.echo(f"{path}: ok, {summary(load_machine(path))}")

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from rotorsim.commands.lazy_group import example
-from rotorsim.machine import Machine
+from rotorsim.machine import Machine, load_machine
+from rotorsim.machine.part import Part
+from rotorsim.machine.toml import entries
+from rotorsim.machine.units import show as text
 
 
 @example("rotorsim machine show dtu_gas_bearing")
@@ -18,8 +25,6 @@ def show(
     as_json: Annotated[bool, typer.Option("--json", help="SI numbers as JSON.")] = False,
 ) -> None:
     """Show what a machine is made of."""
-    from rotorsim.machine import load_machine
-
     loaded = load_machine(machine)
     if as_json:
         typer.echo(json.dumps(si_numbers(loaded), indent=2))
@@ -29,8 +34,6 @@ def show(
 
 def summary(machine: Machine) -> str:
     """Machine summary in half a line."""
-    from rotorsim.machine.units import show as text
-
     film = machine.film
     parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
     if film:
@@ -41,8 +44,6 @@ def summary(machine: Machine) -> str:
 
 def si_numbers(machine: Machine) -> dict[str, Any]:
     """All values as SI numbers, with mass [kg] and content hash."""
-    from dataclasses import asdict
-
     effects = {name: [asdict(effect) for effect in effects] for name, effects in machine.effects.items()}
     return {
         **machine.model_dump(exclude={"effects"}),
@@ -54,10 +55,6 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     """Dotted path, value in engineering units and description of every field."""
-    from rotorsim.machine.part import Part
-    from rotorsim.machine.toml import entries
-    from rotorsim.machine.units import show as text
-
     for name, value, spec, doc in entries(part):
         here = f"{path}.{name}".lstrip(".")
         if isinstance(value, Part):
@@ -78,10 +75,6 @@ def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, st
 
 
 def _print_table(machine: Machine) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     console = Console(highlight=False)
     console.print(escape(summary(machine)))
     table = Table("field", "value", "meaning", box=None, pad_edge=False)

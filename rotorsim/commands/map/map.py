@@ -5,13 +5,21 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
+from rich.console import Console
+from rich.progress import Progress
 
+from rotorsim.analysis import critical_speeds, lift_off, operating_map, over_fields, safe_region, whirl_onset
+from rotorsim.analysis.axes import Field, read_axis, read_field
+from rotorsim.analysis.varied import with_fields
 from rotorsim.base.interrupt import finishing
+from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.map.tables import LISTED, tables
 from rotorsim.commands.options import (
@@ -20,17 +28,18 @@ from rotorsim.commands.options import (
     MachineName,
     a_folder,
     make_plant,
+    print_table,
     quantity,
     say_if_compiling,
 )
 from rotorsim.commands.results import results
+from rotorsim.errors import DataError
+from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.machine.usual import ask_machine
+from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
-
-    from rotorsim.analysis.axes import Field
-    from rotorsim.plant import Plant
 
 MAP, REPORT = "map.nc", "report.html"
 SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
@@ -72,12 +81,6 @@ def map_command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,
 ) -> None:
     """Map a machine over its operating points, without time simulation, and shade what is safe."""
-    from rotorsim.analysis import operating_map, safe_region
-    from rotorsim.analysis.axes import read_axis, read_field
-    from rotorsim.analysis.varied import with_fields
-    from rotorsim.machine.rim_speed import ask_rim_speed
-    from rotorsim.machine.usual import ask_machine
-
     speeds, pressures = read_axis("speed", speed, "rad/s"), read_axis("pressure", pressure, "Pa")
     fields = [read_field(text) for text in over or []]
     whirl = [2 * pi * quantity("frequency", text, "Hz") for text in frequency or []] or None
@@ -106,8 +109,6 @@ def map_command(
 
 def _check(plant: Plant, with_lift_off: bool, with_onset: bool) -> None:
     """Say before the work what the machine cannot answer."""
-    from rotorsim.errors import DataError
-
     if with_onset and plant.machine.film is None:
         raise DataError("--whirl-onset: the machine has no gas film; leave the option out")
     if with_lift_off and not plant.machine.injectors:
@@ -118,8 +119,6 @@ def _more(
     plant: Plant, fields: Sequence[Field], found: xr.Dataset, film: float | None, with_onset: bool, campbell: bool
 ) -> xr.Dataset:
     """The extra analyses at every value of the further axes; an interrupt keeps those before."""
-    from rotorsim.analysis import critical_speeds, over_fields, whirl_onset
-
     pressures, speeds = found["pressure"].values, found["speed"].values
 
     def crossings(plant: Plant) -> xr.Dataset:
@@ -144,8 +143,6 @@ def _more(
 def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
     import xarray as xr
 
-    from rotorsim.analysis import lift_off
-
     unit = {"units": "Pa", "long_name": f"pressure that leaves {film * 1e6:.3g} um of film, gauge"}
     pressure = ("speed", lift_off(plant, speeds, least_film=film), unit)
     return xr.Dataset({"lift_off_pressure": pressure}, {"speed": speeds})
@@ -153,16 +150,12 @@ def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
 
 def _bar(silent: bool) -> Any:
     """Context that gives a function (done, total) to tell of progress on a terminal, else None."""
-    from contextlib import contextmanager
 
     @contextmanager
     def shown() -> Any:
         if silent or not sys.stderr.isatty():
             yield None
             return
-        from rich.console import Console
-        from rich.progress import Progress
-
         with Progress(console=Console(stderr=True)) as bar:
             task = bar.add_task("operating points", total=None)
 
@@ -175,8 +168,6 @@ def _bar(silent: bool) -> Any:
 
 
 def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:
-    from rotorsim.base.netcdf import write_netcdf
-
     files = {"map": str(folder / MAP)}
     write_netcdf(folder / MAP, found)
     if report and "wn" in found:
@@ -207,8 +198,6 @@ def summary(found: xr.Dataset) -> dict[str, Any]:
 
 
 def _ends(values: Any) -> list[float | None]:
-    import numpy as np
-
     good = values[np.isfinite(values)]
     return [float(good.min()), float(good.max())] if good.size else [None, None]
 
@@ -221,10 +210,6 @@ def _plain(values: Any) -> Any:
 
 
 def _tell(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
-    from rich.console import Console
-
-    from rotorsim.commands.options import print_table
-
     numbers = summary(found)
     if as_json:
         typer.echo(json.dumps(numbers | {"files": files}, indent=2))

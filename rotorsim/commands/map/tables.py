@@ -7,12 +7,14 @@ from itertools import product
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
+from rich.table import Table
+
 from rotorsim.base.constants import TO_RPM
+from rotorsim.machine.units import show
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
-
 LISTED: dict[str, tuple[str, str, float]] = {
     "lift_off_pressure": ("lift_off_mpa", "Lift-off pressure [MPa]", 1e-6),
     "onset_speed": ("whirl_onset_rpm", "Whirl onset [rpm]", TO_RPM),
@@ -24,9 +26,6 @@ LISTED: dict[str, tuple[str, str, float]] = {
 
 def tables(found: xr.Dataset) -> Iterator[Table]:
     """One table per variable, with the last dimension along the columns and one column for each other one."""
-    from rich.markup import escape
-    from rich.table import Table
-
     for name, (_, title, scale) in LISTED.items():
         if name not in found:
             continue
@@ -49,8 +48,6 @@ def _title(found: xr.Dataset, dimension: str) -> str:
 
 def _label(found: xr.Dataset, dimension: str, value: Any, named: bool) -> str:
     """A coordinate's value with its unit, after the dimension's name if `named`."""
-    from rotorsim.machine.units import show
-
     unit = str(found[dimension].attrs.get("units", "1"))
     number = value.item()
     if unit == "rad/s":

@@ -5,19 +5,24 @@ from __future__ import annotations
 import json
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from identification import ModelError, load_model
+from identification.lpv.model import LpvModel
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
+from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, MachineName, a_folder, resumable
+from rotorsim.commands.options import AsJson, MachineName, a_folder, make_plant, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
-
-if TYPE_CHECKING:
-    from identification.lpv.model import LpvModel
-    from rotorsim.plant import Plant
+from rotorsim.commands.study.output import print_claims, stage_bar
+from rotorsim.errors import DataError
+from rotorsim.plant import Plant
+from rotorsim.reproduction.claims.control_numbers import control_numbers
+from rotorsim.reproduction.claims.verdicts import claims_blocks, plain, verdicts
+from rotorsim.reproduction.control import control_study
 
 Out = Annotated[
     Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there is resumed.")
@@ -36,15 +41,7 @@ def control(
     as_json: AsJson = False,
 ) -> None:
     """Design every controller on a model, verify them on the nonlinear plant and fill the claims C1 to C12."""
-    from identification import ModelError, load_model
-    from identification.lpv.model import LpvModel
-    from rotorsim.commands.options import make_plant
-    from rotorsim.commands.study.output import print_claims, stage_bar
-    from rotorsim.errors import DataError
     from rotorsim.report.pages.study import save_study_page
-    from rotorsim.reproduction.claims.control_numbers import control_numbers
-    from rotorsim.reproduction.claims.verdicts import claims_blocks, plain, verdicts
-    from rotorsim.reproduction.control import control_study
     from rotorsim.reproduction.page import control_blocks
 
     refuse_campaign(out)
@@ -83,10 +80,6 @@ def whole(
     as_json: AsJson = False,
 ) -> None:
     """The whole circle: campaign, identification, designs, verification, every claim; resumes where it stopped."""
-    from rotorsim.commands.data import sentences
-    from rotorsim.commands.options import make_plant
-    from rotorsim.commands.study.output import print_claims, stage_bar
-    from rotorsim.reproduction.claims.verdicts import plain
     from rotorsim.reproduction.whole import whole_study
 
     refuse_campaign(out)

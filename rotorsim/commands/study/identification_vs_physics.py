@@ -10,10 +10,18 @@ import typer
 
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
+from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import MachineName, a_folder, resumable
+from rotorsim.commands.options import MachineName, a_folder, make_plant, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import Counter, numbers_of, print_claims, write_page
+from rotorsim.reproduction.claims.identification_numbers import identification_numbers
+from rotorsim.reproduction.claims.judge import MET, NOT_MET
+from rotorsim.reproduction.claims.targets import targets
+from rotorsim.reproduction.claims.verdicts import verdicts
+from rotorsim.reproduction.identification_vs_physics import study
+from rotorsim.reproduction.plans import COUNTED, QUICK, Layout, run
+from rotorsim.reproduction.sources import sources_of
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
@@ -39,16 +47,6 @@ def identification_vs_physics(
 
     The records are campaigns below --out; they are kept, and the same command continues with them.
     """
-    from rotorsim.commands.data import sentences
-    from rotorsim.commands.options import make_plant
-    from rotorsim.reproduction.claims.identification_numbers import identification_numbers
-    from rotorsim.reproduction.claims.judge import MET, NOT_MET
-    from rotorsim.reproduction.claims.targets import targets
-    from rotorsim.reproduction.claims.verdicts import verdicts
-    from rotorsim.reproduction.identification_vs_physics import study
-    from rotorsim.reproduction.plans import COUNTED, QUICK, Layout, run
-    from rotorsim.reproduction.sources import sources_of
-
     refuse_campaign(out)
     plant = make_plant(machine, None, None, [])
     records = [str(folder.absolute()) for folder in campaign or []]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rotorsim.reproduction.claims.judge import Judged
-    from rotorsim.reproduction.claims.targets import Target
-    from rotorsim.reproduction.identification_vs_physics import Study
-    from rotorsim.reproduction.pool import Progress
+from rotorsim.reproduction.claims.judge import Judged
+from rotorsim.reproduction.claims.targets import Target
+from rotorsim.reproduction.claims.verdicts import claims_blocks, lines, plain
+from rotorsim.reproduction.identification_vs_physics import Study
+from rotorsim.reproduction.pool import Progress
+from rotorsim.reproduction.table import HEADS, rows, summary
 
 
 class Counter:
@@ -29,9 +30,6 @@ class Counter:
 
 def numbers_of(found: Study, told: list[Judged], reached: list[Target]) -> dict[str, Any]:
     """Everything in the report as numbers and text."""
-    from rotorsim.reproduction.claims.verdicts import plain
-    from rotorsim.reproduction.table import HEADS, rows, summary
-
     return {
         "errors": summary(found), "claims": plain(told), "targets": [asdict(t) for t in reached],
         "heads": HEADS, "rows": rows(found), "rows_model_2": rows(found, "2"), "failed": found.failed,
@@ -41,7 +39,6 @@ def numbers_of(found: Study, told: list[Judged], reached: list[Target]) -> dict[
 def write_page(found: Study, told: list[Judged], reached: list[Target], path: Path, machine: str) -> None:
     """Write the HTML report."""
     from rotorsim.report.pages.study import save_study_page
-    from rotorsim.reproduction.claims.verdicts import claims_blocks
     from rotorsim.reproduction.page import identification_blocks
 
     blocks = [*claims_blocks(told, "Claims on identification"), *identification_blocks(found, reached)]
@@ -62,6 +59,4 @@ def stage_bar() -> Progress:
 
 def print_claims(claims: list[Judged]) -> None:
     """Print the verdicts, the figures behind them and their count."""
-    from rotorsim.reproduction.claims.verdicts import lines
-
     print("\n".join(lines(claims)))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isinf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rotorsim.report.pages.study import Block
 from rotorsim.reproduction.claims.judge import MET, NEAR, NOT_MET, Judged, Numbers, count, judge
 from rotorsim.reproduction.claims.rules import Claim, Figure, Interval, claims
+
+if TYPE_CHECKING:
+    from rotorsim.report.pages.study import Block
 
 FITTED = " (fitted)"
 HEADS = ("figure", "thesis", "here", f"{MET} in", f"{NEAR} in", "verdict")
@@ -21,6 +23,8 @@ def verdicts(ours: Numbers, letters: str = "IC") -> list[Judged]:
 
 def claims_blocks(found: Sequence[Judged], title: str = "Claims of the thesis") -> list[Block]:
     """A table of the claims with a count of the verdicts, and one of their figures."""
+    from rotorsim.report.pages.study import Block
+
     rows = [(one.claim.number, one.verdict, one.claim.words, count(one.verdicts), one.claim.source) for one in found]
     text = (f"{count(one.verdict for one in found)}. A claim is as good as the worst of its figures; trivial and not "
             "comparable ones count only where there is no other.")  # fmt: skip
