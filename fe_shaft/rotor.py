@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft import assembly, ross
+from fe_shaft import assembly, campbell, critical, modal, response, ross, stability, static, transient, ucs
 from fe_shaft.bearing import BearingElement
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import ShaftElement
@@ -125,48 +125,34 @@ class Rotor:
 
     def run_static(self, gravity: float | None = None, force: ArrayLike | None = None) -> static.StaticResult:
         """Sag under gravity and given forces and the bearings' reactions; see static.run_static."""
-        from fe_shaft import static
-
         return static.run_static(self, static.GRAVITY if gravity is None else gravity, force)
 
     def run_modal(self, speed: float) -> modal.ModalResult:
         """Natural frequencies, damping and whirl at `speed` [rad/s]; see modal.run_modal."""
-        from fe_shaft import modal
-
         return modal.run_modal(self, speed)
 
     def run_campbell(self, speeds: ArrayLike, frequencies: int | None = 6) -> campbell.CampbellResult:
         """The lowest natural frequencies over `speeds` [rad/s]; see campbell.run_campbell."""
-        from fe_shaft import campbell
-
         return campbell.run_campbell(self, speeds, frequencies)
 
     def run_critical_speed(self, limit: float | None = None, count: int = 6) -> critical.CriticalSpeedResult:
         """Speeds that equal a natural frequency; see critical.run_critical_speed."""
-        from fe_shaft import critical
-
         return critical.run_critical_speed(self, limit, count)
 
     def run_ucs(
         self, stiffness_range: tuple[float, float] = (1e6, 1e11), num: int = 30, num_modes: int = 4, **more: Any
     ) -> ucs.UcsResult:
         """Undamped critical speeds over the bearings' stiffness [N/m]; see ucs.run_ucs."""
-        from fe_shaft import ucs
-
         return ucs.run_ucs(self, stiffness_range, num, num_modes, **more)
 
     def run_stability(self, speeds: ArrayLike) -> stability.StabilityResult:
         """Least logarithmic decrement over `speeds` [rad/s] and the onset of instability; see stability.py."""
-        from fe_shaft import stability
-
         return stability.run_stability(self, speeds)
 
     def run_unbalance_response(
         self, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike, frequency: ArrayLike
     ) -> response.ForcedResult:
         """Whirl forced by unbalance; see response.run_unbalance_response."""
-        from fe_shaft import response
-
         return response.run_unbalance_response(self, node, magnitude, phase, frequency)
 
     def run_freq_response(
@@ -177,8 +163,6 @@ class Rotor:
         outputs: Sequence[int] | None = None,
     ) -> response.FrequencyResponse:
         """Receptance over `frequency` [rad/s]; see response.run_freq_response."""
-        from fe_shaft import response
-
         return response.run_freq_response(self, frequency, speed, inputs, outputs)
 
     def run_time_response(
@@ -191,8 +175,6 @@ class Rotor:
         gravity: float = 0.0,
     ) -> transient.TimeResult:
         """Motion under forces `F` (n_t, ndof) [N, N m] at times `t` [s]; see transient.run_time_response."""
-        from fe_shaft import transient
-
         return transient.run_time_response(self, speed, F, t, initial, unbalance, gravity)
 
     @classmethod

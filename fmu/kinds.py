@@ -11,8 +11,12 @@ from fmu.kernel_object import ObjectTarget, write_objects
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
+from identification.errors import ModelError
+from identification.lpv.model import LpvModel
+from identification.model_file import load_model
 from rotorsim.control import load_law
 from rotorsim.errors import DataError
+from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.plant import Plant
 
 VACUUM = 101325.0
@@ -22,18 +26,12 @@ SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
 
 def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
     """A plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
-    from rotorsim.machine.rim_speed import ask_rim_speed
-
     ask_rim_speed(plant.machine, speed, "--speed")
     return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
 
 
 def linear_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
     """The identified model of a file, at a point [rad/s], [Pa] or in the middle of its range; raises DataError."""
-    from identification.errors import ModelError
-    from identification.lpv.model import LpvModel
-    from identification.model_file import load_model
-
     try:
         model = load_model(path)
     except ModelError as error:

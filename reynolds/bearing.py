@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reynolds import kernels
 from reynolds.grid import Grid, Layout, cells
 from reynolds.injector import Injector
+from reynolds.perturbation import dynamic_stiffness, linear_film
 from reynolds.steady import settle_film
+from reynolds.transient import GAMMA, MID, STAGE
 from reynolds.workspace import FilmModel, Gas
 
 Array = NDArray[np.float64]
@@ -131,8 +134,6 @@ class GasBearing:
         pins: ArrayLike | None = None,
     ) -> Coefficients:
         """K and C (n_freq, 2, 2) at the whirl frequencies [rad/s] by linear perturbation of the steady film."""
-        from reynolds.perturbation import dynamic_stiffness, linear_film
-
         w, F, _ = self._solve(journal, speed, supply_pressure, pins)
         omega = np.atleast_1d(np.asarray(whirl_frequency, float))
         film = linear_film(self.model, self._built[0], w, self._built[2], F, speed)
@@ -154,9 +155,6 @@ class GasBearing:
         tolerance: float = 1e-9,
     ) -> March:
         """March the film from its steady state at path(0) with the journal at path(t) -> (X, Y) [m]; dt [s]."""
-        from reynolds import kernels
-        from reynolds.transient import GAMMA
-
         layout, _, ix = self._built
         w, F, _ = self._solve(path(0.0), speed, supply_pressure, pins)
         for array in (layout.p_1, layout.p_2, layout.p_3):
@@ -174,8 +172,6 @@ class GasBearing:
     def _solve(
         self, journal: ArrayLike, speed: float, supply_pressure: float, pins: ArrayLike | None
     ) -> tuple[Array, Any, bool]:
-        from reynolds import kernels
-
         layout, w0, ix = self._built
         w = w0.copy()
         position = np.asarray(journal, float)
@@ -206,8 +202,6 @@ class GasBearing:
     def _result(self, w: Array, F: Any, speed: float, converged: bool) -> SteadyFilm:
         layout, model = self._built[0], self.model
         n = layout.n_inj
-        from reynolds import kernels
-
         escaping = _edge_flow(model, layout, w)
         return SteadyFilm(
             pressure=self._pressure(w),
@@ -254,8 +248,6 @@ def _mass_defect(flows: Array, model: FilmModel, dt: float) -> float:
     The integrals are the method's own: a step of TR-BDF2 takes the rates of its start, its stage and its end with
     weights that follow from the two stage equations.
     """
-    from reynolds.transient import MID, STAGE
-
     rate = flows[:, 0] * model.record()["source"][0] - flows[:, 1]
     held = flows[1::2, 2]
     mid, end = rate[0::2], rate[1::2]

@@ -18,6 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from reynolds import kernels
 from reynolds.grid import Layout, cells
 from reynolds.workspace import FilmModel
 
@@ -42,8 +43,6 @@ def dynamic_stiffness(film: LinearFilm, omega: float) -> np.ndarray:
 
 def linear_film(model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float) -> LinearFilm:
     """Matrices at the steady state held in the workspace w (left as it is) for shaft speed `speed` [rad/s]."""
-    from reynolds import kernels
-
     w = w.copy()
     kernels.linear_terms(w, ix, F, layout, speed * model.grid.radius)
     index = cells(layout)

@@ -13,6 +13,8 @@ from multiprocessing import get_context, parent_process, resource_tracker
 from types import TracebackType
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from rotorsim.errors import Unusual
 
 
@@ -59,8 +61,6 @@ class Processes(ProcessPoolExecutor):
 
 def _begin() -> None:
     """One thread of linear algebra; Ctrl-C is the parent's business, on systems without signal masks too."""
-    from threadpoolctl import threadpool_limits
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     warnings.simplefilter("ignore", Unusual)  # the parent has asked
     threadpool_limits(1)

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
 import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 Block = TypeVar("Block", bound=tuple)
 
@@ -17,9 +19,6 @@ def track(blocks: Iterable[Block], samples: int, sample: float, show: bool) -> I
     if not (show and sys.stderr.isatty()):
         yield from blocks
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
     columns = (
         TextColumn("{task.fields[simulated]:.1f} s simulated"),
         BarColumn(),

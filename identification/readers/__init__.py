@@ -13,6 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError, SchemaError
+from identification.readers.csv import read_csv
+from identification.readers.mat import read_mat
+from identification.readers.mat73 import read_mat73
+from identification.readers.netcdf import read_netcdf
+from identification.readers.tdms import read_tdms
+from identification.readers.uff import read_uff
+from identification.records.assemble import assemble, provenance
+from identification.records.column_names import recognise
+from identification.records.mapping import load_mapping
 from identification.records.validate import validate
 from rotorsim.base.own_files import instead
 
@@ -59,10 +68,6 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 @np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that
 def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
     """As `read`, but time series come as they are, with their gaps and NaN."""
-    from identification.records.assemble import assemble, provenance
-    from identification.records.column_names import recognise
-    from identification.records.mapping import load_mapping
-
     path = _regular(path)
     mapped = load_mapping(mapping) if mapping is not None else None
     try:
@@ -82,24 +87,14 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
     kind = format_of(path)
     try:
         if kind == "csv":
-            from identification.readers.csv import read_csv
-
             return read_csv(path, mapping.file if mapping else {})
         if kind == "mat":
-            from identification.readers.mat import read_mat
-
             return read_mat(path)
         if kind == "mat73":
-            from identification.readers.mat73 import read_mat73
-
             return read_mat73(path)
         if kind == "uff":
-            from identification.readers.uff import read_uff
-
             return read_uff(path)
         if kind == "tdms":
-            from identification.readers.tdms import read_tdms
-
             return read_tdms(path)
         raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
     except ReadError as error:
@@ -134,8 +129,6 @@ def format_of(path: Path) -> str:
 
 
 def _record(path: Path, mapping: Mapping | None) -> xr.Dataset:
-    from identification.readers.netcdf import read_netcdf
-
     if mapping is not None:
         raise ReadError("a netCDF record describes itself; leave the mapping out")
     return read_netcdf(path)

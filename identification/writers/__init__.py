@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING
 from identification.errors import SchemaError
 from identification.records.schema import named_axes
 from identification.records.validate import validate
+from identification.writers.csv import write_csv
+from identification.writers.mat import write_mat
+from identification.writers.netcdf import write_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,15 +40,9 @@ def save(record: xr.Dataset, path: str | Path) -> Path:
 def _writer(path: Path) -> Callable[[xr.Dataset, Path], None]:
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        from identification.writers.csv import write_csv
-
         return write_csv
     if suffix == ".mat":
-        from identification.writers.mat import write_mat
-
         return write_mat
     if suffix == ".nc":
-        from identification.writers.netcdf import write_netcdf
-
         return write_netcdf
     raise SchemaError(f"{path}: unknown suffix {suffix!r}; write .csv, .mat or .nc")

@@ -19,6 +19,7 @@ from functools import cache
 
 import numpy as np
 from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
 
 from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
@@ -205,8 +206,6 @@ class _Fit:
 
 def _read(machine: Machine, targets: Targets, asked: Sequence[Target]) -> list[tuple[float, float]]:
     """Smallest and largest value of each asked target's quantity; every operating point is computed once."""
-    from threadpoolctl import threadpool_limits
-
     plant = Plant(machine)
     point = cache(lambda speed, pressure: figures(plant, speed, pressure))
     with threadpool_limits(1):  # the matrices are small

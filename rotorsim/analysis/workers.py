@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from rotorsim.processes import Processes
 
 WORTH = 60
@@ -21,8 +23,6 @@ def useful(workers: int | None, points: int) -> int:
 
 def spread(job: Callable[..., Any], jobs: Sequence[tuple], workers: int) -> Iterator[tuple[int, Any]]:
     """(number of the job, result) in the order of completion."""
-    from threadpoolctl import threadpool_limits
-
     if workers <= 1:
         with threadpool_limits(1):  # the matrices are small: more threads only wait for each other
             for number, arguments in enumerate(jobs):

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import least_squares
 
+from reynolds import GasBearing, Injector
 from rotorsim.bench.result import Figure
 from rotorsim.plant import Plant
 
@@ -98,8 +99,6 @@ def fit_decay(time: np.ndarray, signal: np.ndarray, omega: float, zeta: float) -
 
 def mass() -> Iterator[Figure]:
     """Balance of the film's mass over a march at the default tolerance, relative to the mass injected."""
-    from reynolds import GasBearing, Injector
-
     injectors = tuple(Injector(angle) for angle in np.deg2rad([90, 0, -90, 180]))
     bearing = GasBearing(0.02, 0.04, 25e-6, injectors=injectors, n_theta=32, n_z=16)
     march = bearing.march(

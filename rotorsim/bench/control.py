@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from identification import load_model
 from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM
 from rotorsim.bench.result import Figure
@@ -81,8 +82,6 @@ def synthesis() -> Iterator[Figure]:
 
 def rig_model() -> LpvModel:
     """Model 2 of the shipped rig."""
-    from identification import load_model
-
     model = load_model(MODEL)
     assert isinstance(model, LpvModel)
     return model

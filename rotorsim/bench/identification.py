@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 import identification as idn
+from identification.campaign import identify_all
 from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
 from rotorsim.bench.result import Figure
@@ -57,8 +58,6 @@ def _seconds(work: Callable[[], Any], clock: Callable[[], float]) -> float:
 
 def many_records() -> Iterator[Figure]:
     """35 + 34 records from files to surfaces on two cores."""
-    from identification.campaign import identify_all
-
     grid = list(product(np.linspace(0, 628, 7), np.linspace(3e5, 7e5, 5)))
     with tempfile.TemporaryDirectory() as name:
         for k, (w, p) in enumerate([*grid, *grid[:-1]]):

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from reynolds import GasBearing, Injector
 from rotorsim.analysis import critical_speeds, operating_map, operating_point, whirl_onset
 from rotorsim.base.constants import RPM
 from rotorsim.bench.result import Figure
@@ -114,8 +115,6 @@ def crossings() -> Iterator[Figure]:
 
 def films() -> Iterator[Figure]:
     """Film coefficients against differences of the steady film and against a march with a small harmonic motion."""
-    from reynolds import GasBearing, Injector
-
     injectors = tuple(Injector(angle) for angle in np.deg2rad([90, 0, -90, 180]))
     bearing = GasBearing(0.02, 0.04, 25e-6, injectors=injectors, n_theta=32, n_z=16)
     at, speed, supply, omega = np.array([2e-6, -6e-6]), 314.159, 0.5e6, 2 * np.pi * 120

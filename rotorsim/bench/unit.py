@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from fmu.checks.importer import fmpy
 from rotorsim.bench.result import Figure
 from rotorsim.machine.numerics import SAMPLE
 
@@ -50,8 +51,6 @@ print(json.dumps([ready, statistics.median(unit_times), statistics.median(plant_
 
 def unit() -> Iterator[Figure]:
     """The shipped rig at its own grid, as a portable and as a native unit through FMPy; both baselines side by side."""
-    from fmu.checks.importer import fmpy
-
     fmpy()
     for cpu, environment in BASELINES.items():
         with tempfile.TemporaryDirectory() as folder:

@@ -7,6 +7,9 @@ import time
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
 RECENT = 60.0
 """Time [s] over which the rate is averaged."""
 COMPILING = "the first case compiles its machine, if it is new"
@@ -47,9 +50,6 @@ def bar(show: bool, total: int, done: int) -> AbstractContextManager[Any]:
     """Progress bar (rich) with the fields `rate` and `left`, or none."""
     if not (show and sys.stderr.isatty()):
         return nullcontext(None)
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
     columns = (
         TextColumn("{task.completed} of {task.total} cases"),
         BarColumn(),

@@ -19,7 +19,7 @@ from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.progress import Rate, bar, update
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING, Index
-from rotorsim.campaign.store.store import Store, clear_parts, make_store, parts_folder
+from rotorsim.campaign.store.store import Store, clear_parts, make_store, open_store, parts_folder
 from rotorsim.campaign.store.versions import mismatch, versions
 from rotorsim.campaign.workers.cluster import Tls, check_workers, cluster, free_workers
 from rotorsim.campaign.workers.scheduler import Pump
@@ -83,8 +83,6 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
 
 def retry(folder: Path, settings: Settings | None = None) -> Outcome:
     """Run the failed and the remaining cases of a store."""
-    from rotorsim.campaign.store.store import open_store
-
     store = open_store(folder.absolute())
     with store.locked(), _open(store) as index:
         index.reset([row.number for row in index.rows(FAILED)])

@@ -11,6 +11,7 @@ from rotorsim.base.suggest import did_you_mean
 from rotorsim.control.designs.plants import Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
+from rotorsim.machine.units import parse
 
 DESIGNS = {
     "p": "decentralised proportional control (thesis C)",
@@ -92,8 +93,6 @@ def _value(old: Any, name: str, text: str, setting: str) -> Any:
 
 
 def _quantity(text: str, setting: str, unit: str, example: str) -> float:
-    from rotorsim.machine.units import parse
-
     try:
         return float(parse(text, unit))
     except (ValueError, KeyError) as error:

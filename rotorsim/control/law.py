@@ -21,6 +21,7 @@ from rotorsim.base.files import write_json
 from rotorsim.base.own_files import instead
 from rotorsim.control.errors import LawError
 from rotorsim.control.runtime import alarm
+from rotorsim.control.runtime.kernels import refresh, step
 from rotorsim.control.runtime.layout import Layout, make_layout
 from rotorsim.sampling import SAMPLE
 
@@ -152,8 +153,6 @@ class Law:
         A sample that is NaN or infinite leaves the states as they are: the last output is held for 5 samples and then
         fades out within 100; with good samples the law comes back without a jump. `alarm` is the reason.
         """
-        from rotorsim.control.runtime.kernels import step
-
         if len(measured) != 2:
             raise LawError(f"law {self.name}: measured has {len(measured)} channels and the law 2; give disc x and y")
         x, y = float(measured[0]), float(measured[1])
@@ -177,8 +176,6 @@ class Law:
 
     def at(self, speed: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """A, B, C, D as they run at an operating point."""
-        from rotorsim.control.runtime.kernels import refresh
-
         w, L, n = np.zeros(self.layout.size), self.layout, self.order
         refresh(w, self.table, self.axes, L, float(speed), float(pressure))
         return (

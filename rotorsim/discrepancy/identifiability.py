@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from identification import make_record
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.data.intake import make_trials, open_records
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
@@ -66,8 +67,6 @@ class AliasMatrix:
 
 def standard_trials(machine: Machine) -> list[Trial]:
     """Inputs of the standard campaign's records for the fit, without measured data."""
-    from identification import make_record
-
     trials = []
     for planned in campaign(machine):
         if planned.role != "fit" or planned.name.endswith("repeat"):

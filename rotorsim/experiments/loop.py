@@ -10,6 +10,7 @@ from rotorsim.errors import ControllerError, ConvergenceError
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.controller import ask
+from rotorsim.plant.simulation import split_columns
 
 if TYPE_CHECKING:
     from rotorsim.plant.controller import Controller
@@ -48,8 +49,6 @@ class Loop:
         return np.concatenate(tables), used
 
     def _ask(self, simulation: Simulation, table: np.ndarray, row: np.ndarray) -> np.ndarray:
-        from rotorsim.plant.simulation import split_columns
-
         seen: dict[str, Any] = split_columns(table, row[None], simulation.assembly.film_model is not None)
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from identification import make_record
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
 from rotorsim.errors import ControllerError, ConvergenceError, DataError
@@ -80,8 +81,6 @@ def run(plant: Plant, experiment: Experiment, seed: int = 0, progress: bool = Fa
     ------
     DataError, NoLiftOffError, ConvergenceError, ControllerError
     """
-    from identification import make_record
-
     if experiment.samples * SAMPLE > LONGEST_IN_MEMORY:
         raise DataError(
             f"{experiment.name}: {experiment.samples * SAMPLE:g} s are more than the {LONGEST_IN_MEMORY:g} s that are "

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+import identification as idn
 from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.frame import AT, Geometry, make_frame
 from rotorsim.live.rig.history import LENGTH
@@ -20,8 +21,6 @@ class Replay:
     """Record during replay: `advance` moves on in time, `frame` gives the present view."""
 
     def __init__(self, path: Path) -> None:
-        import identification as idn
-
         try:
             record = idn.read(path)
         except (idn.ReadError, idn.SchemaError) as error:

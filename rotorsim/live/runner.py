@@ -14,6 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from rotorsim.errors import RotorsimError
 from rotorsim.live.aside import Aside
 from rotorsim.live.frame import Geometry, make_frame
@@ -330,8 +332,6 @@ def _sentence(error: Exception) -> str:
 
 
 def _geometry(rig: Rig) -> Geometry:
-    import numpy as np
-
     if rig.assembly.film_model is None:
         return Geometry.of(rig.machine, np.zeros(0), np.zeros(0))
     grid = rig.assembly.film_model.grid

@@ -6,6 +6,9 @@ from collections.abc import Iterable, Mapping, MutableMapping
 from numbers import Integral, Real
 from typing import Any
 
+import tomlkit
+from tomlkit.items import InlineTable
+
 from rotorsim.errors import MachineFileError
 from rotorsim.machine.units import quote
 
@@ -23,8 +26,6 @@ def with_value(text: str, path: str, value: Any) -> str:
 
 def with_values(text: str, values: Mapping[str, Any]) -> str:
     """Likewise with several values, by path; the text is parsed once."""
-    import tomlkit
-
     document = tomlkit.parse(text)
     for path, value in values.items():
         _set(document, path, value)
@@ -33,8 +34,6 @@ def with_values(text: str, values: Mapping[str, Any]) -> str:
 
 def remarked(text: str, paths: Iterable[str], remark: str) -> str:
     """TOML `text` with `remark` as the comment behind the values at `paths`, instead of the one that is there."""
-    import tomlkit
-
     document = tomlkit.parse(text)
     for path in paths:
         *above, last = path.split(".")
@@ -50,8 +49,6 @@ def comment(table: Any, key: str, remark: str) -> None:
 
 def inline(table: Any) -> bool:
     """Whether a table of tomlkit stands on one line, in braces."""
-    from tomlkit.items import InlineTable
-
     return isinstance(table, InlineTable)
 
 
@@ -72,8 +69,6 @@ def _set(document: Any, path: str, value: Any) -> None:
 
 def _descend(table: Any, keys: list[str], path: str) -> Any:
     """The table that holds the last key of `path`."""
-    import tomlkit
-
     for depth, key in enumerate(keys):
         if isinstance(table, list):
             table = _item(table, key, ".".join(keys[:depth]))

@@ -17,6 +17,8 @@ from math import log, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.errors import Unusual
+from rotorsim.machine.part import Part
+from rotorsim.machine.toml import entries
 from rotorsim.machine.unit_table import advised, dimension
 from rotorsim.machine.units import parse, show, split
 
@@ -114,9 +116,6 @@ def questions(machine: Machine) -> list[str]:
 
 def numbers(part: Any, path: str = "") -> Iterator[tuple[str, float, str]]:
     """Path, value [SI] and unit of every number of a machine that has one."""
-    from rotorsim.machine.part import Part
-    from rotorsim.machine.toml import entries
-
     for name, value, spec, _ in entries(part):
         here = f"{path}.{name}".lstrip(".")
         if isinstance(value, dict):

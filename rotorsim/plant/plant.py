@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from identification import make_record
+from rotorsim.base.version import installed
 from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 from rotorsim.machine.numerics import SAMPLE
@@ -18,7 +20,9 @@ from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
 from rotorsim.plant.controller import Controller, ask, check_controller, check_range, provenance
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
+from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation, split_columns
+from rotorsim.progress import track
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,8 +68,6 @@ class Plant:
 
     def linearise(self, speed: float = 0.0, pressure: float = 0.0) -> LinearPlant:
         """Linear model about the equilibrium at a speed [rad/s] and gauge pressure [Pa]."""
-        from rotorsim.plant.linearise import linearise
-
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
     def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
@@ -95,9 +97,6 @@ class Plant:
         part. `initial` is "equilibrium" or a `Simulation` to continue. `seed` makes the
         sensors' noise and nothing else. Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
-        from identification import make_record
-        from rotorsim.progress import track
-
         if not isinstance(initial, Simulation) and initial != "equilibrium":
             raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to continue")
         if controller is not None:
@@ -146,8 +145,6 @@ class Plant:
 
     def provenance(self, seed: int = 0) -> dict[str, Any]:
         """Attributes of a record: machine text and hash, seed, versions."""
-        from rotorsim.base.version import installed
-
         return {
             "machine": self.machine.text,
             "machine_hash": self.machine.hash,

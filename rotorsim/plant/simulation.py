@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from reynolds.bearing import interval_pressure
+from reynolds.newton import FACTORISATIONS, ITERATIONS
 from rotorsim.errors import ConvergenceError, DataError
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.assemble import Assembly
@@ -73,8 +75,6 @@ class Simulation:
 
     def film_pressure(self) -> np.ndarray:
         """Film pressure (n_theta, n_z) [Pa, absolute] now."""
-        from reynolds.bearing import interval_pressure
-
         model = self.assembly.film_model
         assert model is not None
         return interval_pressure(model, self.assembly.film, self.w)
@@ -82,8 +82,6 @@ class Simulation:
     @property
     def counters(self) -> dict[str, float]:
         """Newton iterations, factorisations and parts of steps so far."""
-        from reynolds.newton import FACTORISATIONS, ITERATIONS
-
         c = self.assembly.film.convergence
         return {
             "iterations": float(self.w[c + ITERATIONS]),

@@ -10,13 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from identification import load_model
 from rotorsim.analysis import critical_speeds, whirl_onset
 from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
+from rotorsim.control.designs import p
 from rotorsim.control.loop.analysis import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from rotorsim.report.pages.verification import spectra_of
 from rotorsim.sampling import SAMPLE
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
@@ -43,8 +46,6 @@ SHOWN = 400.0
 
 def design(model_path: str, name: str, preset: str, changes: list[str], out: str) -> dict[str, Any]:
     """Write the law of a design; its findings, or why it was refused."""
-    from identification import load_model
-
     model = load_model(model_path)
     try:
         law = module_of(name).design(model, make_spec(name, changes, preset))
@@ -137,8 +138,6 @@ def whirl(machine: str, pressures: list[float]) -> dict[str, list[float]]:
 
 def spectra(run: Run) -> dict[str, list[Any]]:
     """Speeds [rad/s], frequencies [Hz] and amplitudes [um] of y for a waterfall."""
-    from rotorsim.report.pages.verification import spectra_of
-
     speed, frequency, heights = spectra_of(run, SHOWN)
     return {"speed": speed.round(2).tolist(), "frequency": frequency.tolist(), "heights": heights.round(3).tolist()}
 
@@ -161,8 +160,6 @@ def _without_runout(machine: str) -> str:
 
 def machine_code(machine: str) -> list[str]:
     """Make, once for all processes, the machine code of the plants that a verification runs besides its own."""
-    from rotorsim.control.designs import p
-
     names = []
     for name, plant in other_machines(_plant(machine)):
         for law in (None, p.make(p.Spec())):

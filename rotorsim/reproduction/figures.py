@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.report.figures.identification_plots import Panel, fits_by_model, over_speed
 from rotorsim.reproduction.identification_vs_physics import Study
 
 DERIVED = (
@@ -20,7 +21,6 @@ UNITS = {"K": "1/s^2", "D": "1/s", "B": "m/(s^2 V)"}
 
 def figures(study: Study) -> list[tuple[str, str, Any]]:
     """Title, sentence and figure of each."""
-    from rotorsim.report.figures.identification_plots import Panel, fits_by_model, over_speed
 
     def values(things: Any, key: str, index: tuple[int, ...], scale: float) -> np.ndarray:
         return np.array([np.asarray(getattr(thing, key))[index] for thing in things]) * scale

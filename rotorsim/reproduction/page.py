@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.constants import TO_HZ
-from rotorsim.report.pages.study import Block
+from rotorsim.report.figures.control_plots import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
+from rotorsim.report.pages.study import Block, figure_of
 from rotorsim.reproduction.claims.judge import MET, NOT_MET
+from rotorsim.reproduction.figures import figures
+from rotorsim.reproduction.table import HEADS, rows, summary
 
 if TYPE_CHECKING:
     from rotorsim.reproduction.claims.targets import Target
@@ -21,9 +24,6 @@ VERDICTS = {True: "pass", False: "FAIL", None: "not judged"}
 
 def identification_blocks(found: Study, reached: Sequence[Target]) -> list[Block]:
     """Sections of identification against physics."""
-    from rotorsim.reproduction.figures import figures
-    from rotorsim.reproduction.table import HEADS, rows, summary
-
     aims = [
         (t.figure, f"{t.value:.3g} {t.unit}", f"{t.bound:g} {t.unit}", MET if t.met else NOT_MET, t.remark)
         for t in reached
@@ -46,8 +46,6 @@ def identification_blocks(found: Study, reached: Sequence[Target]) -> list[Block
 
 def control_blocks(found: ControlStudy) -> list[Block]:
     """Sections of the study of control."""
-    from rotorsim.report.figures.control_plots import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
-
     ratios = {name: found.ratio(name) for name in found.impacts if name != "open loop"}
     runs = {"open loop": found.safe["open loop"]} | found.safe
     blocks = [
@@ -130,6 +128,4 @@ def plain_blocks(blocks: Sequence[Block]) -> list[dict[str, Any]]:
 
 def blocks_of(plain: Sequence[dict[str, Any]]) -> list[Block]:
     """Sections from plain JSON."""
-    from rotorsim.report.pages.study import figure_of
-
     return [Block(t["title"], t["text"], t["heads"], t["rows"], figure_of(t["figure"])) for t in plain]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identification.local.start import levy
+from identification.records.frf import FrequencyResponse
 from rotorsim.analysis.supply import supply_pressure
 
 if TYPE_CHECKING:
@@ -30,9 +32,6 @@ class Physics:
 
 def physics(plant: Plant, speed: float, pressure: float) -> Physics:
     """The linearised plant at `speed` [rad/s] and gauge `pressure` [Pa] at the injectors, as a record has it."""
-    from identification.local.start import levy
-    from identification.records.frf import FrequencyResponse
-
     found = plant.linearise(speed, supply_pressure(plant.assembly, speed, pressure))
     peak = float(found.wn[0])
     omega = np.linspace(0.1 * peak, 1.8 * peak, 60)

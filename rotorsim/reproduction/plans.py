@@ -10,6 +10,8 @@ from signal import SIGINT
 from typing import TYPE_CHECKING
 
 from rotorsim.base.constants import RPM
+from rotorsim.campaign import Settings, run_campaign
+from rotorsim.campaign.plan.parse import make_plan
 from rotorsim.errors import DataError
 from rotorsim.reproduction.claims.rules import points
 
@@ -96,8 +98,6 @@ def _middles(values: tuple[float, ...]) -> tuple[float, ...]:
 
 def plans(machine: Machine, layout: Layout) -> dict[str, Plan]:
     """Plans by name, of any machine."""
-    from rotorsim.campaign.plan.parse import make_plan
-
     return {name: make_plan(text, machines={"machine": machine.text}) for name, text in layout.texts()}
 
 
@@ -113,8 +113,6 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
     StoreError
         If a folder holds a campaign of another plan or machine.
     """
-    from rotorsim.campaign import Settings, run_campaign
-
     folders = []
     for name, plan in plans(machine, layout).items():
         folder = out / name

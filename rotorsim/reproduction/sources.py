@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identification import Source, UnfitError, files_of, pair, survey
+from rotorsim.campaign import open_store
+from rotorsim.campaign.store.index import DONE
+from rotorsim.campaign.store.store import record_path
 
 if TYPE_CHECKING:
     from rotorsim.campaign.store.index import Row
@@ -45,9 +48,6 @@ def campaign_sources(folder: Path) -> list[Source]:
     UnfitError
         If nothing that excites is done yet.
     """
-    from rotorsim.campaign import open_store
-    from rotorsim.campaign.store.index import DONE
-
     store = open_store(folder)
     index = store.index()
     try:
@@ -64,8 +64,6 @@ def campaign_sources(folder: Path) -> list[Source]:
 
 
 def _source(store: Store, row: Row) -> Source | None:
-    from rotorsim.campaign.store.store import record_path
-
     entry = next(entry for entry in store.plan.entries if entry.name == row.experiment)
     values = {**entry.parameters, **row.parameters}
     if entry.kind not in EXCITING + QUIET or not {"speed", "pressure"} <= values.keys():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -15,13 +16,18 @@ from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.reproduction.cache import find, keep, key_of
+from rotorsim.reproduction.claims.control_numbers import control_numbers
 from rotorsim.reproduction.claims.hysteresis import hysteresis_numbers
+from rotorsim.reproduction.claims.identification_numbers import identification_numbers
 from rotorsim.reproduction.claims.judge import Judged
+from rotorsim.reproduction.claims.targets import targets
 from rotorsim.reproduction.claims.verdicts import claims_blocks, markdown, verdicts
 from rotorsim.reproduction.control import ControlStudy, control_study
-from rotorsim.reproduction.page import blocks_of, control_blocks, plain_blocks
-from rotorsim.reproduction.plans import QUICK, Layout, run
+from rotorsim.reproduction.identification_vs_physics import study
+from rotorsim.reproduction.page import blocks_of, control_blocks, identification_blocks, plain_blocks
+from rotorsim.reproduction.plans import COUNTED, QUICK, Layout, run
 from rotorsim.reproduction.pool import Case, Progress, run_cases
+from rotorsim.reproduction.sources import sources_of
 
 DESIGN_MODEL = "model_2.json"
 """Laws are designed on Model 2: it has the right gain at rest, which Model 3 has not (docs/identification.md)."""
@@ -107,15 +113,6 @@ def _identification(
 
 
 def _identify(plant: Plant, folders: list[Path], workers: int, progress: Progress) -> dict[str, Any]:
-    import json
-
-    from rotorsim.reproduction.claims.identification_numbers import identification_numbers
-    from rotorsim.reproduction.claims.targets import targets
-    from rotorsim.reproduction.identification_vs_physics import study
-    from rotorsim.reproduction.page import identification_blocks
-    from rotorsim.reproduction.plans import COUNTED
-    from rotorsim.reproduction.sources import sources_of
-
     sources = sources_of(folders)
     total, done = sum(source.role in COUNTED for source in sources), [0]
 
@@ -144,6 +141,4 @@ def _hysteresis(plant: Plant, stages: Path, progress: Progress) -> dict[str, dic
 
 
 def _control(found: ControlStudy, model: LpvModel) -> dict[str, dict[str, float]]:
-    from rotorsim.reproduction.claims.control_numbers import control_numbers
-
     return control_numbers(found, model)

@@ -30,7 +30,7 @@ def assembly():
 @pytest.fixture
 def empty(assembly, monkeypatch, tmp_path):
     """A cache without any machine code; what this process has it keeps."""
-    monkeypatch.setattr("reynolds.jit.cache_folder", lambda sources: tmp_path / "empty")
+    monkeypatch.setattr("rotorsim.commands.options.cache_folder", lambda sources: tmp_path / "empty")
 
 
 def test_what_is_on_disk_is_not_announced(assembly, capsys):

@@ -20,6 +20,8 @@ from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.store.index import DONE, Row
 from rotorsim.campaign.store.lazy import Variable, opened, stacked
 from rotorsim.campaign.store.store import open_store, record_path
+from rotorsim.campaign.store.table import header, line
+from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,8 +127,6 @@ def _columns(rows: Iterable[Row]) -> dict[str, Any]:
 def _records(found: Finished, variables: Sequence[str] | None) -> xr.Dataset:
     import xarray as xr
 
-    from rotorsim.signals.record_blocks import open_record
-
     _check_sizes(found)
     lengths = _lengths(found)
     longest = int(lengths.argmax())
@@ -179,8 +179,6 @@ def _lengths(found: Finished) -> np.ndarray:
 
 def write_table(folder: Path, path: Path) -> int:
     """Write parameters, status and summary of every case into a CSV file; returns the number of cases."""
-    from rotorsim.campaign.store.table import header, line
-
     store = open_store(folder)
     index = store.index()
     try:

@@ -25,6 +25,7 @@ from rotorsim.base.lock import BusyError, Lock, about_us
 from rotorsim.campaign.errors import StoreError
 from rotorsim.campaign.plan.case import text_hash
 from rotorsim.campaign.plan.difference import differences
+from rotorsim.campaign.plan.parse import make_plan
 from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.store.index import DONE, Index
 from rotorsim.campaign.store.versions import mismatch, versions
@@ -81,8 +82,6 @@ class Store:
 
 def open_store(folder: Path) -> Store:
     """Existing store in a folder; raises StoreError if there is none."""
-    from rotorsim.campaign.plan.parse import make_plan
-
     path = folder / MANIFEST
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")

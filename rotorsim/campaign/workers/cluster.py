@@ -13,7 +13,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
+from rotorsim.campaign.store.store import parts_folder
 from rotorsim.campaign.store.versions import mismatch, versions
+from rotorsim.campaign.workers.worker import end_run
 from rotorsim.processes import sigint_blocked
 
 CONNECT = 10.0
@@ -165,8 +167,6 @@ def _ask(client: Any, function: Any, *arguments: Any) -> Iterator[tuple[str, Any
 
 def _about(folder: str, name: str) -> str:
     """Runs in a worker: its versions, and whether it sees the store and may write there."""
-    from rotorsim.campaign.store.store import parts_folder
-
     place = parts_folder(Path(folder))
     sees = False
     with suppress(OSError):
@@ -176,7 +176,5 @@ def _about(folder: str, name: str) -> str:
 
 def free_workers(client: Any, run: str) -> None:
     """End the cases of a run that workers still compute."""
-    from rotorsim.campaign.workers.worker import end_run
-
     with suppress(Exception):
         client.run(end_run, run, wait=True, on_error="ignore")

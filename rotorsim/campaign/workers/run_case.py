@@ -15,8 +15,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from reynolds.jit import cache_root
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.lock import Lock
 from rotorsim.campaign.plan.case import Case
 from rotorsim.campaign.plan.summaries import summarise
 from rotorsim.campaign.store.netcdf import write_record
@@ -27,6 +29,7 @@ from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.compose import is_compiled
 from rotorsim.sampling import SAMPLE
 from rotorsim.signals.record_blocks import open_record
 
@@ -67,10 +70,6 @@ def prepare(case: Case, text: str) -> None:
 
     A second process that needs the same code waits for the first to have compiled it.
     """
-    from reynolds.jit import cache_root
-    from rotorsim.base.lock import Lock
-    from rotorsim.plant.compose import is_compiled
-
     plant = plant_of(case, text)
     module = plant.assembly.module
     if module.__name__ in _loaded:

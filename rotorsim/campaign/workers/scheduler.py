@@ -15,6 +15,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
+from rotorsim.campaign.workers.cluster import threads
+from rotorsim.campaign.workers.worker import run_orders
 
 AHEAD = 8
 """Tasks that wait at the scheduler, besides two for every worker."""
@@ -48,9 +50,6 @@ class Pump:
     """Cases in flight at one client."""
 
     def __init__(self, client: Any, run: str) -> None:
-        from rotorsim.campaign.workers.cluster import threads
-        from rotorsim.campaign.workers.worker import run_orders
-
         self._client, self._run, self._function, self._threads = client, run, run_orders, threads
         self._under_way: dict[str, tuple[Any, list[dict[str, Any]]]] = {}
         self._given = 0

@@ -19,7 +19,7 @@ from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant, sam
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
-from rotorsim.control.loop.sampled_loop import sweep
+from rotorsim.control.loop.sampled_loop import law_system, sweep
 from rotorsim.control.numerics.systems import System, response
 from rotorsim.sampling import SAMPLE
 
@@ -92,8 +92,6 @@ def scheduled(model: Model, spec: Spec, surfaces: Surfaces) -> Law:
 
 def imbalance_excess(model: Model, spec: Spec, law: Law, points: np.ndarray, local: list[System]) -> float:
     """Largest excess of the imbalance response over the local designs', as a share of theirs."""
-    from rotorsim.control.loop.sampled_loop import law_system
-
     worst = 0.0
     for (speed, pressure), K in zip(points, local, strict=True):
         mine = imbalance_response(model, law_system(law, speed, pressure), speed, pressure, spec.Ts)

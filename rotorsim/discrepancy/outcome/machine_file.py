@@ -14,6 +14,8 @@ from difflib import unified_diff
 from math import hypot
 from typing import TYPE_CHECKING, Any
 
+import tomlkit
+
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY
 from rotorsim.errors import MachineFileError
@@ -44,8 +46,6 @@ def extended(diagnosis: Diagnosis) -> Machine:
 
 def _written(diagnosis: Diagnosis, text: str, last: bool) -> str:
     """The machine file's text with what was found, new tables behind or ahead of the others."""
-    import tomlkit
-
     document = tomlkit.parse(text)
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
@@ -97,8 +97,6 @@ def _rough(value: float, unit: str) -> str:
 
 def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
     """A table of an effect: into the one that is there where the effect is single, else a further one."""
-    import tomlkit
-
     units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[name])}
     texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
     present = effects.get(name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from importlib import import_module
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.machine_file import extended
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.effects import REGISTRY
 
@@ -80,14 +82,10 @@ class Diagnosis:
 
     def apply(self) -> Machine:
         """The machine with the effects found and the new calibration; the machine itself where none was found."""
-        from rotorsim.discrepancy.outcome.machine_file import extended
-
         return extended(self)
 
     def report(self, path: str | Path) -> None:
         """Write the HTML report."""
-        from importlib import import_module
-
         import_module("rotorsim.report.pages.diagnosis").write_diagnosis(self, Path(path))
 
     def as_dict(self) -> dict[str, Any]:

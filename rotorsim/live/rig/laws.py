@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rotorsim.control.law import load_law
 from rotorsim.errors import DataError
+from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.live.rig.operating import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 
@@ -23,8 +25,6 @@ def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str
 
     A machine whose pins are not driven along both axes takes none.
     """
-    from rotorsim.control.law import load_law
-
     if machine is not None and driven_axes(machine) != "xy":
         if paths:
             raise DataError(f"--law: {machine.name} has no injectors that a controller could move; leave it out")
@@ -40,8 +40,6 @@ def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str
 
 def running(law: Any, centre: tuple[float, float]) -> Any:
     """Controller at rest, with its centre at `centre` [m] if it has none of its own."""
-    from rotorsim.experiments.p_law import ProportionalLaw
-
     if law == P_LAW:
         return ProportionalLaw(centre=centre)
     return law.with_(centre=centre) if law.centre is None else law

@@ -31,6 +31,7 @@ from rotorsim.control.numerics.systems import (
     side_by_side,
 )
 from rotorsim.errors import RotorsimError
+from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.ringdown import ORDERS
 from rotorsim.machine import Machine
@@ -240,8 +241,6 @@ def _lag(time: float, size: float = 1.0) -> System:
 
 def law_of(law: Any, speed: float, pressure: float) -> System:
     """Controller at an operating point as a sampled system in um and V."""
-    from rotorsim.experiments.p_law import ProportionalLaw
-
     if not isinstance(law, ProportionalLaw):
         return law_system(law, speed, pressure)
     keep = float(np.exp(-2 * np.pi * law.low_pass * SAMPLE))

@@ -6,7 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from identification import Identification
+from identification import Identification, open_pair, sampling_time
+from identification.local.greybox import actuator_poles
+from identification.records.prefilter import REST, rest_length
 from rotorsim.base.constants import TO_HZ, TO_UM
 from rotorsim.reproduction.claims.rules import points
 from rotorsim.reproduction.identification_vs_physics import Study
@@ -28,9 +30,6 @@ def identification_numbers(study: Study) -> dict[str, Figures]:
 
 
 def _data(study: Study) -> Figures:
-    from identification import open_pair, sampling_time
-    from identification.records.prefilter import REST, rest_length
-
     record, _ = open_pair(study.points[0].source)
     u, Ts = np.asarray(record["reference"].values), sampling_time(record)
     return {"duration": len(u) * Ts, "rate": 1 / Ts, "amplitude": float(np.abs(u).max()),
@@ -93,8 +92,6 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _actuators(study: Study) -> Figures:
-    from identification.local.greybox import actuator_poles
-
     if not study.actuators:
         return {}
     poles = np.array([actuator_poles(one.theta) for one, _ in study.actuators])
