@@ -21,7 +21,6 @@ from rotorsim.campaign.plan.plan_file import (
     read_table,
     unknown,
 )
-from rotorsim.campaign.plan.summaries import SUMMARIES
 from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, read_parameters, spec_at
 from rotorsim.errors import RotorsimError
 from rotorsim.experiments import EXPERIMENTS
@@ -167,6 +166,10 @@ def _keep(table: PlanTable) -> tuple[str, ...] | None:
 
 
 def _summary(names: tuple[str, ...]) -> tuple[str, ...]:
+    if not names:
+        return ()
+    from rotorsim.campaign.plan.summaries import SUMMARIES  # brings scipy.signal and xarray, two thirds of a second
+
     for name in names:
         if name not in SUMMARIES:
             raise PlanError(f"summary: {quote(name)} is an {unknown(name, SUMMARIES, 'summary')}")
