@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,9 +23,6 @@ from fe_shaft import assembly, campbell, critical, modal, response, ross, stabil
 from fe_shaft.bearing import BearingElement
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import ShaftElement
-
-if TYPE_CHECKING:
-    from fe_shaft import campbell, critical, modal, response, stability, static, transient, ucs
 
 Matrix = NDArray[np.float64]
 
