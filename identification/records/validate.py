@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from identification.records.schema import validate_record
 from identification.records.vectors import validate_vectors
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def validate(record: xr.Dataset) -> xr.Dataset:

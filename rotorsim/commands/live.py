@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -12,7 +12,7 @@ from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
 from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.desk import Desk
-from rotorsim.live.page.scene import load_scene
+from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.laws import read_laws
@@ -21,9 +21,6 @@ from rotorsim.live.runner import Runner
 from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-
-if TYPE_CHECKING:
-    from rotorsim.live.page.scene import Scene
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""

@@ -21,7 +21,6 @@ from rotorsim.campaign.store.index import DONE, Row
 from rotorsim.campaign.store.lazy import Variable, opened, stacked
 from rotorsim.campaign.store.store import open_store, record_path
 from rotorsim.campaign.store.table import header, line
-from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -126,6 +125,8 @@ def _columns(rows: Iterable[Row]) -> dict[str, Any]:
 
 def _records(found: Finished, variables: Sequence[str] | None) -> xr.Dataset:
     import xarray as xr
+
+    from rotorsim.signals.record_blocks import open_record
 
     _check_sizes(found)
     lengths = _lengths(found)
