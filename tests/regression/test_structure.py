@@ -1,0 +1,76 @@
+"""Structure of the packages: no circles of files, places of numba's private parts, local imports, sizes of folders."""
+
+import ast
+from collections import Counter
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from rotorsim.effects import REGISTRY
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu")
+FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+PRIVATE = {"fmu/kernel_object.py", "reynolds/jit.py", "reynolds/kernel_cache.py", "reynolds/lanes.py"}
+"""Files that may use numba.core or llvmlite."""
+MOST_LOCAL_IMPORTS, MOST_FILES = 150, 24
+OWN_MACHINES = ("rotorsim/effects", "rotorsim/bench", "rotorsim/reproduction")
+"""Folders whose files may set effects by name: their own, and fixed machines of benchmarks and of the thesis."""
+
+
+def name_of(path):
+    """Where a file is, for messages."""
+    return path.relative_to(ROOT).as_posix()
+
+
+def imports(tree):
+    """Import statements of a file."""
+    return [node for node in ast.walk(tree) if isinstance(node, (ast.Import, ast.ImportFrom))]
+
+
+@pytest.fixture(scope="module")
+def trees():
+    return {name_of(path): ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
+
+
+def test_no_files_import_each_other_in_a_circle():
+    grimp = pytest.importorskip("grimp")
+    graph = grimp.build_graph(*PACKAGES, exclude_type_checking_imports=True, cache_dir=None)
+    TopologicalSorter({m: graph.find_modules_directly_imported_by(m) for m in graph.modules}).prepare()
+
+
+def test_private_parts_of_numba_stay_where_they_are_allowed(trees):
+    def private(node):
+        modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+        return any(module.startswith(("numba.core", "llvmlite")) for module in modules)
+
+    assert {name for name, tree in trees.items() if any(map(private, imports(tree)))} <= PRIVATE
+
+
+def test_imports_inside_functions_are_few(trees):
+    local = Counter()
+    for name, tree in trees.items():
+        functions = [n for n in ast.walk(tree) if isinstance(n, (ast.FunctionDef, ast.AsyncFunctionDef))]
+        local[name] = len({node.lineno for function in functions for node in imports(function)})
+    assert local.total() <= MOST_LOCAL_IMPORTS, local.most_common(10)
+
+
+def test_no_folder_holds_many_files():
+    sizes = Counter(name_of(path.parent) for path in FILES)
+    assert not {folder: size for folder, size in sizes.items() if size > MOST_FILES}
+
+
+def test_an_effects_parameters_are_named_in_its_own_file_only(trees):
+    """A key such as 'runout.amplitude_1x' in the code: help and docstrings are sentences."""
+    keys = {f"{name}.{key}" for name, effect in REGISTRY.items() for key in effect.__dataclass_fields__}
+    named = {
+        (name, node.value)
+        for name, tree in trees.items()
+        if not name.startswith(OWN_MACHINES)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and node.value.removeprefix("effects.") in keys
+    }
+    assert not named
