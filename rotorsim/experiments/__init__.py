@@ -4,20 +4,21 @@ Each is a function ``name(plant, ..., seed=0, progress=False) -> Dataset`` and a
 which `run` runs in memory and `record` streams to a file.
 """
 
-from rotorsim.experiments.chirp import Chirp, chirp
-from rotorsim.experiments.coastdown import Coastdown, coastdown
+from rotorsim.experiments.chirp import Chirp
+from rotorsim.experiments.coastdown import Coastdown
 from rotorsim.experiments.controlled import Controlled, controlled
 from rotorsim.experiments.experiment import Experiment
+from rotorsim.experiments.functions import chirp, coastdown, impact, multisine, prbs, slow_roll, staircase, steady
 from rotorsim.experiments.given import Given
-from rotorsim.experiments.impact import Impact, impact
-from rotorsim.experiments.multisine import Multisine, multisine
+from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.multisine import Multisine
 from rotorsim.experiments.p_law import ProportionalLaw
-from rotorsim.experiments.prbs import Prbs, prbs
+from rotorsim.experiments.prbs import Prbs
 from rotorsim.experiments.running import Outcome, record, run
 from rotorsim.experiments.runup import Runup, runup
-from rotorsim.experiments.slow_roll import SlowRoll, slow_roll
-from rotorsim.experiments.staircase import Staircase, staircase
-from rotorsim.experiments.steady import Steady, steady
+from rotorsim.experiments.slow_roll import SlowRoll
+from rotorsim.experiments.staircase import Staircase
+from rotorsim.experiments.steady import Steady
 from rotorsim.signals.static_gain import static_gain_map
 
 EXPERIMENTS: dict[str, type[Experiment]] = {

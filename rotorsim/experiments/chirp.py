@@ -17,13 +17,10 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, NYQUIST, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.running import run
 from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 
 @dataclass(frozen=True)
@@ -66,43 +63,3 @@ class Chirp(AtPoint):
             return 2 * np.pi * time * (self.low + 0.5 * (self.high - self.low) * time / self.duration)
         growth = np.log(self.high / self.low) / self.duration
         return 2 * np.pi * self.low * np.expm1(growth * time) / growth
-
-
-def chirp(
-    plant: Plant,
-    speed: float = 0.0,
-    pressure: float = 0.3e6,
-    amplitude: float = 1.0,
-    low: float = 1.0,
-    high: float = 400.0,
-    duration: float = 10.0,
-    axis: str = "x",
-    law: str = "linear",
-    bias: float = 0.4,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Sweep a sine over the reference and return the record.
-
-    Parameters
-    ----------
-    plant : Plant
-        The machine.
-    speed, pressure : float
-        Shaft speed [rad/s] and gauge pressure [Pa].
-    amplitude : float
-        Amplitude [V], at most 5 V.
-    low, high : float
-        Frequencies [Hz] at the beginning and at the end, at most 2500 Hz.
-    duration, bias : float
-        Length of a sweep and of the record's beginning without excitation [s].
-    axis : {"x", "y", "both"}
-        Driven axis; "both" sweeps x and then y.
-    law : {"linear", "logarithmic"}
-        How the frequency grows.
-    seed : int
-        Of the plant's noise.
-    progress : bool
-        Show a bar on a terminal.
-    """
-    return run(plant, Chirp(speed, pressure, amplitude, low, high, duration, axis, law, bias), seed, progress)

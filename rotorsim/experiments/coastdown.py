@@ -10,13 +10,10 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import Experiment, samples_in
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.running import run
 from rotorsim.experiments.runup import Runup, ramp_time
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 OFF = np.nan
 """End speed of a row that leaves the shaft to itself."""
@@ -69,35 +66,3 @@ class Coastdown(Experiment):
         """The record ends with the first sample at or below `stop`."""
         below = np.flatnonzero(speed <= self.stop)
         return int(below[0]) + 1 if self.rate is None and below.size else None
-
-
-def coastdown(
-    plant: Plant,
-    start: float = 2 * np.pi * 100,
-    stop: float = 0.0,
-    rate: float | None = None,
-    pressure: float = 0.3e6,
-    longest: float = 300.0,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Coast down and return the record.
-
-    Parameters
-    ----------
-    plant : Plant
-        The machine.
-    start, stop : float
-        Speeds [rad/s] at the beginning and at which the record ends.
-    rate : float, optional
-        Declared deceleration [rad/s^2]; without it the drive is off and friction decides.
-    pressure : float
-        Gauge pressure [Pa].
-    longest : float
-        Longest duration [s] with the drive off.
-    seed : int
-        Of the plant's noise.
-    progress : bool
-        Show a bar on a terminal.
-    """
-    return run(plant, Coastdown(start, stop, rate, pressure, longest), seed, progress)

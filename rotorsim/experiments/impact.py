@@ -17,14 +17,11 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
-from rotorsim.experiments.running import run
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.units import show
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 KEY = 3
 """First key of this experiment's random numbers."""
@@ -78,48 +75,3 @@ class Impact(AtPoint):
         peak = self.peak * (1 + self.scatter * (2 * off - 1))
         turned = np.clip((edges - begin) / self.width, 0.0, 1.0)
         return np.diff(-np.cos(np.pi * turned)) * (peak * self.width / (np.pi * SAMPLE))
-
-
-def impact(
-    plant: Plant,
-    speed: float = 0.0,
-    pressure: float = 0.3e6,
-    peak: float = 20.0,
-    width: float = 1e-3,
-    angle: float = 0.0,
-    hits: int = 1,
-    spacing: float = 1.0,
-    lead: float = 0.1,
-    jitter: float = 0.0,
-    scatter: float = 0.0,
-    sequence: int = 0,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Hit the disc with a hammer and return the record.
-
-    Parameters
-    ----------
-    plant : Plant
-        The machine.
-    speed, pressure : float
-        Shaft speed [rad/s] and gauge pressure [Pa].
-    peak, width : float
-        Peak [N] and duration [s] of a half-sine.
-    angle : float
-        Direction of the force [rad]: 0 is x, pi/2 is y.
-    hits : int
-        Number of hits.
-    spacing, lead : float
-        Time from hit to hit and before the first [s].
-    jitter, scatter : float
-        Largest random delay of a hit [s] and random share of its peak.
-    sequence : int
-        Number of the random delays and peaks.
-    seed : int
-        Of the plant's noise, and of nothing else.
-    progress : bool
-        Show a bar on a terminal.
-    """
-    hammer = Impact(speed, pressure, peak, width, angle, hits, spacing, lead, jitter, scatter, sequence)
-    return run(plant, hammer, seed, progress)

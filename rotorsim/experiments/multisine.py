@@ -18,12 +18,9 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT, AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
-from rotorsim.experiments.running import run
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 KEY = 2
 """First key of this experiment's random numbers."""
@@ -97,52 +94,3 @@ def _flattest(sines: Multisine, rng: np.random.Generator, n: int, axis: int) -> 
         if np.abs(drawn).max() < np.abs(best).max():
             best = drawn
     return np.asarray(best * (sines.amplitude / np.abs(best).max()))
-
-
-def multisine(
-    plant: Plant,
-    speed: float = 0.0,
-    pressure: float = 0.3e6,
-    amplitude: float = 1.0,
-    low: float = 1.0,
-    high: float = 400.0,
-    period: float = 1.0,
-    periods: int = 10,
-    spacing: int = 1,
-    tries: int = 20,
-    bias: float = 0.0,
-    sequence: int = 0,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Excite both axes at interleaved frequencies and return the record.
-
-    Parameters
-    ----------
-    plant : Plant
-        The machine.
-    speed, pressure : float
-        Shaft speed [rad/s] and gauge pressure [Pa].
-    amplitude : float
-        Largest value of either reference [V], at most 5 V.
-    low, high : float
-        Range of the lines [Hz], below 2500 Hz.
-    period : float
-        Period [s]; lines are multiples of its inverse.
-    periods : int
-        Whole periods of the record; the first holds the transient.
-    spacing : int
-        Distance of neighbouring lines in multiples of 1/period; even ones of the list are x's, odd ones y's.
-    tries : int
-        Draws of phases of which the one with the lowest crest factor is taken.
-    bias : float
-        Beginning of the record without excitation [s].
-    sequence : int
-        Number of the set of phases.
-    seed : int
-        Of the plant's noise, and of nothing else.
-    progress : bool
-        Show a bar on a terminal.
-    """
-    sines = Multisine(speed, pressure, amplitude, low, high, period, periods, spacing, tries, bias, sequence)
-    return run(plant, sines, seed, progress)

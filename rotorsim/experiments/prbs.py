@@ -19,12 +19,9 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
-from rotorsim.experiments.running import run
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 GROUP = 256
 """Bits drawn together."""
@@ -74,39 +71,3 @@ def bits(sequence: int, axis: int, ticks: np.ndarray) -> np.ndarray:
     balanced = np.repeat([-1.0, 1.0], GROUP // 2)
     drawn = [generator(sequence, KEY, axis, group).permutation(balanced) for group in range(lowest, highest + 1)]
     return np.concatenate(drawn)[ticks - lowest * GROUP]
-
-
-def prbs(
-    plant: Plant,
-    speed: float = 0.0,
-    pressure: float = 0.3e6,
-    amplitude: float = 1.0,
-    duration: float = 10.0,
-    bias: float = 0.4,
-    hold: float = 5e-3,
-    sequence: int = 0,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Excite both axes with independent binary references and return the record.
-
-    Parameters
-    ----------
-    plant : Plant
-        The machine.
-    speed, pressure : float
-        Shaft speed [rad/s] and gauge pressure [Pa].
-    amplitude : float
-        Level [V], at most 5 V.
-    duration, bias : float
-        Length of the record and of its beginning without excitation [s].
-    hold : float
-        Period of the clock [s]: jumps happen at its ticks only.
-    sequence : int
-        Number of the pair of sequences.
-    seed : int
-        Of the plant's noise, and of nothing else.
-    progress : bool
-        Show a bar on a terminal.
-    """
-    return run(plant, Prbs(speed, pressure, amplitude, duration, bias, hold, sequence), seed, progress)

@@ -14,14 +14,11 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import AtPoint
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.running import run
 from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.units import show
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 SLOW = 2 * np.pi * 100 / 60
 """100 rpm [rad/s]."""
@@ -50,15 +47,3 @@ class SlowRoll(AtPoint):
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         return self.held(count)
-
-
-def slow_roll(
-    plant: Plant,
-    speed: float = SLOW,
-    pressure: float = 0.3e6,
-    revolutions: int = 5,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Turn at `speed` [rad/s] and gauge `pressure` [Pa] for whole `revolutions` and return the record."""
-    return run(plant, SlowRoll(speed, pressure, revolutions), seed, progress)

@@ -14,12 +14,9 @@ import numpy as np
 from rotorsim.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.running import run
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.plant.plant import Plant
+    pass
 
 
 @dataclass(frozen=True)
@@ -63,36 +60,3 @@ class Staircase(AtPoint):
         rows = self.held(count)
         rows[:, 2:4] = self.levels()[(first + np.arange(count)) // samples_in(self.hold)]
         return rows
-
-
-def staircase(
-    plant: Plant,
-    speed: float = 0.0,
-    pressure: float = 0.3e6,
-    axis: str = "x",
-    amplitude: float = 2.0,
-    step: float = 0.5,
-    hold: float = 0.5,
-    seed: int = 0,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Step the reference up and down and return the record.
-
-    Parameters
-    ----------
-    plant : Plant
-        The machine.
-    speed, pressure : float
-        Shaft speed [rad/s] and gauge pressure [Pa].
-    axis : {"x", "y", "both"}
-        Driven axis; "both" drives x and then y.
-    amplitude, step : float
-        Highest level, at most 5 V, and height of a step [V].
-    hold : float
-        Time at a level [s].
-    seed : int
-        Of the plant's noise.
-    progress : bool
-        Show a bar on a terminal.
-    """
-    return run(plant, Staircase(speed, pressure, axis, amplitude, step, hold), seed, progress)

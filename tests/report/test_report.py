@@ -16,7 +16,7 @@ from identification import make_record
 from rotorsim.base.files import WriteError
 from rotorsim.errors import DataError
 from rotorsim.machine import machine_text
-from rotorsim.report.figures.curves import phase_lag
+from rotorsim.report.figures.bode_waterfall_plots import phase_lag
 from rotorsim.report.figures.image import readme_figure, save_png
 from rotorsim.report.figures.orbit_plots import instants
 from rotorsim.report.figures.theme import compact

@@ -9,7 +9,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.errors import DataError
-from rotorsim.report.figures.curves import add_order_lines, colour_axis, order_traces, spectrum_trace
+from rotorsim.report.figures.bode_waterfall_plots import add_order_lines, colour_axis, order_traces, spectrum_trace
 from rotorsim.report.figures.theme import style
 from rotorsim.report.pages.run import analyse
 

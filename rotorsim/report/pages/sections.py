@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from rotorsim.report.figures import curves, film3d, orbit_plots, time_plots
+from rotorsim.report.figures import bode_waterfall_plots, film3d, orbit_plots, time_plots
 from rotorsim.report.figures.decay_plots import ring_down_figure
 from rotorsim.report.figures.excitation_plots import excitation_figure
 from rotorsim.report.figures.filtered_orbit_plots import filtered_orbits
@@ -138,9 +138,9 @@ def _excitation(run: Run) -> None:
 
 COAST = Section("Speed and deceleration", lambda r: deceleration_of(r.record), lambda _, d: deceleration_figure(d),
                 e.deceleration_caption)  # fmt: skip
-BODE = _simple("Amplitude and phase of the orders", _orders, curves.bode, c.bode_caption)
-WATERFALL = _simple("Waterfall", _spectra, curves.waterfall_map, c.waterfall_caption)
-FULL = _simple("Forward and backward whirl", _spectra, curves.full_spectrum_map, c.full_spectrum_caption)
+BODE = _simple("Amplitude and phase of the orders", _orders, bode_waterfall_plots.bode, c.bode_caption)
+WATERFALL = _simple("Waterfall", _spectra, bode_waterfall_plots.waterfall_map, c.waterfall_caption)
+FULL = _simple("Forward and backward whirl", _spectra, bode_waterfall_plots.full_spectrum_map, c.full_spectrum_caption)
 ORBITS = _simple("Orbits", _turns, orbit_plots.orbits, c.orbits_caption)
 OVERVIEW = _simple("The run against time", lambda _: None, time_plots.overview, c.overview_caption)
 FILM_MAPS = _simple("Film pressure, unrolled", _film, film3d.film_maps, c.film_caption)
