@@ -13,10 +13,20 @@ Al-Mohy and Higham 2009). Positions and velocities are first scaled alike, which
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import expm
 
 HOLDS = ("zero", "first")
 TERMS = 12
 """Terms of the Taylor series; with a norm below 1/2 the first one left out is 1e-14."""
+
+
+def zero_order_hold(A: np.ndarray, B: np.ndarray, Ts: float) -> tuple[np.ndarray, np.ndarray]:
+    """F (n, n) and G (n, m) of a model with A and B whose input is held for Ts [s]."""
+    n, m = B.shape
+    block = np.zeros((n + m, n + m))
+    block[:n] = np.hstack([A, B]) * Ts
+    held = expm(block)
+    return held[:n, :n], held[:n, n:]
 
 
 def exponential(M: np.ndarray, dM: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

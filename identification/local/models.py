@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.linalg import expm
 
 from identification.errors import ModelError
+from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
@@ -102,11 +102,8 @@ class LinearModel:
             if abs(self.Ts / Ts - 1) > 1e-6:
                 raise ModelError(f"model: is sampled at {self.Ts:g} s and not at {Ts:g} s; identify it from such data")
             return self
-        n, m = self.B.shape
-        block = np.zeros((n + m, n + m))
-        block[:n] = np.hstack([self.A, self.B]) * Ts
-        held = expm(block)
-        return replace(self, A=held[:n, :n], B=held[:n, n:], Ts=Ts)
+        A, B = zero_order_hold(self.A, self.B, Ts)
+        return replace(self, A=A, B=B, Ts=Ts)
 
     def simulate(self, u: Any, Ts: float, x0: Any = None) -> np.ndarray:
         """Outputs (n, p) of inputs u (n, m) that are held for Ts [s], from the state x0."""

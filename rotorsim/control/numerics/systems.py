@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import matrix_balance, solve_continuous_lyapunov
 
+from identification.local.discretise import zero_order_hold
 from rotorsim.base.rounding import unstable_poles
 
 
@@ -98,11 +99,7 @@ def tustin(system: System, Ts: float) -> System:
 
 def held(system: System, Ts: float) -> System:
     """The system behind a zero-order hold."""
-    n, m = system.B.shape
-    block = np.zeros((n + m, n + m))
-    block[:n] = np.hstack([system.A, system.B]) * Ts
-    both = expm(block)
-    return System(both[:n, :n], both[:n, n:], system.C, system.D)
+    return System(*zero_order_hold(system.A, system.B, Ts), system.C, system.D)
 
 
 def late(system: System) -> System:
