@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.unit_checks import check_before
 from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recalibrate, relinearised
 from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
@@ -49,8 +50,8 @@ class Workshop:
 
     twin: Twin
     fine: Twin | None
-    law: tuple[Twin, float] | None = None
-    """The twin with the injectors' other law, and the drift that matches its flow."""
+    law: tuple[Twin, Mapping[FitParameter, float]] | None = None
+    """The twin with the injectors' other law, and the changes that match its flow."""
 
     @classmethod
     def of(cls, machine: Machine, effects: Iterable[str] | None = None) -> Workshop:

@@ -31,4 +31,4 @@ def test_a_twin_without_solution_is_proven_at_the_machine_files_own_numbers(poin
     c = comparison(lost)
     here = c._response(point, "own", False)
     assert c._error(point, "fine", here) == pytest.approx(np.full(LINES, 2e-6))
-    assert c._law(point, "law", 0.1, here) == pytest.approx(np.full(LINES, 6e-6))
+    assert c._law(point, "law", {FitParameter("own", 0.02): 0.1}, here) == pytest.approx(np.full(LINES, 6e-6))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def recalibrate(
     fine: Twin | None,
     tolerance: float = TOLERANCE,
     progress: Callable[[], None] = lambda: None,
-    law: tuple[Twin, float] | None = None,
+    law: tuple[Twin, Mapping[FitParameter, float]] | None = None,
 ) -> Fit:
     """Fit the calibration parameters; sets the comparison's noise floor and discretisation correction."""
     points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})

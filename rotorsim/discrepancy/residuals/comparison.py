@@ -12,7 +12,6 @@ import numpy as np
 
 from rotorsim.discrepancy.data.groups import Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.fit.calibration import flow_key
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
 from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
@@ -180,20 +179,25 @@ class Comparison:
             return error
         return self._error(Point(), fine, self._response(Point(), self.twin, False))
 
-    def _law(self, point: Point, law: Twin, share: float, response: np.ndarray) -> np.ndarray:
+    def _law(self, point: Point, law: Twin, matched: Mapping[FitParameter, float], response: np.ndarray) -> np.ndarray:
         """Change (n,) [m] by the injectors' other law; as in `_error` without a solution."""
-        moved = point.moved([FitParameter(flow_key(self.twin), 0.02)], np.array([share]))
+        moved = point.moved(list(matched), np.array(list(matched.values())))
         change = self._response(moved, law, False) - response
         if np.abs(change).max() < LOST or not point.values:
             return change
-        return self._law(Point(), law, share, self._response(Point(), self.twin, False))
+        return self._law(Point(), law, matched, self._response(Point(), self.twin, False))
 
     def set_floor(
-        self, point: Point, fine: Twin | None, tolerance: float, law: Twin | None = None, share: float = 0.0
+        self,
+        point: Point,
+        fine: Twin | None,
+        tolerance: float,
+        law: Twin | None = None,
+        matched: Mapping[FitParameter, float] | None = None,
     ) -> np.ndarray:
         """Measure scatter and the solver's error at `point`; returns that error (n,) [m].
 
-        `law` is the twin with the injectors' other law, whose flow is that of this one at a drift of `share`.
+        `law` is the twin with the injectors' other law, whose flow is this one's at the `matched` changes.
         """
         found = self.spectra(point)
         residuals = self._apart(found)
@@ -204,7 +208,7 @@ class Comparison:
         if fine is not None:
             error = self._error(point, fine, response)
         if law is not None:
-            self.directions["law"] = self._law(point, law, share, response)
+            self.directions["law"] = self._law(point, law, matched or {}, response)
         self.correction = error
         if fine is not None:
             self.directions["mesh"] = error

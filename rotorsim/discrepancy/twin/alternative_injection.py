@@ -12,6 +12,7 @@ from dataclasses import replace
 from math import pi, sqrt
 
 from rotorsim.discrepancy.fit.calibration import flow_key
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import FAILURES, Setting, Twin
 from rotorsim.machine import Machine
 from rotorsim.plant.equilibrium import settle
@@ -20,9 +21,11 @@ MIDDLE = 0.5e6
 """Gauge pressure [Pa] at which both laws give the same flow."""
 SPEED = 300.0
 MOST_ROUNDS = 6
+STEP = 0.02
+"""Step of the flow's relative change in finite differences."""
 
 
-def other_law(twin: Twin) -> tuple[Twin, float] | None:
+def other_law(twin: Twin) -> tuple[Twin, dict[FitParameter, float]] | None:
     """Twin with the alternative injector law and the drift that matches the flow; None if there is none."""
     machine = twin.machine
     key = flow_key(twin)
@@ -30,7 +33,7 @@ def other_law(twin: Twin) -> tuple[Twin, float] | None:
         return None
     other = replace(twin, machine=exchanged(machine))
     try:
-        return other, _drift(twin, other, key)
+        return other, {FitParameter(key, STEP): _drift(twin, other, key)}
     except FAILURES:
         return None
 
