@@ -36,6 +36,14 @@ with watched():
 """
 
 
+@pytest.fixture(autouse=True)
+def _sigint_is_handled():
+    """A process started in the background of a shell ignores SIGINT."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_a_call_apart_gives_its_result_and_its_error():
     assert apart(divmod, 7, 2) == (3, 1)
     with pytest.raises(ZeroDivisionError):
