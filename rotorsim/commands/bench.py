@@ -78,13 +78,13 @@ def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
     with files(*([keep] if keep else []), force=True, another="--keep"):
         for case in cases(count, seed, keep):
             found.append(case)
-            hidden, said = ", ".join(case.hidden) or case.kind, ", ".join(case.named)
-            text = f"{case.number} {case.kind}: {hidden} -> {case.status} {said}: {case.verdict}, {case.seconds:.0f} s"
+            hidden, named = ", ".join(case.hidden) or case.kind, ", ".join(case.named)
+            text = f"{case.number} {case.kind}: {hidden} -> {case.status} {named}: {case.verdict}, {case.seconds:.0f} s"
             print(text, file=sys.stderr, flush=True)
     rates = list(figures(found))
     if as_json:
-        told = {"cases": [asdict(c) for c in found], "figures": [asdict(f) | {"met": f.met} for f in rates]}
-        typer.echo(json.dumps(told, indent=2))
+        numbers = {"cases": [asdict(c) for c in found], "figures": [asdict(f) | {"met": f.met} for f in rates]}
+        typer.echo(json.dumps(numbers, indent=2))
         return
     typer.echo(confusion(found))
     for figure in rates:

@@ -1,7 +1,7 @@
 """`rotorsim data check | convert | mapping`: check files of measured data and convert them to the schema.
 
-Exit code 0: fit for at least one use. 2: cannot be read; one sentence says why. 3: `check` could read the file, but it
-is fit for nothing as it is.
+Exit code 0: fit for at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
+but it is fit for nothing as it is.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 UNFIT = 3
 _FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
-_MAPPING = typer.Option("--mapping", help="TOML file that says which column is which channel.")
+_MAPPING = typer.Option("--mapping", help="TOML file that states which column is which channel.")
 _PEOPLE = {"m": (1e6, "um"), "rad/s": (30 / pi, "rpm"), "Pa": (1e-6, "MPa"), "kg/s": (1e3, "g/s")}
 
 

@@ -62,7 +62,7 @@ def _pair(text: str) -> tuple[float, float]:
         if not abs(x) + abs(y) < 1e3:
             raise ValueError(text)
     except ValueError as error:
-        raise DataError(f"--bias: '{text}' is no pair of voltages; write e.g. --bias 0.5,0") from error
+        raise DataError(f"--bias: '{text}' is not a pair of voltages; write e.g. --bias 0.5,0") from error
     return x, y
 
 

@@ -74,7 +74,7 @@ def diagnose(
     force: Annotated[bool, typer.Option("--force", help="Replace a verdict that is in the folder.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="Kept with the verdict; nothing is drawn.")] = 0,
     self_test: Annotated[
-        bool, typer.Option("--self-test", help="Print which effects the campaign cannot tell apart, and stop.")
+        bool, typer.Option("--self-test", help="Print which effects the campaign cannot distinguish, and stop.")
     ] = False,
     report: WithReport = True,
     as_json: AsJson = False,
@@ -82,7 +82,7 @@ def diagnose(
     """Find the missing effect, write it into a new machine file and show the gap before and after.
 
     Exit code: 0 no disagreement, 10 an effect is named, 11 a tie or a partial explanation, 12 unknown, 2 bad input.
-    Records of one folder may say in their attribute `role` what they are for: fit, held_out or untouched. What was
+    Records of one folder may state in their attribute `role` what they are for: fit, held_out or untouched. What was
     computed is kept, so that an interrupted diagnosis resumes where it was.
     """
     if self_test:
@@ -91,13 +91,13 @@ def diagnose(
     if not records:
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
-        raise DataError(f"--tolerance: {tolerance:g} is no share; give a number between 0 and 1, e.g. 0.004")
+        raise DataError(f"--tolerance: {tolerance:g} is not a fraction; give a number between 0 and 1, e.g. 0.004")
     with (
         results(out, "diagnosis", tuple(RESULTS.values()), force) as folder,
         _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished,
     ):
         diagnosis = find(
-            machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().say,
+            machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().show,
             resume=unfinished,
         )  # fmt: skip
         files = _write(diagnosis, folder, report)
@@ -114,7 +114,7 @@ class Stages:
     def __init__(self) -> None:
         self.stage, self.steps, self.begin = "", 0, time.monotonic()
 
-    def say(self, stage: str) -> None:
+    def show(self, stage: str) -> None:
         """Note one step of a stage."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
@@ -196,7 +196,7 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
 
 
 def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, as_json: bool) -> None:
-    matrix = alias_matrix(machine, records or None, mapping, Stages().say)
+    matrix = alias_matrix(machine, records or None, mapping, Stages().show)
     if sys.stderr.isatty():
         print(file=sys.stderr)
     typer.echo(json.dumps(matrix.as_dict(), indent=2) if as_json else markdown(matrix))

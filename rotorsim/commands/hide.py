@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, a_folder, say_if_compiling
+from rotorsim.commands.options import AsJson, a_folder, note_compiling
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import hide as record_hidden
 from rotorsim.discrepancy.blind_test.hide import truth_twin
@@ -39,15 +39,15 @@ def hide(
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
     show = sys.stderr.isatty()
 
-    def told(done: int, of: int) -> None:
+    def progress(done: int, of: int) -> None:
         if show:
             print(f"\rrecord {done} of {of}", end="\n" if done == of else "", file=sys.stderr, flush=True)
 
     believed = load_machine(machine)
     twin = truth_twin(believed)
     with results(out, "hidden", ("records", "sealed"), force=None):
-        say_if_compiling(twin.assembly, "settle", "run")
-        records = record_hidden(believed, tuple(effect or ()), seed, out, twin=twin, progress=told)
+        note_compiling(twin.assembly, "settle", "run")
+        records = record_hidden(believed, tuple(effect or ()), seed, out, twin=twin, progress=progress)
     files = [str(out / "records" / f"{r.attrs['record']}.nc") for r in records]
     if as_json:
         typer.echo(json.dumps({"records": files, "sealed": str(out / "sealed" / "truth.json")}, indent=2))

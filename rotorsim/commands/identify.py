@@ -53,7 +53,7 @@ def identify(
         sources = sources_of(paths, mapping)
         if not sources:
             raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
-        found = identify_all(sources, model, order, method, settings, mapping, jobs, _tell(len(sources)))
+        found = identify_all(sources, model, order, method, settings, mapping, jobs, _counter(len(sources)))
         good = [one for one in found if one.result is not None]
         if not good:
             raise UnfitError(found[0].error)
@@ -79,17 +79,17 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
         raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
 
 
-def _tell(total: int) -> Any:
+def _counter(total: int) -> Any:
     """A counter on a terminal, silence in a pipe."""
     if not sys.stderr.isatty():
         return None
     done: list[int] = []
 
-    def told(one: Local) -> None:
+    def show(one: Local) -> None:
         done.append(1)
         print(f"\r{len(done)} of {total} records", end="\n" if len(done) == total else "", file=sys.stderr, flush=True)
 
-    return told
+    return show
 
 
 def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping: Any) -> LinearModel | LpvModel:

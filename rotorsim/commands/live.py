@@ -9,7 +9,7 @@ import typer
 
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, say_if_compiling
+from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, note_compiling
 from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.desk import Desk
 from rotorsim.live.page.scene import Scene, load_scene
@@ -44,13 +44,13 @@ def live(
     MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
     """
     if not 1 <= port <= 65535:
-        raise DataError(f"--port: {port} is no port; give one from 1 to 65535")
+        raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
     if out.is_file():
         raise DataError(f"--out {out}: is a file; give a folder for scenes and records")
     scene, replay = _scene(machine), _replay(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
 
-    def tell(address: str, taken: int) -> None:
+    def print_address(address: str, taken: int) -> None:
         _tell(address, port, taken, keep_open)
 
     own = scene is None and replay is None and Path(machine).is_file()
@@ -63,14 +63,14 @@ def live(
             raise typer.Exit(2) from error
     plant = make_plant(name, grid, time_step, changes or [])
     laws = read_laws(law or [], plant.machine)
-    say_if_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
+    note_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
     desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)
     if scene is not None:
         desk.arrange(scene.values)  # of this machine, whatever --set changed of it
     if replay is not None:
         desk.runner.play(replay)
     finishing()  # from here on the server ends by itself, after the record under way
-    run_desk(desk, port, tell, browser, keep_open)
+    run_desk(desk, port, print_address, browser, keep_open)
     done()
 
 

@@ -19,9 +19,9 @@ from rotorsim.commands.options import (
     MachineName,
     a_folder,
     make_plant,
+    note_compiling,
     print_table,
     quantity,
-    say_if_compiling,
 )
 from rotorsim.commands.results import results
 from rotorsim.errors import DataError
@@ -59,7 +59,7 @@ def modes(
         raise DataError(missing)
     names = [f"mode_{k + 1}.png" for k in range(count)] if pictures is not False else []
     with results(out, "modes", ["modes.nc", *names], force) as folder:
-        say_if_compiling(plant.assembly, "settle")
+        note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
         found = found.isel(mode=slice(count))
         write_netcdf(folder / "modes.nc", found)

@@ -91,7 +91,7 @@ def a_folder(path: Path | None) -> Path | None:
     return path
 
 
-def say_if_compiling(assembly: Assembly, *kernels: str) -> None:
+def note_compiling(assembly: Assembly, *kernels: str) -> None:
     """Print one line on stderr if a kernel of a machine ('settle', 'run') is to be compiled first."""
     module = assembly.module
     folder = cache_folder([Path(str(module.__file__))])
@@ -100,7 +100,7 @@ def say_if_compiling(assembly: Assembly, *kernels: str) -> None:
 
 
 @contextmanager
-def told_as_kept(record: Path) -> Iterator[None]:
+def reporting_kept_samples(record: Path) -> Iterator[None]:
     """On Ctrl-C or a full disk during post-processing, print that the record is kept."""
     try:
         yield

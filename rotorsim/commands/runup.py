@@ -21,10 +21,10 @@ from rotorsim.commands.options import (
     leave_if_cut,
     leave_if_empty,
     make_plant,
+    note_compiling,
     print_table,
     quantity,
-    say_if_compiling,
-    told_as_kept,
+    reporting_kept_samples,
 )
 from rotorsim.commands.results import results
 from rotorsim.errors import DataError
@@ -67,10 +67,10 @@ def runup(
     names = (RECORD, REPORT) if report else (RECORD,)
     with results(out, "runup", names, force) as folder:
         path = folder / RECORD
-        say_if_compiling(plant.assembly, "settle", "run")
+        note_compiling(plant.assembly, "settle", "run")
         outcome = record(plant, experiment, path, progress=not as_json)
         leave_if_empty(outcome, path)
-        with told_as_kept(path):
+        with reporting_kept_samples(path):
             summary, rows = _analyse(path, folder / REPORT if report else None, outcome)
     if as_json:
         typer.echo(json.dumps(summary, indent=2))

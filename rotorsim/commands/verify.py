@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.base.constants import TO_RPM
 from rotorsim.base.files import write_json
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
@@ -23,7 +24,7 @@ from rotorsim.commands.options import (
     TimeStep,
     a_folder,
     make_plant,
-    say_if_compiling,
+    note_compiling,
 )
 from rotorsim.commands.results import results
 from rotorsim.control import load_law
@@ -49,7 +50,7 @@ def verify(
     loaded = load_law(law)
     plant = make_plant(machine, grid, time_step, changes or [])
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
-        say_if_compiling(plant.assembly, "settle", "run")
+        note_compiling(plant.assembly, "settle", "run")
         result = closed_loop(loaded, plant, quick=quick, progress=_tell())
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
@@ -66,14 +67,14 @@ def _tell() -> Callable[[str], None] | None:
 
 
 def _plain(result: Verification) -> dict[str, object]:
-    told: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
-    told["rows"] = [
+    numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
+    numbers["rows"] = [
         {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
     ]
     if "safe_speed" in result.runs:
         alone, held = result.runs["safe_speed"]
-        told["safe_speed_rpm"] = {"open": alone.speed * 9.549296585513721, "closed": held.speed * 9.549296585513721}
-    return told
+        numbers["safe_speed_rpm"] = {"open": alone.speed * TO_RPM, "closed": held.speed * TO_RPM}
+    return numbers
 
 
 def _print(result: Verification, report: str, as_json: bool) -> None:

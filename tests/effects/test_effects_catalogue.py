@@ -79,7 +79,7 @@ def test_the_command_lists_all_effects_and_shows_one(capsys):
     code, out, _ = run(capsys, "crack")
     assert code == 0 and "[effects.crack]" in out and "weight_direction" in out and "Gasch (1993)" in out
     code, out, err = run(capsys, "crak")
-    assert code == 2 and not out and err.startswith("'crak' is no effect; did you mean 'crack'? known effects: ")
+    assert code == 2 and not out and err.startswith("'crak' is not an effect; did you mean 'crack'?")
 
 
 def test_the_command_gives_the_catalogue_as_json_and_has_an_example(capsys):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from rotorsim.commands.diagnose import STAGES, Stages
-from rotorsim.commands.options import say_if_compiling
+from rotorsim.commands.options import note_compiling
 from rotorsim.plant import Plant
 
 LINE = "compiling the kernels for this kind of machine: half a minute, once\n"
@@ -34,7 +34,7 @@ def empty(assembly, monkeypatch, tmp_path):
 
 
 def test_what_is_on_disk_is_not_announced(assembly, capsys):
-    say_if_compiling(assembly, "settle", "run")
+    note_compiling(assembly, "settle", "run")
     assert capsys.readouterr() == ("", "")
 
 

@@ -67,7 +67,7 @@ def test_records_that_are_there_already_are_not_replaced(run, tmp_path):
 
 def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path):
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--tolerance", "3")
-    assert code == 2 and "is no share" in err
+    assert code == 2 and "is not a fraction" in err
 
 
 def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):

@@ -13,7 +13,7 @@ OTHER = Path(__file__).parent / "no_model.json"
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("--port", "0"), "0 is no port; give one from 1 to 65535"),
+        (("--port", "0"), "0 is not a port; give one from 1 to 65535"),
         (("--seed", "-1"), "greater than or equal to 0"),
         (("--out", __file__), "is a file; give a folder for scenes and records"),
         (("plain_rotor", "--law", "p.json"), "plain_rotor has no injectors that a controller could move"),

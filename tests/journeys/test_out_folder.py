@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from rotorsim.commands.options import told_as_kept
+from rotorsim.commands.options import reporting_kept_samples
 from rotorsim.commands.results import files, results
 from rotorsim.control.designs import p
 from rotorsim.errors import DataError
@@ -152,7 +152,7 @@ def test_the_next_command_removes_what_a_killed_one_left_whatever_it_writes_itse
 
 
 def test_ctrl_c_during_a_report_names_the_record(capsys):
-    with pytest.raises(typer.Exit) as ended, told_as_kept("runup/runup.nc"):
+    with pytest.raises(typer.Exit) as ended, reporting_kept_samples("runup/runup.nc"):
         raise KeyboardInterrupt
     assert ended.value.exit_code == 130
     assert "the record is kept, without its results: runup/runup.nc" in capsys.readouterr().err

@@ -1,6 +1,6 @@
 """`rotorsim campaign PLAN --out DIR`, and `status`, `retry`, `collect`, `check` for a campaign's store.
 
-Exit code 0: all cases are done. 2: cannot be run; one sentence says why. 3: all were run and some failed.
+Exit code 0: all cases are done. 2: cannot be run; one sentence gives the reason. 3: all were run and some failed.
 130 (143 for SIGTERM): stopped; the same command continues.
 """
 
@@ -13,7 +13,14 @@ import typer
 
 from rotorsim.campaign import load_plan
 from rotorsim.campaign.run import retry as retry_failed, run_campaign
-from rotorsim.commands.campaign.output import collect_into, settings, tell, tell_of_compiling, tell_plan, tell_status
+from rotorsim.commands.campaign.output import (
+    collect_into,
+    note_compiling_of_plan,
+    print_outcome,
+    print_plan,
+    print_status,
+    settings,
+)
 from rotorsim.commands.lazy_group import example
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign.")]
@@ -44,8 +51,8 @@ def run_plan(
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
     loaded = load_plan(plan)
     if scheduler is None:
-        tell_of_compiling(loaded)
-    tell(run_campaign(loaded, out, chosen), out, as_json)
+        note_compiling_of_plan(loaded)
+    print_outcome(run_campaign(loaded, out, chosen), out, as_json)
 
 
 @example("rotorsim campaign retry my_campaign --time-limit '30 min'")
@@ -62,7 +69,7 @@ def retry(
 ) -> None:
     """Run the failed cases again, and those that are left."""
     chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
-    tell(retry_failed(folder, chosen), folder, as_json)
+    print_outcome(retry_failed(folder, chosen), folder, as_json)
 
 
 @example("rotorsim campaign status my_campaign --failed 10")
@@ -72,7 +79,7 @@ def status(
     as_json: AsJson = False,
 ) -> None:
     """Say what is done, failed and left; also while the campaign runs."""
-    tell_status(folder, failed, as_json)
+    print_status(folder, failed, as_json)
 
 
 @example("rotorsim campaign collect my_campaign --experiment identification --out all.nc")
@@ -87,12 +94,12 @@ def collect(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
 ) -> None:
-    """Put what is done into one table or one file; without --out, say what that would hold."""
+    """Put what is done into one table or one file; without --out, print what that would hold."""
     names = None if variables is None else [name.strip() for name in variables.split(",")]
     collect_into(folder, out, experiment, names, force)
 
 
 @example("rotorsim campaign check my_plan.toml")
 def check(plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file or shipped plan.")]) -> None:
-    """Read a plan and say what it would run, without running it."""
-    tell_plan(plan)
+    """Read a plan and print what it would run, without running it."""
+    print_plan(plan)

@@ -18,7 +18,7 @@ from rotorsim.campaign.store.collect import collect, write_table
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING
 from rotorsim.campaign.store.store import open_store
 from rotorsim.campaign.workers.cluster import Tls
-from rotorsim.commands.options import quantity, say_if_compiling
+from rotorsim.commands.options import note_compiling, quantity
 from rotorsim.commands.results import files
 from rotorsim.errors import DataError
 from rotorsim.machine import Machine
@@ -52,21 +52,21 @@ def settings(
     return Settings(workers, scheduler, Tls(*tls) if any(tls) else None, limit, mixed, show)
 
 
-def tell_of_compiling(plan: Plan) -> None:
+def note_compiling_of_plan(plan: Plan) -> None:
     """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
     if sys.stderr.isatty():
         return
     machine = Machine.from_text(next(iter(plan.machines.values())))
     for path, value in plan.set:
         machine = machine.replace(path, value)
-    say_if_compiling(Plant(machine).assembly, "settle", "run")
+    note_compiling(Plant(machine).assembly, "settle", "run")
 
 
-def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
+def print_outcome(outcome: Outcome, folder: Path, as_json: bool) -> None:
     """Print the outcome of a run and exit with its code."""
-    told = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
+    numbers = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
     if as_json:
-        typer.echo(json.dumps(told | {"seconds": outcome.seconds, "folder": str(folder)}, indent=2))
+        typer.echo(json.dumps(numbers | {"seconds": outcome.seconds, "folder": str(folder)}, indent=2))
     else:
         typer.echo(
             f"{folder}: {outcome.done} done, {outcome.failed} failed, {outcome.pending} left; "
@@ -77,14 +77,14 @@ def tell(outcome: Outcome, folder: Path, as_json: bool) -> None:
         raise typer.Exit(128 + outcome.stopped)
     if outcome.failed:
         print(
-            f"{outcome.failed} cases failed: 'rotorsim campaign status {folder}' says why, "
+            f"{outcome.failed} cases failed: 'rotorsim campaign status {folder}' gives the reason, "
             f"'rotorsim campaign retry {folder}' runs them again",
             file=sys.stderr,
         )
         raise typer.Exit(SOME_FAILED)
 
 
-def tell_status(folder: Path, most: int, as_json: bool) -> None:
+def print_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
     store = open_store(folder)
     index = store.index()
@@ -95,8 +95,8 @@ def tell_status(folder: Path, most: int, as_json: bool) -> None:
         index.close()
     if as_json:
         named = [dict(zip(("number", "experiment", "parameters", "error"), row, strict=True)) for row in failed]
-        told = {"name": store.plan.name, **counts, "computing_s": seconds, "bytes": size, "failures": named}
-        typer.echo(json.dumps(told, indent=2))
+        numbers = {"name": store.plan.name, **counts, "computing_s": seconds, "bytes": size, "failures": named}
+        typer.echo(json.dumps(numbers, indent=2))
         return
     typer.echo(f"{store.plan.name}: {counts[DONE]} done, {counts[FAILED]} failed, {counts[PENDING]} left")
     typer.echo(f"computing time {spell(seconds)}, records {size / 1e6:.4g} MB")
@@ -108,8 +108,8 @@ def tell_status(folder: Path, most: int, as_json: bool) -> None:
 
 def _values(plan: Plan, values: dict[str, Any]) -> str:
     units = {axis.name: axis.target.unit for axis in plan.axes}
-    said = {n: v if isinstance(v, str) or units[n] is None else show(v, units[n] or "1") for n, v in values.items()}
-    return ", ".join(f"{name} = {value}" for name, value in said.items()) or "no axes"
+    texts = {n: v if isinstance(v, str) or units[n] is None else show(v, units[n] or "1") for n, v in values.items()}
+    return ", ".join(f"{name} = {value}" for name, value in texts.items()) or "no axes"
 
 
 def collect_into(
@@ -131,7 +131,7 @@ def collect_into(
     typer.echo(f"{out}: {size}, {out.stat().st_size / 1e6:.4g} MB")
 
 
-def tell_plan(name: str) -> None:
+def print_plan(name: str) -> None:
     """Print the cases that a plan would run."""
     plan = load_plan(name)
     typer.echo(f"{plan.name}: {len(plan)} cases, {spell(plan.seconds())} simulated")

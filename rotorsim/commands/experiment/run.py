@@ -15,9 +15,9 @@ from rotorsim.commands.options import (
     leave_if_cut,
     leave_if_empty,
     make_plant,
+    note_compiling,
     print_table,
-    say_if_compiling,
-    told_as_kept,
+    reporting_kept_samples,
 )
 from rotorsim.commands.results import results
 from rotorsim.errors import DataError
@@ -39,11 +39,11 @@ def run_experiment(
     names = (f"{name}.nc", f"{name}.html") if report else (f"{name}.nc",)
     with results(out, name, names, force) as folder:
         path = folder / names[0]
-        say_if_compiling(plant.assembly, "settle", "run")
+        note_compiling(plant.assembly, "settle", "run")
         experiment = setup.experiment(plant) if hasattr(setup, "experiment") else setup
         outcome = record(plant, experiment, path, number, progress=not as_json)
         leave_if_empty(outcome, path)
-        with told_as_kept(path):
+        with reporting_kept_samples(path):
             _tell(path, experiment, outcome, report, as_json)
     leave_if_cut(outcome, path)
 
@@ -60,8 +60,8 @@ def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as
         summary = summarise_experiment(data)
     files = {"record": str(path)} | write_page(path, report)
     if as_json:
-        told = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}
-        typer.echo(json.dumps(summary | told, indent=2))
+        numbers = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}
+        typer.echo(json.dumps(summary | numbers, indent=2))
     else:
         print_table(result_rows(summary), files)
 

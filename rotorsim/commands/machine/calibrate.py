@@ -42,9 +42,9 @@ def calibrate_command(
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
         coarse = loaded if grid is None else make_plant(machine, grid, None, []).machine
-        told = None if as_json or not sys.stderr.isatty() else _tell
-        found = calibrate(coarse, asked, passes, told)
-        if told:
+        progress = None if as_json or not sys.stderr.isatty() else _show_passes
+        found = calibrate(coarse, asked, passes, progress)
+        if progress:
             print(file=sys.stderr)
         _save(found, asked.name, path, loaded)
     if as_json:
@@ -57,7 +57,7 @@ def calibrate_command(
         raise typer.Exit(130)
 
 
-def _tell(count: int, cost: float) -> None:
+def _show_passes(count: int, cost: float) -> None:
     print(f"\r{count} evaluations, cost {cost:.4g} ", end="", file=sys.stderr, flush=True)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
@@ -11,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.commands.lazy_group import example
 from rotorsim.effects import REGISTRY
 from rotorsim.errors import MachineFileError
@@ -36,9 +36,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     if name in REGISTRY:
         return describe(REGISTRY[name])
-    close = get_close_matches(name, REGISTRY, n=1)
-    hint = f"did you mean '{close[0]}'? " if close else ""
-    raise MachineFileError(f"'{name}' is no effect; {hint}known effects: {', '.join(sorted(REGISTRY))}")
+    raise MachineFileError(f"'{name}' is not an effect; {did_you_mean(name, sorted(REGISTRY))}")
 
 
 def _print_effects(entries: list[dict[str, Any]]) -> None:

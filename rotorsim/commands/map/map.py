@@ -28,9 +28,9 @@ from rotorsim.commands.options import (
     MachineName,
     a_folder,
     make_plant,
+    note_compiling,
     print_table,
     quantity,
-    say_if_compiling,
 )
 from rotorsim.commands.results import results
 from rotorsim.errors import DataError
@@ -91,9 +91,9 @@ def map_command(
         ask_machine(with_fields(plant.machine, fields, [field.values[end] for field in fields]))
     film = quantity("least-film", least_film, "m")
     with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
-        say_if_compiling(plant.assembly, "settle")
-        with _bar(as_json) as told:
-            found = operating_map(plant, speeds, pressures, fields, whirl, jobs, told)
+        note_compiling(plant.assembly, "settle")
+        with _bar(as_json) as progress:
+            found = operating_map(plant, speeds, pressures, fields, whirl, jobs, progress)
         found = safe_region(found)
         if found.attrs["ended"] == "complete":
             found = _more(plant, fields, found, film if with_lift_off else None, with_onset, campbell)
@@ -149,7 +149,7 @@ def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
 
 
 def _bar(silent: bool) -> Any:
-    """Context that gives a function (done, total) to tell of progress on a terminal, else None."""
+    """Context that gives a function (done, total) that shows progress on a terminal, else None."""
 
     @contextmanager
     def shown() -> Any:
@@ -159,10 +159,10 @@ def _bar(silent: bool) -> Any:
         with Progress(console=Console(stderr=True)) as bar:
             task = bar.add_task("operating points", total=None)
 
-            def told(done: int, total: int) -> None:
+            def show(done: int, total: int) -> None:
                 bar.update(task, completed=done, total=total)
 
-            yield told
+            yield show
 
     return shown()
 

@@ -56,13 +56,13 @@ def control(
         found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
         claims = verdicts(control_numbers(found, loaded), "C")
         blocks = [*claims_blocks(claims, "Claims on control"), *control_blocks(found)]
-        told = {"claims": plain(claims), "refused": found.refused}
+        numbers = {"claims": plain(claims), "refused": found.refused}
         title, text = f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant."
         with replacing_all(out, ("report.html", "control.json")) as part:
             save_study_page(title, text, blocks, part / "report.html")
-            write_json(part / "control.json", told)
+            write_json(part / "control.json", numbers)
     if as_json:
-        typer.echo(json.dumps(told, indent=2))
+        typer.echo(json.dumps(numbers, indent=2))
         return
     print_claims(claims)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results")
@@ -86,11 +86,11 @@ def whole(
     plant = make_plant(machine, None, None, [])
     with sentences(), study_folder(out, _inputs("whole", plant, quick)):
         found = whole_study(plant, out, stage_bar(), jobs, quick)
-        told = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,
+        numbers = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,
                 "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip
-        write_json(out / "study.json", told)
+        write_json(out / "study.json", numbers)
     if as_json:
-        typer.echo(json.dumps(told, indent=2))
+        typer.echo(json.dumps(numbers, indent=2))
         return
     print_claims(found.claims)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results; {out / 'study.json'}: numbers")

@@ -57,17 +57,17 @@ def identification_vs_physics(
             sources = sources_of(folders)
             total = sum(source.role in COUNTED for source in sources)
             found = study(plant, sources, jobs, surfaces, Counter(total))
-        told, reached = verdicts(identification_numbers(found), "I"), targets(found)
-        numbers = numbers_of(found, told, reached)
+        claims, reached = verdicts(identification_numbers(found), "I"), targets(found)
+        numbers = numbers_of(found, claims, reached)
         with replacing_all(out, RESULTS) as part:
             found.refined.save(part / "model.json")
             found.lpv_2.save(part / "model_2.json")
-            write_page(found, told, reached, part / "report.html", plant.machine.name)
+            write_page(found, claims, reached, part / "report.html", plant.machine.name)
             write_json(part / "study.json", numbers)
     if as_json:
         typer.echo(json.dumps({key: numbers[key] for key in ("errors", "claims", "targets")}, indent=2))
         return
-    print_claims(told)
+    print_claims(claims)
     for target in reached:
         typer.echo(f"{MET if target.met else NOT_MET:8s} {target.figure}: {target.value:.3g} {target.unit} "
                    f"({target.bound:g}); {target.remark}")  # fmt: skip

@@ -28,20 +28,20 @@ class Counter:
             print(f"\r{self.done} of {self.total} operating points", end=end, file=sys.stderr, flush=True)
 
 
-def numbers_of(found: Study, told: list[Judged], reached: list[Target]) -> dict[str, Any]:
+def numbers_of(found: Study, claims: list[Judged], reached: list[Target]) -> dict[str, Any]:
     """Everything in the report as numbers and text."""
     return {
-        "errors": summary(found), "claims": plain(told), "targets": [asdict(t) for t in reached],
+        "errors": summary(found), "claims": plain(claims), "targets": [asdict(t) for t in reached],
         "heads": HEADS, "rows": rows(found), "rows_model_2": rows(found, "2"), "failed": found.failed,
     }  # fmt: skip
 
 
-def write_page(found: Study, told: list[Judged], reached: list[Target], path: Path, machine: str) -> None:
+def write_page(found: Study, claims: list[Judged], reached: list[Target], path: Path, machine: str) -> None:
     """Write the HTML report."""
     from rotorsim.report.pages.study import save_study_page
     from rotorsim.reproduction.page import identification_blocks
 
-    blocks = [*claims_blocks(told, "Claims on identification"), *identification_blocks(found, reached)]
+    blocks = [*claims_blocks(claims, "Claims on identification"), *identification_blocks(found, reached)]
     save_study_page("Identification against physics", f"{machine}, virtual records only. This is a simulation.",
                     blocks, path)  # fmt: skip
 
@@ -49,12 +49,12 @@ def write_page(found: Study, told: list[Judged], reached: list[Target], path: Pa
 def stage_bar() -> Progress:
     """One-line progress of the stages on a terminal; nothing in a pipe."""
 
-    def told(name: str, done: int, of: int) -> None:
+    def show(name: str, done: int, of: int) -> None:
         if sys.stderr.isatty():
             end = "\n" if done == of else ""
             print(f"\r\x1b[2K{done} of {of}: {name}", end=end, file=sys.stderr, flush=True)
 
-    return told
+    return show
 
 
 def print_claims(claims: list[Judged]) -> None:
