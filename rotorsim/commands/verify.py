@@ -51,7 +51,7 @@ def verify(
     plant = make_plant(machine, grid, time_step, changes or [])
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         note_compiling(plant.assembly, "settle", "run")
-        result = closed_loop(loaded, plant, quick=quick, progress=_tell())
+        result = closed_loop(loaded, plant, quick=quick, progress=_progress())
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
@@ -61,7 +61,7 @@ def verify(
     raise typer.Exit(0 if result.passed else FAILED)
 
 
-def _tell() -> Callable[[str], None] | None:
+def _progress() -> Callable[[str], None] | None:
     """Steps on a terminal, silence in a pipe."""
     return (lambda step: print(f"{step} ...", file=sys.stderr)) if sys.stderr.isatty() else None
 

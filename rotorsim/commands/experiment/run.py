@@ -44,7 +44,7 @@ def run_experiment(
         outcome = record(plant, experiment, path, number, progress=not as_json)
         leave_if_empty(outcome, path)
         with reporting_kept_samples(path):
-            _tell(path, experiment, outcome, report, as_json)
+            _print_outcome(path, experiment, outcome, report, as_json)
     leave_if_cut(outcome, path)
 
 
@@ -55,7 +55,7 @@ def read_seed(text: str) -> int:
     return int(text)
 
 
-def _tell(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
+def _print_outcome(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
     with open_record(path) as data:
         summary = summarise_experiment(data)
     files = {"record": str(path)} | write_page(path, report)
