@@ -51,7 +51,7 @@ def live(
     name: Any = scene.machine if scene else replay.machine if replay else machine
 
     def print_address(address: str, taken: int) -> None:
-        _tell(address, port, taken, keep_open)
+        _print_address(address, port, taken, keep_open)
 
     own = scene is None and replay is None and Path(machine).is_file()
     if own and browser and has_browser():  # who reads the page may not see the terminal
@@ -79,7 +79,7 @@ def _tell_refused(address: str, taken: int) -> None:
     typer.echo("closing the page or Ctrl-C ends it", err=True)
 
 
-def _tell(address: str, wanted: int, taken: int, keep_open: bool) -> None:
+def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> None:
     if taken != wanted:
         typer.echo(f"port {wanted} is in use, took {taken}", err=True)
     typer.echo(f"the page is at {address}")

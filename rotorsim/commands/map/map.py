@@ -98,7 +98,7 @@ def map_command(
         if found.attrs["ended"] == "complete":
             found = _more(plant, fields, found, film if with_lift_off else None, with_onset, campbell)
         files = _write(found, folder, report)
-    _tell(found, files, as_json)
+    _print_map(found, files, as_json)
     if found.attrs["ended"] != "complete":
         print(f"interrupted: the points that were done are in {files['map']}", file=sys.stderr)
         raise typer.Exit(130)
@@ -209,7 +209,7 @@ def _plain(values: Any) -> Any:
     return None if values != values else float(values)
 
 
-def _tell(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
+def _print_map(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
     numbers = summary(found)
     if as_json:
         typer.echo(json.dumps(numbers | {"files": files}, indent=2))
