@@ -49,5 +49,5 @@ def test_every_command_notes_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path
 def test_a_diagnosis_notes_in_a_pipe_that_it_compiles_and_nothing_else(capsys):
     stages = Stages()
     for stage in STAGES:
-        stages.say(stage)
+        stages.show(stage)
     assert capsys.readouterr() == ("", STAGES["compile"] + "\n")
