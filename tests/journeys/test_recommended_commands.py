@@ -129,7 +129,7 @@ def unknown_options(path, text):
     known = set().union(*map(options, room)) or options()
     if ROOT / "rotorsim" / "commands" in path.parents:
         known = made_in(".".join(path.relative_to(ROOT).with_suffix("").parts))
-    yield from (f"{name} is no option" for name in OPTION.findall(text) if name not in known)
+    yield from (f"{name} is not an option" for name in OPTION.findall(text) if name not in known)
 
 
 def test_every_command_that_is_named_is_there():
@@ -159,9 +159,10 @@ def test_a_command_that_is_not_there_is_found(text, fault):
 
 
 def test_an_option_that_is_not_there_is_found():
-    assert list(unknown_options(ROOT / "fmu" / "a.py", "give --lpv")) == ["--lpv is no option"]
-    assert list(unknown_options(ROOT / "rotorsim" / "live" / "a.py", "give --fmi")) == ["--fmi is no option"]
-    assert list(unknown_options(ROOT / "rotorsim" / "commands" / "modes.py", "give --fmi")) == ["--fmi is no option"]
+    assert list(unknown_options(ROOT / "fmu" / "a.py", "give --lpv")) == ["--lpv is not an option"]
+    assert list(unknown_options(ROOT / "rotorsim" / "live" / "a.py", "give --fmi")) == ["--fmi is not an option"]
+    modes = ROOT / "rotorsim" / "commands" / "modes.py"
+    assert list(unknown_options(modes, "give --fmi")) == ["--fmi is not an option"]
     assert not list(unknown_options(ROOT / "fmu" / "a.py", "give --fmi"))
 
 
