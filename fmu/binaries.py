@@ -15,7 +15,7 @@ from fmu.kernel_object import ObjectTarget, host_target, to_compile
 from fmu.kinds import write_sources
 from fmu.model import PlantUnit, Unit
 from fmu.targets import Target, host
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-g0", "-s", "-Wall")
 GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")

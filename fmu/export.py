@@ -13,7 +13,7 @@ from fmu.model import IDENTIFIER, PlantUnit, Unit
 from fmu.places import check_place, workspace
 from fmu.reference import Reference, make_reference
 from fmu.targets import Target, host
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 COMPILING = "compiling the kernels for use outside Python: a minute or two, once for this kind of machine"
 

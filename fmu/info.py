@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 DAMAGED = (
     zipfile.BadZipFile, zlib.error, ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError,

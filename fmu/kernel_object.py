@@ -26,8 +26,8 @@ from typing import Any
 
 from fmu.places import temporary_error, workspace
 from reynolds.jit import cache_root
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import WriteError, make_folder, write_bytes
-from rotorsim.errors import DataError, RotorsimError
 
 ENTRY = "rotorsim_serve"
 NO_PLACE = 3

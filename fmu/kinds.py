@@ -14,8 +14,8 @@ from fmu.model import PlantUnit, Unit
 from identification.errors import ModelError
 from identification.lpv.model import LpvModel
 from identification.model_file import load_model
+from rotorsim.base.errors import DataError
 from rotorsim.control import load_law
-from rotorsim.errors import DataError
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.plant import Plant
 

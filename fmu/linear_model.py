@@ -24,7 +24,7 @@ from fmu.variables import Variable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
 from identification.lpv.model import LpvModel
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 
 Matrices = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 

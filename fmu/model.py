@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from fmu.variables import Variable, plant_variables
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
-from rotorsim.errors import DataError
 
 
 def check_place(path: Path) -> None:

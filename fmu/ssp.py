@@ -28,8 +28,8 @@ from fmu.places import check_place, workspace
 from fmu.targets import Target
 from fmu.units import exponents, fmi_name
 from fmu.variables import Variable
-from rotorsim.errors import DataError
-from rotorsim.sampling import SAMPLE
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 
 SPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

@@ -11,7 +11,7 @@ import numpy as np
 from fmu.model import PlantUnit
 from fmu.variables import ROW, Variable
 from reynolds.grid import cells
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
 

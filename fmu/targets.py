@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from dataclasses import dataclass
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 
 @dataclass(frozen=True)

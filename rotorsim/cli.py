@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.errors import RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
-from rotorsim.errors import RotorsimError, Unusual
 
 STDOUT = "standard output"
 

@@ -24,7 +24,7 @@ from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.places import workspace
 from fmu.reference import reference_inputs
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fmu.places import temporary_error
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 Log = Callable[[str], None]
 

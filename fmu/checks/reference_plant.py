@@ -13,7 +13,7 @@ import numpy as np
 
 from fmu.model import PlantUnit
 from fmu.variables import ROW
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 from rotorsim.plant.simulation import Simulation
 
 AT_ONCE = {

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.machine.units import parse
 from rotorsim.machine.usual import ask
 

@@ -23,8 +23,8 @@ from threadpoolctl import threadpool_limits
 
 from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
+from rotorsim.base.errors import DataError, NoLiftOffError, RotorsimError
 from rotorsim.base.interrupt import finishing
-from rotorsim.errors import DataError, NoLiftOffError, RotorsimError
 from rotorsim.machine.edit import with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant

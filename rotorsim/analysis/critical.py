@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.analysis.point import operating_point
-from rotorsim.errors import NoLiftOffError
+from rotorsim.base.errors import NoLiftOffError
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from rotorsim.analysis.axes import checked
-from rotorsim.errors import DataError, NoLiftOffError
+from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.plant import Plant
 
 HIGHEST = 2e6

@@ -14,8 +14,8 @@ from rotorsim.analysis.axes import MOST, Field, checked
 from rotorsim.analysis.point import AT, MODES, numbers
 from rotorsim.analysis.varied import with_fields
 from rotorsim.analysis.workers import spread, useful
+from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
-from rotorsim.errors import DataError
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 

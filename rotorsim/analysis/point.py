@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.errors import NoLiftOffError
+from rotorsim.base.errors import NoLiftOffError
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import LinearPlant, linearise

@@ -16,8 +16,8 @@ import numpy as np
 
 from rotorsim.analysis.axes import NUMBER, checked
 from rotorsim.analysis.figures import UNITS
+from rotorsim.base.errors import DataError
 from rotorsim.base.own_files import instead
-from rotorsim.errors import DataError
 from rotorsim.machine.units import parse
 
 ROLES = ("fit", "predict")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.analysis.axes import checked
+from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.rounding import DAMPED, falls_below_zero
-from rotorsim.errors import DataError, NoLiftOffError
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from rotorsim.processes import Processes
+from rotorsim.base.processes import Processes
 
 WORTH = 60
 """Points that make one more process worth its start."""

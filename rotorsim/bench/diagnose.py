@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import write_text
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.hidden_case import KINDS, hidden_case
@@ -27,7 +28,6 @@ from rotorsim.discrepancy.diagnosis import Workshop
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.errors import DataError, RotorsimError
 from rotorsim.machine import Machine, load_machine
 
 REPORTING = 100_000

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
 from rotorsim.discrepancy.blind_test.design import Planned
 from rotorsim.discrepancy.blind_test.hide import Truth, draw
@@ -17,7 +18,6 @@ from rotorsim.discrepancy.fit.parameters import REFERENCE_PRESSURE, FitParameter
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
-from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 
 KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")

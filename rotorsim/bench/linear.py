@@ -11,11 +11,10 @@ import numpy as np
 
 from reynolds import GasBearing, Injector
 from rotorsim.analysis import critical_speeds, operating_map, operating_point, whirl_onset
-from rotorsim.base.constants import RPM
+from rotorsim.base.constants import RPM, SAMPLE
 from rotorsim.bench.result import Figure
 from rotorsim.bench.speed import BARE
 from rotorsim.machine import load_machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 
 PRESSURES = (0.3e6, 0.5e6, 0.7e6)

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fmu.checks.importer import fmpy
+from rotorsim.base.constants import SAMPLE
 from rotorsim.bench.result import Figure
-from rotorsim.machine.numerics import SAMPLE
 
 GENERIC = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": ""}
 """Python's kernels compiled for what a portable unit is compiled for."""

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.bench.result import Figure
 from rotorsim.experiments import Prbs, record
 from rotorsim.machine import load_machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation
 

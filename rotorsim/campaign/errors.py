@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rotorsim.errors import RotorsimError
+from rotorsim.base.errors import RotorsimError
 
 
 class PlanError(RotorsimError):

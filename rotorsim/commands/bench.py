@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.base.errors import DataError
 from rotorsim.bench.accuracy import COLUMNS, REFERENCE, rig_table
 from rotorsim.bench.diagnose import cases
 from rotorsim.bench.parts import PARTS
@@ -17,7 +18,6 @@ from rotorsim.bench.result import Figure
 from rotorsim.bench.verdicts import confusion, figures
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
-from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 
 

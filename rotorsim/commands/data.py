@@ -20,9 +20,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from identification import Examination, ReadError, SchemaError, columns, examine, load, mapping_template, read, save
+from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
-from rotorsim.errors import DataError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from identification import ModelError, load_model
+from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import print_table
 from rotorsim.commands.results import files
@@ -16,7 +17,6 @@ from rotorsim.control import Law
 from rotorsim.control.catalogue import design as make
 from rotorsim.control.loop.analysis import overview
 from rotorsim.control.variants import biased, without_dc
-from rotorsim.errors import DataError
 
 
 @example("rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json")

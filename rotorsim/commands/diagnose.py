@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from reynolds.jit import cache_root
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
 from rotorsim.base.netcdf import write_netcdf
@@ -25,7 +26,6 @@ from rotorsim.discrepancy import Diagnosis, diagnose as find
 from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.errors import DataError, RotorsimError
 
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""

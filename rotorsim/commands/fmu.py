@@ -16,10 +16,10 @@ from fmu.info import info as facts
 from fmu.kinds import law_unit, linear_unit, plant_unit
 from fmu.ssp import export_system
 from fmu.targets import choose
+from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep, make_plant, quantity
 from rotorsim.commands.results import files
-from rotorsim.errors import DataError
 
 if TYPE_CHECKING:
     from fmu.model import Unit

@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, a_folder, note_compiling
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import hide as record_hidden
 from rotorsim.discrepancy.blind_test.hide import truth_twin
-from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
 

@@ -21,10 +21,10 @@ from identification.local.models import plain
 from identification.lpv.fit import REFINEMENTS
 from identification.lpv.surfaces import ORDERS, SAME
 from identification.records.runout import KINDS
+from rotorsim.base.errors import DataError
 from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
-from rotorsim.errors import DataError
 from rotorsim.reproduction.plans import HELD
 from rotorsim.reproduction.sources import sources_of
 

@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, note_compiling
-from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.desk import Desk
 from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.replay import Replay

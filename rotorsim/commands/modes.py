@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotorsim.analysis import mode_shapes
+from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
@@ -24,7 +25,6 @@ from rotorsim.commands.options import (
     quantity,
 )
 from rotorsim.commands.results import results
-from rotorsim.errors import DataError
 from rotorsim.machine.rim_speed import ask_rim_speed
 
 if TYPE_CHECKING:

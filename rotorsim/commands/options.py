@@ -15,12 +15,12 @@ from rich.console import Console
 from rich.table import Table
 
 from reynolds.jit import cache_folder
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
-from rotorsim.errors import DataError, MachineFileError
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.units import parse
 from rotorsim.machine.usual import ask, ask_machine
 from rotorsim.plant import Plant

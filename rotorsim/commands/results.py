@@ -16,11 +16,11 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import finish_sets
 from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
 from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
-from rotorsim.errors import DataError
-from rotorsim.sampling import SAMPLE
 
 CAMPAIGN = "store.json"
 """File by which the folder of a campaign is known."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
     AsJson,
@@ -27,7 +28,6 @@ from rotorsim.commands.options import (
     reporting_kept_samples,
 )
 from rotorsim.commands.results import results
-from rotorsim.errors import DataError
 from rotorsim.experiments import Outcome, Runup, record
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.signals.record_blocks import open_record

@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.base.files import write_json
 from rotorsim.base.own_files import instead
 from rotorsim.control.errors import LawError
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.kernels import refresh, step
 from rotorsim.control.runtime.layout import Layout, make_layout
-from rotorsim.sampling import SAMPLE
 
 MATRICES = ("A", "B", "C", "D", "W")
 LIMIT = 5.0

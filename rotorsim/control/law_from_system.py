@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.riccati import sampled_riccati
-from rotorsim.sampling import SAMPLE
 
 AVERAGE, FADE = 0.2, 0.05
 """Seconds in which a law seeks its centre, and in which its output then comes in."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
@@ -32,7 +33,6 @@ from rotorsim.discrepancy.twin.alternative_injection import other_law
 from rotorsim.discrepancy.twin.response_cache import Memo
 from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities
 from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 from rotorsim.plant.compose import is_compiled
 

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.errors import DataError
 from rotorsim.machine import Machine
-from rotorsim.sampling import SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, NYQUIST, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
-from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:
     pass

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import Experiment, samples_in
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.runup import Runup, ramp_time

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment, samples_in
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.parameters import param

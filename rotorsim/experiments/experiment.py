@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.parameters import attributes, check_parameters, param
-from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:
     from rotorsim.machine import Machine

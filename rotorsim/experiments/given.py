@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint
 
 

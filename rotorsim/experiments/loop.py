@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.errors import ControllerError, ConvergenceError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ControllerError, ConvergenceError
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.controller import ask
 from rotorsim.plant.simulation import split_columns
 

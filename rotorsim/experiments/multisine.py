@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT, AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
 

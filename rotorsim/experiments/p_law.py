@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.control.runtime.alarm import SENTENCES, code
 from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
 from rotorsim.experiments.experiment import NYQUIST
 from rotorsim.experiments.parameters import attributes, check_parameters, param
-from rotorsim.machine.numerics import SAMPLE
 
 
 @dataclass

@@ -8,8 +8,8 @@ from math import isfinite
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from rotorsim.errors import DataError
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.machine.units import show
 from rotorsim.machine.usual import ask

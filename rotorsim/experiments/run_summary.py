@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.errors import MachineFileError
+from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.order_tracking import find_resonances
 from rotorsim.signals.record_blocks import blocks, displacement_name

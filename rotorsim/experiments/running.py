@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from identification import make_record
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
-from rotorsim.errors import ControllerError, ConvergenceError, DataError
+from rotorsim.base.progress import track
 from rotorsim.experiments.experiment import Experiment, check_seed
 from rotorsim.experiments.loop import Loop
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.experiments.recording import FEWEST, Recording
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY
 from rotorsim.plant.simulation import Simulation, split_columns
-from rotorsim.progress import track
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import LONGEST, Experiment
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import Outcome, record, run
-from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr

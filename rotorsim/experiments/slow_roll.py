@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import AtPoint
 from rotorsim.experiments.parameters import param
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.units import show
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.page.tour import Stop, stops
 from rotorsim.live.replay import Replay

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.columns import COLUMNS, READ
 
 AT = {name: i for i, name in enumerate(COLUMNS)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 
 BLOCK = 50
 """Most samples at a time: 10 ms."""

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.rig.rig import INPUTS, Rig
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.simulation import split_columns
 
 FILM_EVERY = 250

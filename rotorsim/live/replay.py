@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 import identification as idn
-from rotorsim.errors import DataError, MachineFileError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.live.frame import AT, Geometry, make_frame
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.live.rig.rig import INPUTS
 from rotorsim.machine import Machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.columns import COLUMNS
 
 

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.errors import RotorsimError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import RotorsimError
 from rotorsim.live.aside import Aside
 from rotorsim.live.frame import Geometry, make_frame
 from rotorsim.live.pacer import Pacer
@@ -28,7 +29,6 @@ from rotorsim.live.rig.readings import eigenvalues_shown, hit_shown
 from rotorsim.live.rig.rig import Rig
 from rotorsim.live.rig.ringdown import BEFORE, LEAD, RING, Reading, read_ringdown
 from rotorsim.live.rig.stability_check import DECAY, FEWEST, Verdict
-from rotorsim.machine.numerics import SAMPLE
 
 if TYPE_CHECKING:
     import numpy as np

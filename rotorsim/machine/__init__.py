@@ -5,11 +5,12 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
-from rotorsim.errors import MachineFileError
 from rotorsim.machine import toml
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
-from rotorsim.machine.numerics import SAMPLE, Grid, Solver
+from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
 from rotorsim.machine.usual import ask_machine

@@ -7,11 +7,9 @@ from typing import Literal
 
 from pydantic import Field
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.machine.part import Part, count, quantity
 from rotorsim.machine.units import show
-from rotorsim.sampling import SAMPLE
-
-__all__ = ["SAMPLE", "Grid", "Solver"]
 
 
 class Grid(Part):

@@ -10,7 +10,7 @@ import warnings
 from math import pi, sqrt
 from typing import TYPE_CHECKING
 
-from rotorsim.errors import Unusual
+from rotorsim.base.errors import Unusual
 from rotorsim.machine.units import show
 
 if TYPE_CHECKING:

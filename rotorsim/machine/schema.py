@@ -17,9 +17,9 @@ from pydantic import (
     field_validator,
 )
 
+from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
 from rotorsim.effects import Effect
-from rotorsim.errors import MachineFileError
 from rotorsim.machine import edit, toml
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.checks import cross_check

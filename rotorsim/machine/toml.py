@@ -9,9 +9,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
 from rotorsim.effects import Effect
-from rotorsim.errors import MachineFileError
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.part import Part, Spec, spec_of
 from rotorsim.machine.units import show

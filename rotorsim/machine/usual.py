@@ -1,8 +1,8 @@
 """Warnings about values outside their usual range, with the unit probably intended.
 
-Ranges and their reasons are in `usual.toml`. A question is the warning `rotorsim.errors.Unusual`: in Python it is shown
-(and filtered) as any warning, on the command line it ends the command unless `--yes` is given. A machine file that
-means such a value names its field: ``unusual = ["bearings.1.clearance"]``.
+Ranges and their reasons are in `usual.toml`. A question is the warning `rotorsim.base.errors.Unusual`: in Python it
+is shown (and filtered) as any warning, on the command line it ends the command unless `--yes` is given. A machine
+file that means such a value names its field: ``unusual = ["bearings.1.clearance"]``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from importlib.resources import files
 from math import log, sqrt
 from typing import TYPE_CHECKING, Any
 
-from rotorsim.errors import Unusual
+from rotorsim.base.errors import Unusual
 from rotorsim.machine.part import Part
 from rotorsim.machine.toml import entries
 from rotorsim.machine.unit_table import advised, dimension

@@ -12,9 +12,9 @@ import numpy as np
 from reynolds.grid import Grid, Layout, make_layout
 from reynolds.injector import Injector
 from reynolds.workspace import FilmModel, Gas
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
-from rotorsim.errors import MachineFileError
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout

@@ -21,9 +21,9 @@ from typing import Any
 import reynolds
 from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root, private_root
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, make_folder, sweep, write_text
 from rotorsim.effects import Effect
-from rotorsim.errors import DataError
 from rotorsim.plant.kernels.modal_rotor import RotorLayout
 from rotorsim.plant.kernels.motion_forces import SLOT
 from rotorsim.plant.kernels.rig_layout import RigLayout

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorsim.errors import ControllerError
+from rotorsim.base.errors import ControllerError
 
 
 class Controller(Protocol):

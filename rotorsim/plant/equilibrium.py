@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from rotorsim.errors import ConvergenceError, MachineFileError, NoLiftOffError
+from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
 

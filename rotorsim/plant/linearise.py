@@ -25,8 +25,8 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
 from reynolds.perturbation import LinearFilm, linear_film
+from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import first_of_largest
-from rotorsim.errors import DataError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
 from rotorsim.plant.film_response import FilmResponse

@@ -10,8 +10,8 @@ import numpy as np
 
 from fe_shaft import BearingElement, DiskElement, Material, ReducedRotor, Rotor, ShaftElement, modal_reduction
 from fe_shaft.static import loose_motions
+from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
-from rotorsim.errors import MachineFileError
 from rotorsim.machine.rotor import LinearBearing
 from rotorsim.machine.schema import Machine
 

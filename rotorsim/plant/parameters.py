@@ -9,8 +9,8 @@ import numpy as np
 
 from reynolds.grid import Layout
 from reynolds.workspace import FILM_DTYPE, FilmModel
+from rotorsim.base.constants import SAMPLE
 from rotorsim.effects import Effect, numeric_fields
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.mesh import Mesh
 

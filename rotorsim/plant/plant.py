@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
+from rotorsim.base.progress import track
 from rotorsim.base.version import installed
-from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
@@ -22,7 +23,6 @@ from rotorsim.plant.controller import Controller, ask, check_controller, check_r
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation, split_columns
-from rotorsim.progress import track
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,8 @@ import numpy as np
 
 from reynolds.bearing import interval_pressure
 from reynolds.newton import FACTORISATIONS, ITERATIONS
-from rotorsim.errors import ConvergenceError, DataError
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ConvergenceError, DataError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import settle

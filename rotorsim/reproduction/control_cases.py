@@ -12,7 +12,7 @@ import numpy as np
 
 from identification import load_model
 from rotorsim.analysis import critical_speeds, whirl_onset
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p
@@ -20,7 +20,6 @@ from rotorsim.control.loop.analysis import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import spectra_of
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
 from rotorsim.verify.impacts import Energies, impact_answers, impact_energies, ring_down

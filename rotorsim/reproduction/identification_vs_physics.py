@@ -10,7 +10,7 @@ import numpy as np
 
 import identification as idn
 from identification.local.identify import actuator_signals
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.reproduction.claims.rules import points as rule_points
 from rotorsim.reproduction.coherent import Coherent, coherent
 from rotorsim.reproduction.local_models import RECIPE, Local, Progress, at_points, make_locals

@@ -10,9 +10,9 @@ from signal import SIGINT
 from typing import TYPE_CHECKING
 
 from rotorsim.base.constants import RPM
+from rotorsim.base.errors import DataError
 from rotorsim.campaign import Settings, run_campaign
 from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.errors import DataError
 from rotorsim.reproduction.claims.rules import points
 
 if TYPE_CHECKING:

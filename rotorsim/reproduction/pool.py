@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from rotorsim.processes import Processes
+from rotorsim.base.processes import Processes
 from rotorsim.reproduction.cache import find, keep
 
 Progress = Callable[[str, int, int], None]

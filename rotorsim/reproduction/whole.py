@@ -11,8 +11,8 @@ from typing import Any
 
 from identification import load_model
 from identification.lpv.model import LpvModel
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.reproduction.cache import find, keep, key_of

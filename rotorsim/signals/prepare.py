@@ -14,7 +14,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.signals.record_blocks import displacement_name
 
 HALF_SPAN = 0.01

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from identification.records.schema import named_axes
+from rotorsim.base.errors import DataError
 from rotorsim.base.hdf5_check import check_hdf5
-from rotorsim.errors import DataError
 
 BLOCK = 100_000
 """Samples read at a time."""

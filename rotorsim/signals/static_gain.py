@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.errors import DataError
-from rotorsim.sampling import SAMPLE
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from scipy.signal import detrend, find_peaks
 from scipy.signal.windows import hann
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.signals.order_tracking import SECONDS
 from rotorsim.signals.record_blocks import displacement_name
 

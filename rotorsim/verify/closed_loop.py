@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.errors import RotorsimError
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law, check_sampling
-from rotorsim.errors import RotorsimError
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify import transients
 from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, holds
 from rotorsim.verify.full_order import full_order

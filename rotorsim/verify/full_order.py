@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 import identification as idn
+from rotorsim.base.constants import SAMPLE
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
 from rotorsim.control.numerics.systems import System, balanced_states, held, late, series
 from rotorsim.experiments import prbs
 from rotorsim.plant import Plant
-from rotorsim.sampling import SAMPLE
 
 HIGHEST = 1000.0
 """Frequency [Hz] up to which margins are taken."""

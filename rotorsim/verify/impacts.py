@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify.running import Run, run_rows, steady_rows
 
 POINTS = tuple((w * KRPM, p * 1e6) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))

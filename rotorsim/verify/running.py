@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ConvergenceError
 from rotorsim.control.law import Law, check_sampling
-from rotorsim.errors import ConvergenceError
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.simulation import Simulation
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify.loop_kernel import loop_module
 
 NEVER = 10**15

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control.law import Law
 from rotorsim.plant import Plant
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify.running import Run, run_rows
 from rotorsim.verify.transients import changing
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
 
 REST = 0.4

@@ -6,7 +6,7 @@ import pytest
 from rotorsim.analysis.calibrate import Row, calibrate, judge, verdict
 from rotorsim.analysis.figures import figures
 from rotorsim.analysis.targets import Target, read_targets, shipped
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 

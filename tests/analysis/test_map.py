@@ -18,7 +18,7 @@ from rotorsim.analysis import (
 )
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field
 from rotorsim.analysis.workers import useful
-from rotorsim.errors import DataError, MachineFileError, NoLiftOffError
+from rotorsim.base.errors import DataError, MachineFileError, NoLiftOffError
 from rotorsim.plant import Plant
 
 pytestmark = pytest.mark.numerical

@@ -17,8 +17,8 @@ import pytest
 
 import identification as idn
 from rotorsim.base import hdf5_check
+from rotorsim.base.errors import DataError
 from rotorsim.base.hdf5_check import check_hdf5
-from rotorsim.errors import DataError
 from rotorsim.signals.record_blocks import open_record
 
 SEEDS = [0, 1, 2, 3, 12, 36, 137]

@@ -9,8 +9,8 @@ from concurrent.futures.process import BrokenProcessPool
 import pytest
 import typer
 
+from rotorsim.base.processes import Processes, sigint_blocked
 from rotorsim.commands.options import resumable
-from rotorsim.processes import Processes, sigint_blocked
 
 
 def test_work_under_way_ends_with_an_exception():

@@ -33,7 +33,7 @@ RUN = """
 import json, sys
 from pathlib import Path
 from rotorsim.campaign import Settings, load_plan, run_campaign
-from rotorsim.errors import RotorsimError
+from rotorsim.base.errors import RotorsimError
 if __name__ == "__main__":
     try:
         outcome = run_campaign(load_plan(sys.argv[1]), Path(sys.argv[2]), Settings(**json.loads(sys.argv[3])))

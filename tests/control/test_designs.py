@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, p, placement, youla
@@ -21,7 +21,6 @@ from rotorsim.control.loop.sampled_loop import (  # fmt: skip
     sweep,
 )
 from rotorsim.control.variants import biased, without_dc
-from rotorsim.sampling import SAMPLE
 
 pytestmark = pytest.mark.numerical
 

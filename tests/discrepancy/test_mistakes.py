@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from identification import from_arrays
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.blind_test.hide import record_of
 from rotorsim.discrepancy.data.plausibility import check_after
 from rotorsim.discrepancy.data.spectra import make_trial
 from rotorsim.discrepancy.data.unit_checks import check_before
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.errors import DataError
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 

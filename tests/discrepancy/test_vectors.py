@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from identification import make_vectors
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import draw
 from rotorsim.discrepancy.runup_diagnosis import RATE, make_sweeps, ramp, simulated, track
-from rotorsim.errors import DataError
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 

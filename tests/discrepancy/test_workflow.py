@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
 pytestmark = pytest.mark.slow

@@ -5,8 +5,8 @@ from dataclasses import fields
 import pytest
 import tomlkit
 
+from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import REGISTRY
-from rotorsim.errors import MachineFileError
 from rotorsim.machine import machine_text
 from rotorsim.machine.schema import Machine
 from rotorsim.machine.units import show

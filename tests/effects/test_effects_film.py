@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from reynolds import GasBearing, Injector
+from rotorsim.base.errors import NoLiftOffError
 from rotorsim.effects.film.gas_heating import SUTHERLAND
-from rotorsim.errors import NoLiftOffError
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi

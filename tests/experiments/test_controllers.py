@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import rotorsim as rs
+from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.control.designs import lqr
-from rotorsim.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.experiments import Controlled, ProportionalLaw, record
 from rotorsim.plant import Plant
 

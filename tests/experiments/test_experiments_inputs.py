@@ -5,7 +5,7 @@ import pytest
 
 import rotorsim as rs
 from rotorsim import experiments as ex
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 
 @pytest.mark.parametrize(

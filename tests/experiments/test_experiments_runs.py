@@ -10,7 +10,7 @@ import xarray as xr
 import rotorsim as rs
 from identification import validate
 from rotorsim import experiments as ex
-from rotorsim.errors import ControllerError, ConvergenceError
+from rotorsim.base.errors import ControllerError, ConvergenceError
 from rotorsim.experiments.summary import summarise_experiment
 
 RPM = np.pi / 30

@@ -14,10 +14,10 @@ import pytest
 import xarray as xr
 
 from fuzzing.disk import largest_file
+from rotorsim.base.constants import SAMPLE
 from rotorsim.base.files import WriteError
 from rotorsim.experiments.recording import CHUNK, COMMIT, Recording
 from rotorsim.experiments.recovery import recover
-from rotorsim.sampling import SAMPLE
 
 BLOCKS = 4
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]

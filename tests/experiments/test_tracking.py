@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from identification import make_record
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.experiments.run_summary import summarise
 from rotorsim.signals.order_tracking import track_orders
 from rotorsim.signals.record_blocks import BLOCK, blocks, open_record

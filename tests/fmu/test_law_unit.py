@@ -7,8 +7,8 @@ import pytest
 from law_models import scheduled_law
 
 from fmu.law_unit import ALARM, INPUTS, OUTPUTS, LawUnit, answered
+from rotorsim.base.errors import DataError
 from rotorsim.control import LawError
-from rotorsim.errors import DataError
 
 
 @pytest.fixture(scope="module")

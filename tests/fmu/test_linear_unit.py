@@ -6,7 +6,7 @@ from lpv_models import make_lpv
 
 from fmu.checks.linear_check import derivative_error, jacobian, model_exchange, moving_inputs, names, simulated
 from fmu.linear_model import find_terms
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 
 @pytest.fixture(scope="module")

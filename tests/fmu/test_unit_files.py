@@ -11,8 +11,8 @@ from lpv_models import make_lpv
 
 from fmu.checks.check import check
 from fmu.info import info
+from rotorsim.base.errors import DataError
 from rotorsim.cli import main
-from rotorsim.errors import DataError
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -11,8 +11,8 @@ import pytest
 from law_models import scheduled_law
 from lpv_models import make_lpv
 
+from rotorsim.base.errors import DataError
 from rotorsim.cli import main
-from rotorsim.errors import DataError
 
 CLI = [sys.executable, "-m", "rotorsim", "fmu"]
 

@@ -13,9 +13,9 @@ from fuzzing.measured import data_calls
 from fuzzing.mutations import mutated
 from fuzzing.outcome import check_run, checked, command, files, folder
 from fuzzing.whole import whole_machines
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.commands.experiment.commands import read
 from rotorsim.commands.experiment.controlled import Setup
-from rotorsim.errors import DataError, MachineFileError
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.diagnose import _kept
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.blind_test.hide import draw, record_of, write
 from rotorsim.discrepancy.diagnosis import GRID
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.errors import DataError
 from rotorsim.machine import load_machine
 
 EFFECTS = ("coupling", "runout", "shaft_bow")

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import typer
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.options import reporting_kept_samples
 from rotorsim.commands.results import files, results
 from rotorsim.control.designs import p
-from rotorsim.errors import DataError
 
 ROTOR = "plain_rotor"
 FOLDERS = {

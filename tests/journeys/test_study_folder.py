@@ -5,8 +5,8 @@ import re
 
 import pytest
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.results import STUDY, results, study
-from rotorsim.errors import DataError
 
 INPUTS = {"kind": "control", "machine": "1", "model": "2"}
 

@@ -6,8 +6,8 @@ import warnings
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import Unusual
 from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.errors import Unusual
 from rotorsim.experiments import Impact, Runup, Steady
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.machine import Machine, load_machine, machine_text, shipped_machines

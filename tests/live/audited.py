@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from scipy.signal import periodogram
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import RotorsimError
 from rotorsim.control.loop.sampled_loop import closed_poles
 from rotorsim.control.numerics.systems import System, held, late, series
-from rotorsim.errors import RotorsimError
 from rotorsim.live.desk import Desk
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.laws import read_laws, running
@@ -28,7 +29,6 @@ from rotorsim.live.rig.stability_check import law_of, pins
 from rotorsim.live.runner import Runner
 from rotorsim.live.server.server import application, serve
 from rotorsim.machine import load_machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import READ
 

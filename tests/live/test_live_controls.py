@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from rotorsim.errors import DataError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.live.page.control import Control
 from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.rig.drive import ramp
 from rotorsim.live.rig.hammer import Hammer, hit
 from rotorsim.live.rig.history import History
 from rotorsim.machine import machine_text
-from rotorsim.machine.numerics import SAMPLE
 
 GAP = Control("clearance_growth.growth", "growth", "um", 1e-6, -20e-6, 20e-6, 0.0)
 COUNT = Control("encoder.counts", "counts", "", 1.0, 0.0, 1e6, 0.0, whole=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, coarse, make_rig
-from rotorsim.errors import MachineFileError
+from rotorsim.base.errors import MachineFileError
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.rig import SCATTER

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from coarse_rig import RPM, coarse, make_rig, ran, shown
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.live.desk import Desk
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.laws import read_laws

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rotorsim.errors import MachineFileError
+from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import load_machine, machine_text
 from rotorsim.machine.schema import Machine
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from rotorsim.errors import MachineFileError
+from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
 

@@ -140,7 +140,7 @@ def test_the_actuators_are_second_order_accurate_in_their_substep(monkeypatch):
 
 
 def test_a_bias_beyond_the_stroke_is_refused_with_the_limits():
-    from rotorsim.errors import MachineFileError
+    from rotorsim.base.errors import MachineFileError
 
     machine = load_machine("dtu_gas_bearing").replace("injection.seat_gap", "80 um")
     with pytest.raises(MachineFileError, match=r"injection\.pin_bias: '60 um' is beyond the stroke of the actuators"):

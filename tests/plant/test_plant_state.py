@@ -11,7 +11,7 @@ import pytest
 
 import rotorsim
 from identification import validate
-from rotorsim.errors import DataError, NoLiftOffError
+from rotorsim.base.errors import DataError, NoLiftOffError
 
 PRESSURE = 0.3e6
 BUSY = {"effects.unbalance.me": "6.5 g*mm", "effects.coupling.force_2x": "4 N"}

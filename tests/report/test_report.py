@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 from identification import make_record
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
-from rotorsim.errors import DataError
 from rotorsim.machine import machine_text
 from rotorsim.report.figures.bode_waterfall_plots import phase_lag
 from rotorsim.report.figures.image import readme_figure, save_png

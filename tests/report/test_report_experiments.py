@@ -18,7 +18,7 @@ from xarray.core import indexing
 
 import rotorsim.report as report
 from identification import make_record
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.report.figures import figures, shaft_plots
 from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.figure_lists import EXPECTED, found_sections

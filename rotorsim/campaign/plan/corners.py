@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from rotorsim.base.errors import RotorsimError
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.campaign.plan.targets import change
-from rotorsim.errors import RotorsimError
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.machine import Machine

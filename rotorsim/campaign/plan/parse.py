@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from identification import VARIABLES
+from rotorsim.base.errors import RotorsimError
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
 from rotorsim.campaign.plan.corners import check_corners
@@ -22,7 +23,6 @@ from rotorsim.campaign.plan.plan_file import (
     unknown,
 )
 from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, read_parameters, spec_at
-from rotorsim.errors import RotorsimError
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine, machine_text, shipped_machines

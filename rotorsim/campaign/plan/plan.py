@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import parameters
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.plan_file import Value, unknown
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.errors import DataError, MachineFileError
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.experiments.parameters import Param, checked, parameters
@@ -18,7 +19,6 @@ from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.part import Part, Spec, spec_of
 from rotorsim.machine.unit_table import dimension
 from rotorsim.machine.units import Suggest, parse, show
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from rotorsim.errors import Unusual
+from rotorsim.base.errors import Unusual
 
 PHYSICS = {"rotorsim": "rotorsim.campaign.workers.run_case", "stub": "rotorsim.campaign.workers.stub"}
 GRACE = 60.0
@@ -55,10 +55,10 @@ def _listen(orders: SimpleQueue[str]) -> None:
 
 def run(order: dict[str, Any], answers: Any) -> dict[str, Any]:
     """Result row of a case: status 'done', 'failed', or 'storage' if the store cannot be written."""
+    from rotorsim.base.errors import RotorsimError
     from rotorsim.base.files import WriteError
     from rotorsim.campaign.plan.case import Case
     from rotorsim.campaign.workers.run_case import StorageError
-    from rotorsim.errors import RotorsimError
 
     physics = import_module(PHYSICS[order["physics"]])
     folder, case = Path(order["folder"]), Case.from_text(order["case"])

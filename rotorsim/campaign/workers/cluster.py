@@ -12,11 +12,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from rotorsim.base.processes import sigint_blocked
 from rotorsim.campaign.errors import ClusterError
 from rotorsim.campaign.store.store import parts_folder
 from rotorsim.campaign.store.versions import mismatch, versions
 from rotorsim.campaign.workers.worker import end_run
-from rotorsim.processes import sigint_blocked
 
 CONNECT = 10.0
 """Time [s] to wait for a scheduler."""

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reynolds.jit import cache_root
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ConvergenceError, RotorsimError
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.base.lock import Lock
@@ -24,13 +26,11 @@ from rotorsim.campaign.plan.summaries import summarise
 from rotorsim.campaign.store.netcdf import write_record
 from rotorsim.campaign.store.store import parts_folder, record_path
 from rotorsim.campaign.workers.memory import LONGEST, Memory
-from rotorsim.errors import ConvergenceError, RotorsimError
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import is_compiled
-from rotorsim.sampling import SAMPLE
 from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:

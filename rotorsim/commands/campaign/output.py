@@ -9,6 +9,8 @@ from typing import Any
 
 import typer
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.campaign import load_plan
 from rotorsim.campaign.plan.plan import Plan
@@ -20,11 +22,9 @@ from rotorsim.campaign.store.store import open_store
 from rotorsim.campaign.workers.cluster import Tls
 from rotorsim.commands.options import note_compiling, quantity
 from rotorsim.commands.results import files
-from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 from rotorsim.machine.units import show
 from rotorsim.plant import Plant
-from rotorsim.sampling import SAMPLE
 
 SOME_FAILED = 3
 BYTES_PER_SAMPLE = 21 * 8

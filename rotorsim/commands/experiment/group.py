@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import LazyGroup
-from rotorsim.errors import DataError
 
 
 class Experiments(LazyGroup):

@@ -10,6 +10,7 @@ from typing import Any
 
 import typer
 
+from rotorsim.base.errors import DataError
 from rotorsim.commands.experiment.table import result_rows
 from rotorsim.commands.options import (
     leave_if_cut,
@@ -20,7 +21,6 @@ from rotorsim.commands.options import (
     reporting_kept_samples,
 )
 from rotorsim.commands.results import results
-from rotorsim.errors import DataError
 from rotorsim.experiments import Experiment, Outcome, record
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.experiments.summary import summarise_experiment

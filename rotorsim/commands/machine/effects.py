@@ -10,10 +10,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.base.errors import MachineFileError
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.commands.lazy_group import example
 from rotorsim.effects import REGISTRY
-from rotorsim.errors import MachineFileError
 from rotorsim.machine.catalogue import catalogue, describe
 
 

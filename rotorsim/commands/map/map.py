@@ -18,6 +18,7 @@ from rich.progress import Progress
 from rotorsim.analysis import critical_speeds, lift_off, operating_map, over_fields, safe_region, whirl_onset
 from rotorsim.analysis.axes import Field, read_axis, read_field
 from rotorsim.analysis.varied import with_fields
+from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
@@ -33,7 +34,6 @@ from rotorsim.commands.options import (
     quantity,
 )
 from rotorsim.commands.results import results
-from rotorsim.errors import DataError
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.machine.usual import ask_machine
 from rotorsim.plant import Plant

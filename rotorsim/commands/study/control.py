@@ -11,6 +11,7 @@ import typer
 
 from identification import ModelError, load_model
 from identification.lpv.model import LpvModel
+from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
 from rotorsim.commands.data import sentences
@@ -18,7 +19,6 @@ from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, make_plant, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import print_claims, stage_bar
-from rotorsim.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.reproduction.claims.control_numbers import control_numbers
 from rotorsim.reproduction.claims.verdicts import claims_blocks, plain, verdicts

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control.designs.h2_local import h2_controller
 from rotorsim.control.designs.h2_plant import Weights, scheduled_plant, with_integrator
 from rotorsim.control.designs.interpolation import Surfaces, fit, held_out
@@ -21,7 +21,6 @@ from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
 from rotorsim.control.loop.sampled_loop import law_system, sweep
 from rotorsim.control.numerics.systems import System, response
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

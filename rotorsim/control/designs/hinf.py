@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
 from rotorsim.control.designs.plants import LOOP_DELAY, Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.errors import DesignError
@@ -20,7 +20,6 @@ from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.gamma import bounds, controller
 from rotorsim.control.numerics.reduction import reduced
 from rotorsim.control.numerics.systems import peak_gain
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import MPA
+from rotorsim.base.constants import MPA, SAMPLE
 from rotorsim.control.designs.p import low_pass
 from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.systems import System, gain, series, side_by_side
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

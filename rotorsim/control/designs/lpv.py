@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.base.rounding import definite
 from rotorsim.control.designs.lpv_controller import controller_at, inequalities
 from rotorsim.control.designs.lpv_problem import EXPONENTS, Grid, Solution, synthesise
@@ -24,7 +25,6 @@ from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.scaling import balance, rescaled
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.systems import System, gain, series, side_by_side
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

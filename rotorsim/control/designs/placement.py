@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.base.rounding import ALIKE
 from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.plants import Model, check_modes, design_plant, short_sampled_plant
@@ -19,7 +19,6 @@ from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import check_period, constant_law
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.systems import System
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,11 @@ import numpy as np
 
 from identification import LinearModel
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.control.designs.merged import is_model_2, merged
 from rotorsim.control.errors import DesignError
 from rotorsim.control.numerics.systems import System, gain, held, late, normal, series, transformed
-from rotorsim.sampling import SAMPLE
 
 MICRO, MILLI = 1e6, 1e3
 LOOP_DELAY = 1.5 * SAMPLE

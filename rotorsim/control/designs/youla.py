@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_plant import with_integrator
 from rotorsim.control.designs.plants import Model, sampled_plant
@@ -24,7 +24,6 @@ from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.systems import System, added, feedback, gain
-from rotorsim.sampling import SAMPLE
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.netcdf import write_netcdf
@@ -25,12 +27,10 @@ from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.twin.periodic_motion import in_motion
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.errors import DataError, NoLiftOffError
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.simulation import Simulation, split_columns
-from rotorsim.sampling import SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr

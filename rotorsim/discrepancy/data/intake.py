@@ -11,8 +11,8 @@ import numpy as np
 
 from identification import read
 from identification.errors import ReadError, SchemaError
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
-from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.groups import EXCITED
 from rotorsim.discrepancy.residuals.comparison import Comparison
-from rotorsim.errors import DataError
 
 UNLIKE, FOREIGN = 0.5, 0.8
 """Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""

@@ -16,8 +16,8 @@ import numpy as np
 
 from identification.records.prefilter import measured, operating_point
 from identification.records.sampling import sampling_time
-from rotorsim.errors import DataError
-from rotorsim.sampling import SAMPLE
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.residuals.comparison import Comparison
-from rotorsim.errors import DataError
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import tomlkit
 
+from rotorsim.base.errors import MachineFileError
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY
-from rotorsim.errors import MachineFileError
 from rotorsim.machine import Machine
 from rotorsim.machine.edit import comment, inline
 from rotorsim.machine.units import show

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
 from rotorsim.discrepancy.data.spectra import Trial, block_lines
 from rotorsim.discrepancy.fit.least_squares import prior_rows
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point, simulate
 from rotorsim.discrepancy.search.search import Hypothesis
 from rotorsim.experiments import Experiment, Impact, Multisine
-from rotorsim.sampling import SAMPLE
 
 OPTIONS = (
     ("slow roll, strong excitation", 5, 0.5, 2.0),

@@ -12,10 +12,10 @@ from math import sqrt
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.discrepancy.data.spectra import TURNING, Trial
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
 from rotorsim.discrepancy.residuals.localise import CHANNELS, LEAST, SIGMAS, Flag
-from rotorsim.sampling import SAMPLE
 
 GROUP = "unsteady"
 NEAR_ORDER = 1.5

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import CandidateForm
-from rotorsim.errors import DataError
 
 NO_SOLUTION = 1e-3
 """Lines [m] that stand for a plant without solution."""

@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.base.rounding import decays
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation
-from rotorsim.sampling import SAMPLE
 
 MOST_TURNS, ROUNDS = 12, 8
 CLOSE = 0.01

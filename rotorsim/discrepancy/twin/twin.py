@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis.supply import supply_pressure
+from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.discrepancy.twin.instrumented import equip
 from rotorsim.discrepancy.twin.periodic_motion import in_motion
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ

@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
+from rotorsim.base.constants import SAMPLE
 from rotorsim.effects.base import Effect, param, register
-from rotorsim.sampling import SAMPLE
 
 LENGTH = 512
 """Samples kept."""

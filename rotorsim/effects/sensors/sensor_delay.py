@@ -9,9 +9,9 @@ Source: definition; the delay of converters and anti-alias filters.
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
+from rotorsim.base.constants import SAMPLE
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
-from rotorsim.sampling import SAMPLE
 
 LENGTH = 64
 """Samples kept of each axis."""

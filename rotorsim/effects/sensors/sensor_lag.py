@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
+from rotorsim.base.constants import SAMPLE
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.sensors.sensor_delay import late
-from rotorsim.sampling import SAMPLE
 
 
 @inlined

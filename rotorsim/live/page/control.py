@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 HUGE = 1e300
 

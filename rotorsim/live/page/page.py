@@ -11,11 +11,11 @@ from nicegui import ui
 from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
-from rotorsim.errors import RotorsimError
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import RotorsimError
 from rotorsim.live.desk import Desk
 from rotorsim.live.page.control import Control
 from rotorsim.live.rig.rig import SCATTER
-from rotorsim.machine.numerics import SAMPLE
 
 HERE = Path(__file__).parent
 SCENE = Path(nicegui_scene.__file__).parent / "dist"

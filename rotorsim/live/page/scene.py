@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.own_files import instead
-from rotorsim.errors import DataError
 from rotorsim.machine import Machine
 
 KIND, VERSION = "rotorsim scene", 1

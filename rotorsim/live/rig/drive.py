@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 
 BREAKAWAY = 1e-3
 """Speed [rad/s] from which the plant's own friction takes over when a torque starts the shaft."""

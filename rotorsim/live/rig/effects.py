@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import fields, replace
 from typing import Any
 
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
-from rotorsim.errors import DataError, MachineFileError
 from rotorsim.live.page.control import Control
 from rotorsim.machine import Machine
 from rotorsim.machine.effect_tables import spec_of_parameter

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorsim.errors import RotorsimError
+from rotorsim.base.errors import RotorsimError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise

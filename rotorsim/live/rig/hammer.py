@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.machine.numerics import SAMPLE
+from rotorsim.base.constants import SAMPLE
 
 WIDTH = 5
 """Samples of a hit: 1 ms."""

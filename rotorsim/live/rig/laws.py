@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.errors import DataError
 from rotorsim.control.law import load_law
-from rotorsim.errors import DataError
 from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.live.rig.operating import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine

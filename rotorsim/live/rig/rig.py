@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
-from rotorsim.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.loop import Loop
 from rotorsim.live.rig import drive
@@ -28,7 +29,6 @@ from rotorsim.live.rig.parameters import update_derived, write_effect
 from rotorsim.live.rig.settings import Settings
 from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
 from rotorsim.machine import Machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import describe, settle

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.live.frame import AT
-from rotorsim.machine.numerics import SAMPLE
 
 BEFORE, RING = 2000, 2000
 """Samples before a blow that must be steady, and samples that ring."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.live.page.control import Control
 from rotorsim.live.rig.effects import sliders
 from rotorsim.live.rig.operating import START, SWITCHES, operating

@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RPM
+from rotorsim.base.constants import MPA, RPM, SAMPLE
+from rotorsim.base.errors import RotorsimError
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.numerics.systems import (
     System,
@@ -30,12 +31,10 @@ from rotorsim.control.numerics.systems import (
     series,
     side_by_side,
 )
-from rotorsim.errors import RotorsimError
 from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.ringdown import ORDERS
 from rotorsim.machine import Machine
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import describe, settle

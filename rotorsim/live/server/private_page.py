@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 
 
 @contextmanager

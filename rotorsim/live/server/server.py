@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable
 from threading import Event
 from typing import Any
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.errors import DataError
 from rotorsim.live.desk import Desk
 from rotorsim.live.runner import Runner
 from rotorsim.live.server.guard import LONGEST, Guard

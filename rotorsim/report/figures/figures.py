@@ -9,7 +9,7 @@ from __future__ import annotations
 import plotly.graph_objects as go
 import xarray as xr
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.report.pages import sections
 from rotorsim.report.pages.run import analyse
 from rotorsim.signals.missing import MissingError

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.errors import DataError
+from rotorsim.base.errors import DataError
 from rotorsim.report.figures.bode_waterfall_plots import add_order_lines, colour_axis, order_traces, spectrum_trace
 from rotorsim.report.figures.theme import style
 from rotorsim.report.pages.run import analyse

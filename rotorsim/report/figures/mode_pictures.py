@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes
-from rotorsim.errors import DataError
 
 SIZE = (1400, 700)
 REACH = 0.18

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.base.constants import TO_RPM
-from rotorsim.errors import MachineFileError
+from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.run_summary import summarise
 from rotorsim.machine import Machine
 from rotorsim.signals.missing import need

@@ -8,10 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_RPM
+from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
-from rotorsim.sampling import SAMPLE
 from rotorsim.verify import Verification
 from rotorsim.verify.running import Run
 

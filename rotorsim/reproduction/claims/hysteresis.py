@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
-from rotorsim.sampling import SAMPLE
 
 QUARTER = 4000
 """Samples of a quarter of the slow triangle of +-5 V."""

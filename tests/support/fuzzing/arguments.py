@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 
 from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
+from rotorsim.base.constants import SAMPLE
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import Param, parameters
-from rotorsim.machine.numerics import SAMPLE
 from rotorsim.machine.part import Spec
 from rotorsim.machine.units import show
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from rotorsim.errors import Unusual
+from rotorsim.base.errors import Unusual
 
 
 @contextmanager
