@@ -19,7 +19,7 @@ from fmu.model import PlantUnit, Unit, software
 from fmu.reference import Reference, table
 from fmu.units import fmi_name
 from fmu.variables import Variable
-from rotorsim.machine.units import show
+from rotorsim.base.units import show
 
 REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 PAIRS = {

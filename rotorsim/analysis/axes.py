@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.machine.units import parse
+from rotorsim.base.units import parse
 from rotorsim.machine.usual import ask
 
 NUMBER = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*$")

@@ -18,7 +18,7 @@ from rotorsim.analysis.axes import NUMBER, checked
 from rotorsim.analysis.figures import UNITS
 from rotorsim.base.errors import DataError
 from rotorsim.base.own_files import instead
-from rotorsim.machine.units import parse
+from rotorsim.base.units import parse
 
 ROLES = ("fit", "predict")
 

@@ -1,1 +1,1 @@
-"""Lowest layer, without imports from the other packages: files, locks, interrupts, rounding, versions."""
+"""Lowest layer, without imports from the other packages: files, units, locks, interrupts, rounding, versions."""

@@ -18,10 +18,10 @@ from reynolds.jit import cache_folder
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
+from rotorsim.base.units import parse
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.units import parse
 from rotorsim.machine.usual import ask, ask_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly

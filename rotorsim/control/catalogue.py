@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import Any
 
 from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.units import parse
 from rotorsim.control.designs.plants import Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.machine.units import parse
 
 DESIGNS = {
     "p": "decentralised proportional control (thesis C)",

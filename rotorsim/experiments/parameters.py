@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import show
 from rotorsim.machine.rim_speed import ask_rim_speed
-from rotorsim.machine.units import show
 from rotorsim.machine.usual import ask
 
 if TYPE_CHECKING:

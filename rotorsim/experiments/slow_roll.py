@@ -13,9 +13,9 @@ import numpy as np
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import show
 from rotorsim.experiments.experiment import AtPoint
 from rotorsim.experiments.parameters import param
-from rotorsim.machine.units import show
 
 if TYPE_CHECKING:
     pass

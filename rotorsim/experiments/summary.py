@@ -10,8 +10,8 @@ import numpy as np
 
 from rotorsim.base.constants import SAMPLE, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
-from rotorsim.machine.units import parse
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.static_gain import static_gain_map
 

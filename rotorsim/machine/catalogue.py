@@ -13,9 +13,9 @@ from dataclasses import Field, fields
 from typing import Any
 
 from rotorsim.base.files import write_text
+from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
 from rotorsim.machine.effect_tables import spec_of_parameter
-from rotorsim.machine.units import show
 
 HEAD = """# Effects
 

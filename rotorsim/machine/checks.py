@@ -7,9 +7,9 @@ from itertools import chain
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
-from rotorsim.machine.units import show
 from rotorsim.machine.usual import numbers
 
 if TYPE_CHECKING:

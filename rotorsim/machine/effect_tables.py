@@ -7,10 +7,10 @@ from dataclasses import MISSING, Field, fields
 from typing import Any
 
 from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.units import quote
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.messages import unknown_field
 from rotorsim.machine.part import PartError, Spec
-from rotorsim.machine.units import quote
 
 _UNLIMITED = 1e300
 

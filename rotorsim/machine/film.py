@@ -7,8 +7,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from rotorsim.base.units import show
 from rotorsim.machine.part import Part, quantity
-from rotorsim.machine.units import show
 
 
 class GasFilm(Part):

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from rotorsim.base.suggest import closest, did_you_mean
+from rotorsim.base.units import quote, quoted
 from rotorsim.machine.part import PartError, spec_of
-from rotorsim.machine.units import quote, quoted
 
 SHAPES = ("union_tag", "model_type", "model_attributes_type", "tuple_type", "too_short")
 """Beginnings of pydantic's names of what decides which fields there are."""

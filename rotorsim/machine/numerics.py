@@ -8,8 +8,8 @@ from typing import Literal
 from pydantic import Field
 
 from rotorsim.base.constants import SAMPLE
+from rotorsim.base.units import show
 from rotorsim.machine.part import Part, count, quantity
-from rotorsim.machine.units import show
 
 
 class Grid(Part):

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self, cast
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 from pydantic.fields import FieldInfo
 
-from rotorsim.machine import units
+from rotorsim.base import units
 
 FAR = 2.0
 """Beyond a limit by this factor a number is a slip of its unit more likely than of itself."""

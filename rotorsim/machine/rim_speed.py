@@ -11,7 +11,7 @@ from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 from rotorsim.base.errors import Unusual
-from rotorsim.machine.units import show
+from rotorsim.base.units import show
 
 if TYPE_CHECKING:
     from rotorsim.machine.schema import Machine

@@ -11,10 +11,10 @@ from typing import Any
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
+from rotorsim.base.units import show
 from rotorsim.effects import Effect
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.part import Part, Spec, spec_of
-from rotorsim.machine.units import show
 
 MAX_BYTES = 1_000_000
 

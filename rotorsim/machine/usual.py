@@ -17,10 +17,10 @@ from math import log, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.errors import Unusual
+from rotorsim.base.unit_table import advised, dimension
+from rotorsim.base.units import parse, show, split
 from rotorsim.machine.part import Part
 from rotorsim.machine.toml import entries
-from rotorsim.machine.unit_table import advised, dimension
-from rotorsim.machine.units import parse, show, split
 
 if TYPE_CHECKING:
     from rotorsim.machine.schema import Machine

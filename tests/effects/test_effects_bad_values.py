@@ -6,10 +6,10 @@ import pytest
 import tomlkit
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import machine_text
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.units import show
 
 SHIPPED = sorted(n for n, e in REGISTRY.items() if e.__module__.startswith("rotorsim.effects."))
 

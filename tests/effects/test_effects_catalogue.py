@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from rotorsim.base.units import parse, show
 from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
 from rotorsim.machine.catalogue import catalogue, describe, page
 from rotorsim.machine.effect_tables import spec_of_parameter
-from rotorsim.machine.units import parse, show
 
 HERE = Path(__file__).parent
 SHIPPED = sorted(n for n, e in REGISTRY.items() if e.__module__.startswith("rotorsim.effects."))

@@ -4,9 +4,9 @@ import pytest
 
 from fmu.limits import limits
 from fmu.units import display_unit, exponents, fmi_name
+from rotorsim.base.unit_table import TABLE
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
-from rotorsim.machine.unit_table import TABLE
 
 
 @pytest.mark.parametrize(

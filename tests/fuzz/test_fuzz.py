@@ -14,12 +14,12 @@ from fuzzing.mutations import mutated
 from fuzzing.outcome import check_run, checked, command, files, folder
 from fuzzing.whole import whole_machines
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.units import show
 from rotorsim.commands.experiment.commands import read
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.units import show
 
 FIXED = {"derandomize": True, "deadline": None, "database": None, "suppress_health_check": list(HealthCheck)}
 EXTREME = (0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-9, 1e9, 1e19, 1e30, 1e154, 1e300, 1.7e308, -1e300)

@@ -6,11 +6,11 @@ from dataclasses import fields
 import pytest
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.units import parse
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, actuators, film, load_machine, machine_text, numerics, rotor, shipped_machines
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.part import Part, spec_of
-from rotorsim.machine.units import parse
 from rotorsim.machine.usual import question, range_of, ranges
 
 PARTS = [

@@ -8,6 +8,7 @@ from typing import Any
 
 from identification import VARIABLES
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.units import parse, quote
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
 from rotorsim.campaign.plan.corners import check_corners
@@ -26,7 +27,6 @@ from rotorsim.campaign.plan.targets import Target, change, find_experiment, find
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine, machine_text, shipped_machines
-from rotorsim.machine.units import parse, quote
 from rotorsim.machine.usual import ask_machine
 
 MOST_CASES = 10_000_000

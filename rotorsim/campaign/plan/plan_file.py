@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
 from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.units import quote
 from rotorsim.campaign.errors import PlanError
-from rotorsim.machine.units import quote
 
 MAX_BYTES = 10_000_000
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,63}")

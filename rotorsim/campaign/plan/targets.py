@@ -8,6 +8,8 @@ from typing import Any
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.unit_table import dimension
+from rotorsim.base.units import Suggest, parse, show
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.plan_file import Value, unknown
 from rotorsim.effects import REGISTRY, Effect
@@ -17,8 +19,6 @@ from rotorsim.experiments.parameters import Param, checked, parameters
 from rotorsim.machine import Machine
 from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.part import Part, Spec, spec_of
-from rotorsim.machine.unit_table import dimension
-from rotorsim.machine.units import Suggest, parse, show
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import typer
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.units import show
 from rotorsim.campaign import load_plan
 from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.progress import spell
@@ -23,7 +24,6 @@ from rotorsim.campaign.workers.cluster import Tls
 from rotorsim.commands.options import note_compiling, quantity
 from rotorsim.commands.results import files
 from rotorsim.machine import Machine
-from rotorsim.machine.units import show
 from rotorsim.plant import Plant
 
 SOME_FAILED = 3

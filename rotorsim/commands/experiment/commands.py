@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from rotorsim.base.units import show
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.commands.experiment.run import run_experiment
 from rotorsim.commands.lazy_group import click_command, example
@@ -26,7 +27,6 @@ from rotorsim.commands.options import (
 )
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import Param, parameters
-from rotorsim.machine.units import show
 
 EXAMPLES = {
     "runup": "--stop '6000 rpm' --rate '100 rpm/s' --pressure '0.3 MPa'",

@@ -12,11 +12,11 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.base.units import show as text
 from rotorsim.commands.lazy_group import example
 from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.part import Part
 from rotorsim.machine.toml import entries
-from rotorsim.machine.units import show as text
 
 
 @example("rotorsim machine show dtu_gas_bearing")

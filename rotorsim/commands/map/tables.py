@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_RPM
-from rotorsim.machine.units import show
+from rotorsim.base.units import show
 
 if TYPE_CHECKING:
     import xarray as xr

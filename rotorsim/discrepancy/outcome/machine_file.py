@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 import tomlkit
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.units import show
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 from rotorsim.machine.edit import comment, inline
-from rotorsim.machine.units import show
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy.outcome.result import Diagnosis, Found

@@ -11,11 +11,11 @@ from dataclasses import fields, replace
 from typing import Any
 
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.unit_table import dimension
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
 from rotorsim.live.page.control import Control
 from rotorsim.machine import Machine
 from rotorsim.machine.effect_tables import spec_of_parameter
-from rotorsim.machine.unit_table import dimension
 
 READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
 """Where a slider shows another unit than the machine file's largest."""

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
 from rotorsim.base.constants import SAMPLE
+from rotorsim.base.units import show
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import Param, parameters
 from rotorsim.machine.part import Spec
-from rotorsim.machine.units import show
 
 KRPM = 1000 * 3.141592653589793 / 30
 

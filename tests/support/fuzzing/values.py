@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from rotorsim.base.units import show
 from rotorsim.machine.part import Spec
-from rotorsim.machine.units import show
 
 NONSENSE = (
     "", " ", "nan", "inf", "-inf m", "1e400 m", "1e-400 m", "abc", "0.05", "-1", "3 kg", "1 furlong", "5 €", "٣ mm",

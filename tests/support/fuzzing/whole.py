@@ -7,6 +7,7 @@ import tomlkit
 from hypothesis import strategies as st
 
 from fuzzing.values import legal, text_of
+from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import GasFilm, Grid, Injection, Injector, LinearBearing, Shaft
 from rotorsim.machine.actuators import Actuators, Drive
@@ -15,7 +16,6 @@ from rotorsim.machine.film import Gas
 from rotorsim.machine.numerics import Solver
 from rotorsim.machine.part import Part, Spec, spec_of
 from rotorsim.machine.rotor import Disc, Material
-from rotorsim.machine.units import show
 
 LIKELY = {
     "youngs_modulus": 2e11, "density": 7850.0, "damping_ratio": 0.01, "kxx": 1e7, "mass": 2.0, "polar_inertia": 0.01,

@@ -5,8 +5,8 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from rotorsim.machine.unit_table import TABLE
-from rotorsim.machine.units import parse, show
+from rotorsim.base.unit_table import TABLE
+from rotorsim.base.units import parse, show
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 

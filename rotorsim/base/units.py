@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 from math import isclose, isfinite, log
 from typing import Any
 
-from rotorsim.machine.unit_table import CLOSED, advised, dimension
+from rotorsim.base.unit_table import CLOSED, advised, dimension
 
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")

@@ -1,7 +1,7 @@
 """Table of units accepted in machine files, by SI unit, with quantity, example and factors.
 
 Factors are decimal strings, so that '25 um' is the double nearest to 25e-6. A test compares every entry with
-pint, which `rotorsim.machine.units` asks for whatever is not listed here.
+pint, which `rotorsim.base.units` asks for whatever is not listed here.
 """
 
 from __future__ import annotations
