@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose
+from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
 from rotorsim.plant.mesh import Mesh
@@ -40,7 +40,7 @@ class Assembly:
     w: np.ndarray
     ix: np.ndarray
     record: np.recarray
-    module: ModuleType
+    module: KernelModule
 
     @property
     def P(self) -> Any:

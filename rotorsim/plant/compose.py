@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import reynolds
 from reynolds.grid import Layout
@@ -24,6 +24,7 @@ from reynolds.jit import cache_folder, cache_root, private_root
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, make_folder, sweep, write_text
 from rotorsim.effects import Effect
+from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels.modal_rotor import RotorLayout
 from rotorsim.plant.kernels.motion_forces import SLOT
 from rotorsim.plant.kernels.rig_layout import RigLayout
@@ -51,7 +52,7 @@ class Call:
     """Its number among the effects of its port."""
 
 
-def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> ModuleType:
+def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     imports, bodies = _templates()
     kernels = [f"from {k.__module__} import {k.__name__} as {c.record}_kernel" for c in calls if (k := _kernel(c))]
@@ -60,7 +61,7 @@ def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Ca
     head = "\n".join([NEEDED, *imports, *kernels])
     text = "\n\n\n".join([head, literals, *functions, *bodies]) + "\n"
     digest = hashlib.sha256((text + _sources_hash(calls)).encode()).hexdigest()[:16]
-    return load_module(f"rotorsim_plant_{digest}", text)
+    return cast(KernelModule, load_module(f"rotorsim_plant_{digest}", text))
 
 
 def _kernel(call: Call) -> Any:
@@ -99,7 +100,7 @@ def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
     }
 
 
-def is_compiled(module: ModuleType) -> bool:
+def is_compiled(module: KernelModule) -> bool:
     """Whether machine code of the module's step is in the disk cache already."""
     folder = cache_folder([Path(str(module.__file__))])
     return folder.exists() and any(folder.rglob(f"{module.__name__}.run-*.nbi"))
