@@ -5,11 +5,11 @@ from importlib.metadata import entry_points
 from pkgutil import walk_packages
 
 from rotorsim.effects.base import FILM_PORTS, PORTS, REGISTRY, Effect, numeric_fields, param, register
+from rotorsim.effects.installed import load_installed
 
 for _module in walk_packages(__path__, f"{__name__}."):
     import_module(_module.name)
-# effects of installed packages: whoever installs one chose to run it; nothing that is named in a data file is imported
 for _point in entry_points(group="rotorsim.effects"):
-    _point.load()
+    load_installed(_point)
 
 __all__ = ["FILM_PORTS", "PORTS", "REGISTRY", "Effect", "numeric_fields", "param", "register"]

@@ -1,10 +1,12 @@
 """User-defined effects as candidates of a diagnosis, by import or from an installed package."""
 
+import json
 import os
 import subprocess
 import sys
 
 MODULE = '''
+"""Pull of a belt on the shaft."""
 from dataclasses import dataclass
 
 from reynolds.jit import inlined
@@ -25,15 +27,32 @@ class Belt(Effect):
     pull: float = param("N", bounds=(0.0, 100.0), doc="Force towards x.")
 '''
 ASK = """
-from rotorsim.effects.base import forms_of_parameters
+import json
 from rotorsim.effects import REGISTRY
-print([(r.parameter, r.signed) for r in forms_of_parameters(REGISTRY["belt"])] if "belt" in REGISTRY else "not there")
+from rotorsim.machine import load_machine
+if "belt" not in REGISTRY:
+    print(json.dumps({}))
+    raise SystemExit
+from fmu.model import PlantUnit
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.live.rig.effects import equip, sliders
+from rotorsim.machine.catalogue import catalogue
+from rotorsim.plant import Plant
+machine = load_machine("plain_rotor").replace("effects.belt.pull", "5 N")
+print(json.dumps({
+    "machine file": machine.effects["belt"][0].pull,
+    "catalogue": [e["title"] for e in catalogue() if e["name"] == "belt"],
+    "diagnosis": [(f.label, f.parameters[0].low) for f in candidates(Twin(load_machine("plain_rotor")), ["belt"])],
+    "live rig": [(key, s.low, s.high) for key, s in sliders(equip(machine)).items() if key.startswith("belt.")],
+    "unit": [(v.name, v.start) for v in PlantUnit(Plant(machine), 0.0, 0.0).variables if "belt" in v.name],
+}))
 """
 
 
-def installed(folder, entry=True):
-    """A package with an effect, as pip leaves it; the answer of a fresh interpreter."""
-    (folder / "belt_effect.py").write_text(MODULE)
+def installed(folder, entry=True, source=MODULE):
+    """A package with an effect, as pip leaves it; the answer of a fresh interpreter and its warnings."""
+    (folder / "belt_effect.py").write_text(source)
     about = folder / "belt_effect-1.0.dist-info"
     about.mkdir(exist_ok=True)
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: belt-effect\nVersion: 1.0\n")
@@ -42,12 +61,28 @@ def installed(folder, entry=True):
     done = subprocess.run(
         [sys.executable, "-c", ASK], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True
     )
-    return done.stdout.strip()
+    return json.loads(done.stdout), done.stderr
 
 
-def test_an_effect_of_an_installed_package_is_known_to_every_command(tmp_path):
-    assert installed(tmp_path) == "[('pull', False)]"
+def test_an_effect_of_an_installed_package_is_in_every_room_without_an_edit(tmp_path):
+    found, warned = installed(tmp_path)
+    assert not warned
+    assert found == {
+        "machine file": 5.0,
+        "catalogue": ["Pull of a belt on the shaft."],
+        "diagnosis": [["belt.pull", 0.0]],
+        "live rig": [["belt.pull", 0.0, 100.0]],
+        "unit": [["effects.belt.pull", 5.0]],
+    }
 
 
 def test_a_module_that_no_installed_package_declares_is_never_imported(tmp_path):
-    assert installed(tmp_path, entry=False) == "not there"
+    assert installed(tmp_path, entry=False) == ({}, "")
+
+
+def test_a_package_for_another_version_is_named_in_a_sentence_and_the_rest_works(tmp_path):
+    """It imports a name that is not there: every command ended in a traceback."""
+    found, warned = installed(tmp_path, source="from rotorsim.effects.base import gone\n")
+    assert found == {}
+    assert "effect 'belt' of the package belt-effect is left out (ImportError" in warned
+    assert "update or uninstall the package" in warned

@@ -1,12 +1,15 @@
 """Generated module of a machine: atomic write, and a full cache folder."""
 
+import inspect
 from pathlib import Path
 
 import pytest
 
 from fuzzing.disk import largest_file
 from rotorsim.base.files import _node
+from rotorsim.plant import Plant
 from rotorsim.plant.compose import load_module
+from rotorsim.plant.kernel_module import KernelModule
 
 TEXT = "number = 1\n" + "# \n" * 1000
 
@@ -42,3 +45,12 @@ def test_a_cache_that_takes_no_more_is_no_error(folders, monkeypatch):
     monkeypatch.setattr(compose, "write_text", full)
     module = load_module("made_there", TEXT)
     assert module.number == 1 and folders[1] in Path(module.__file__).parents
+
+
+def test_a_composed_module_has_the_functions_of_the_protocol():
+    module = Plant("plain_rotor").assembly.module
+    for name, declared in inspect.getmembers(KernelModule, inspect.isfunction):
+        if not name.startswith("_"):
+            own = getattr(module, name)
+            takes = list(inspect.signature(getattr(own, "py_func", own)).parameters)
+            assert ["self", *takes] == list(inspect.signature(declared).parameters), name
