@@ -1,7 +1,7 @@
-r"""Supply pressure at the regulator from the pressure measured at the injectors, behind the supply line.
+r"""Pressure at the regulator from the pressure measured at the injectors, behind the supply line.
 
 The flow at rest depends on the pressure at the injectors alone, so it is that of the machine without its line; the
-supply is where the line, carrying this flow, leaves the pressure that was read.
+regulator's pressure is the one that leaves, behind the line with this flow, the pressure that was read.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ AT_REST = 1e9
 """Time [s] in which a line has filled."""
 
 
-def supply_pressure(a: Assembly, speed: float, pressure: float) -> float:
-    """Supply pressure [Pa, gauge] that leaves `pressure` [Pa, gauge] at the injectors, at rest at `speed` [rad/s].
+def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
+    """Gauge pressure [Pa] at the regulator for `pressure` [Pa, gauge] at the injectors, at rest at `speed` [rad/s].
 
     The same without a supply line that loses anything. Raises as `settle`.
     """
@@ -33,8 +33,8 @@ def supply_pressure(a: Assembly, speed: float, pressure: float) -> float:
     left = getattr(a.module.supply_line, "py_func", a.module.supply_line)
     ambient = a.machine.gas.ambient_pressure
 
-    def missing(supply: float) -> float:
-        return pressure + ambient - float(left(a.w.copy(), a.P, AT_REST, supply + ambient, flow)[1])
+    def missing(regulator: float) -> float:
+        return pressure + ambient - float(left(a.w.copy(), a.P, AT_REST, regulator + ambient, flow)[1])
 
     loss = missing(pressure)
     return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))
@@ -51,4 +51,4 @@ def _neutral(a: Assembly, lines: list[Call]) -> Any:
     return record
 
 
-__all__ = ["supply_pressure"]
+__all__ = ["regulator_pressure"]

@@ -37,10 +37,10 @@ OUTPUTS = ("disc_x", "disc_y")
 
 @dataclass(frozen=True, eq=False)
 class LinearRotor:
-    """Modal stiffness K, damping C (m, m) at speed, rows of the journal Bf (2, m)."""
+    """Modal stiffness, damping (m, m) at speed, rows of the journal Bf (2, m)."""
 
-    K: np.ndarray
-    C: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
     Bf: np.ndarray
 
 
@@ -66,15 +66,15 @@ class LinearPlant:
     @cached_property
     def J(self) -> Any:
         """Sparse matrix (n, n) by columns."""
-        K, C, Bf = self.rotor.K, self.rotor.C, self.rotor.Bf
-        eye, film = sparse.identity(len(K)), self.film
+        springs, dampers = sparse.csr_matrix(self.rotor.stiffness), sparse.csr_matrix(self.rotor.damping)
+        eye, film, Bf = sparse.identity(len(self.rotor.stiffness)), self.film, self.rotor.Bf
         if film is None:
-            return sparse.bmat([[None, eye], [-sparse.csr_matrix(K), -sparse.csr_matrix(C)]]).tocsc()
+            return sparse.bmat([[None, eye], [-springs, -dampers]]).tocsc()
         return sparse.bmat(
             [
                 [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],
                 [None, None, eye],
-                [sparse.csr_matrix(Bf.T @ film.F_y), -sparse.csr_matrix(K), -sparse.csr_matrix(C)],
+                [sparse.csr_matrix(Bf.T @ film.F_y), -springs, -dampers],
             ]
         ).tocsc()  # fmt: skip
 
@@ -107,7 +107,7 @@ class LinearPlant:
 
     def transfer(self, s: complex) -> np.ndarray:
         """Transfer function (2, 5) at the complex frequency s [rad/s]."""
-        m = len(self.rotor.K)
+        m = len(self.rotor.stiffness)
         drive = self.E[-m:].astype(complex)
         if self.film is not None:
             drive = drive + self.rotor.Bf.T @ (self.response.at(s).L.T @ self.E[: -2 * m])
@@ -115,9 +115,9 @@ class LinearPlant:
 
     def _dynamic(self, s: complex) -> np.ndarray:
         """Modal dynamic stiffness (m, m) of rotor and film."""
-        K, C, Bf = self.rotor.K, self.rotor.C, self.rotor.Bf
+        rotor, Bf = self.rotor, self.rotor.Bf
         film = 0.0 if self.film is None else Bf.T @ self.response.at(s).Z @ Bf
-        return np.asarray(K + s * C + s * s * np.eye(len(K)) + film)
+        return np.asarray(rotor.stiffness + s * rotor.damping + s * s * np.eye(len(rotor.stiffness)) + film)
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -144,7 +144,7 @@ class LinearPlant:
     @property
     def shapes(self) -> np.ndarray:
         """Modal displacements of the rotor (m, n_modes) in each mode."""
-        m = len(self.rotor.K)
+        m = len(self.rotor.stiffness)
         return self._modes[1][-2 * m : -m]
 
     @property
@@ -202,13 +202,13 @@ class LinearPlant:
 
     def _inverse(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
         """x -> (J - shift S)^-1 S x with the film's factors and the rotor condensed onto them."""
-        film, K, C, Bf = self.film, self.rotor.K, self.rotor.C, self.rotor.Bf
+        film, Bf = self.film, self.rotor.Bf
         assert film is not None
-        n, m = len(film.S), len(K)
+        n, m = len(film.S), len(self.rotor.stiffness)
         answer = self.response.at(shift)
         D = np.linalg.inv(self._dynamic(shift))
         onto, pushed = Bf.T @ answer.L.T, film.S_X @ Bf
-        damped = C + shift * np.eye(m)
+        damped = self.rotor.damping + shift * np.eye(m)
         moved = (film.J_X + shift * film.S_X) @ Bf
 
         def solve(x: np.ndarray) -> np.ndarray:
@@ -221,8 +221,8 @@ class LinearPlant:
 
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
-    K, C, Bf, Bd = _rotor(a, w, speed)
-    m, near = len(K), a.mesh.reduced.frequencies.min()
+    rotor, Bd = _rotor(a, w, speed)
+    m, near = len(rotor.stiffness), a.mesh.reduced.frequencies.min()
     film = None if a.film_model is None else linear_film(a.film_model, a.film, w, a.ix, a.P.film, speed)
     n = 0 if film is None else len(film.S)
     E = np.zeros((n + 2 * m, 5))
@@ -232,7 +232,7 @@ def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
         E[:n, 4] = -film.J_u[:, -1]
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
     S = np.concatenate([np.zeros(0) if film is None else film.S, np.ones(2 * m)])
-    return LinearPlant(S, E, H, near, LinearRotor(K, C, Bf), film)
+    return LinearPlant(S, E, H, near, rotor, film)
 
 
 def _pin_gains(a: Assembly) -> np.ndarray:
@@ -260,13 +260,15 @@ def _conductance(a: Assembly, k: int, injector: Injector, step: float) -> float:
     return injector.conductance((1 - opening) * common.seat_gap)
 
 
-def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Modal stiffness and damping, rows of journal and disc; a support that does not move the film is left out."""
-    K, C, Bd = stiffness(a, w, speed), damping(a, w, speed), rows(a, a.rotor.disc, w)
+def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[LinearRotor, np.ndarray]:
+    """The rotor and rows of the disc (2, m); a support that does not move the film is left out."""
+    Bd = rows(a, a.rotor.disc, w)
     Bf = np.zeros_like(Bd) if a.film_model is None else rows(a, a.rotor.journal, w)
     moves = (np.arange(a.rotor.n) < a.rotor.n_shaft) | Bf.any(axis=0)
     moves[a.rotor.n_shaft :] = np.repeat(moves[a.rotor.n_shaft :].reshape(-1, 2).any(axis=1), 2)
-    return K[np.ix_(moves, moves)], C[np.ix_(moves, moves)], Bf[:, moves], Bd[:, moves]
+    kept = np.ix_(moves, moves)
+    rotor = LinearRotor(stiffness(a, w, speed)[kept], damping(a, w, speed)[kept], Bf[:, moves])
+    return rotor, Bd[:, moves]
 
 
 __all__ = ["INPUTS", "OUTPUTS", "LinearPlant", "LinearRotor", "linearise"]

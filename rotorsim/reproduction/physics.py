@@ -9,7 +9,7 @@ import numpy as np
 
 from identification.local.start import levy
 from identification.records.frf import FrequencyResponse
-from rotorsim.analysis.supply import supply_pressure
+from rotorsim.analysis.supply import regulator_pressure
 
 if TYPE_CHECKING:
     from rotorsim.plant.plant import Plant
@@ -32,7 +32,7 @@ class Physics:
 
 def physics(plant: Plant, speed: float, pressure: float) -> Physics:
     """The linearised plant at `speed` [rad/s] and gauge `pressure` [Pa] at the injectors, as a record has it."""
-    found = plant.linearise(speed, supply_pressure(plant.assembly, speed, pressure))
+    found = plant.linearise(speed, regulator_pressure(plant.assembly, speed, pressure))
     peak = float(found.wn[0])
     omega = np.linspace(0.1 * peak, 1.8 * peak, 60)
     G = np.array([found.transfer(1j * w)[:, :2] for w in omega])

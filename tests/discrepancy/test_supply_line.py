@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.analysis.supply import supply_pressure
+from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.discrepancy.data.spectra import make_trial
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.twin.twin import Twin
@@ -40,12 +40,12 @@ def test_the_supply_is_found_again_behind_its_line(plant):
     flow = plant.equilibrium(SPEED, SUPPLY).mass_flow.sum()
     reading = SUPPLY - DROOP * flow
     assert reading < 0.9 * SUPPLY
-    assert supply_pressure(plant.assembly, SPEED, reading) == pytest.approx(SUPPLY, rel=1e-7)
+    assert regulator_pressure(plant.assembly, SPEED, reading) == pytest.approx(SUPPLY, rel=1e-7)
 
 
 def test_without_a_line_the_supply_is_the_reading():
     plant = Plant("dtu_gas_bearing", n_theta=32, n_z=8, dt=2e-4)
-    assert supply_pressure(plant.assembly, SPEED, 0.4e6) == 0.4e6
+    assert regulator_pressure(plant.assembly, SPEED, 0.4e6) == 0.4e6
 
 
 def test_a_record_of_a_machine_with_a_droop_agrees_with_its_file(machine, record):

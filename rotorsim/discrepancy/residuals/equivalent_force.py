@@ -55,8 +55,8 @@ def _of_record(
     inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {GROUP}])
     values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
     a = comparison.twin.set(values)
-    supply = comparison.twin.supply(values, trial.speed, trial.pressure)
-    plant = linearise(a, settle(a, trial.speed, supply), trial.speed)
+    regulator = comparison.twin.regulator(values, trial.speed, trial.pressure)
+    plant = linearise(a, settle(a, trial.speed, regulator), trial.speed)
     # off the lines of a record that no period fits, a tone is spread over neighbours
     spread = 0 if trial.periodic else 2
     for k in _peaks(white * inside, 3):

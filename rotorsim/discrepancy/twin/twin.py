@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.analysis.supply import supply_pressure
+from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.discrepancy.twin.instrumented import equip
 from rotorsim.discrepancy.twin.periodic_motion import in_motion
@@ -104,25 +104,25 @@ class Twin:
         """
         a, speed = self.set(setting), float(rows[0, 0])
         try:
-            supply = self.supply(setting, speed, pressure)
-            w = settle(a, speed, supply)
+            regulator = self.regulator(setting, speed, pressure)
+            w = settle(a, speed, regulator)
             w[a.rotor.angle] = angle
             if turning:
-                w = in_motion(a, w, speed, supply)
-            fed = rows + (supply - pressure) * PRESSURE if supply != pressure else rows
+                w = in_motion(a, w, speed, regulator)
+            fed = rows + (regulator - pressure) * PRESSURE if regulator != pressure else rows
             return Simulation(a, w).advance(fed)[:, READ : READ + 5]
         except FAILURES:
             return np.full((len(rows), 5), np.nan)
 
-    def supply(self, setting: Setting, speed: float, pressure: float) -> float:
-        """Supply pressure [Pa, gauge] of a record whose gauge, at the injectors, reads `pressure` [Pa, gauge].
+    def regulator(self, setting: Setting, speed: float, pressure: float) -> float:
+        """Gauge pressure [Pa] at the regulator of a record whose gauge, at the injectors, reads `pressure` [Pa, gauge].
 
         What the machine file's own supply line loses is in the reading already; a line that is a candidate loses more.
         """
         if not any(e.port == "supply" and e != type(e)() for own in self.machine.effects.values() for e in own):
             return pressure
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
-        return supply_pressure(self.set(filed), speed, pressure)
+        return regulator_pressure(self.set(filed), speed, pressure)
 
 
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:
