@@ -37,7 +37,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
@@ -50,7 +50,6 @@ PORTS = (
 FILM_PORTS = ("contact", "film", "gas", "injector", "plenum", "supply", "actuator", "support")
 """Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
 
-
 TURN = 6.283185307179586
 """A whole turn [rad]."""
 
@@ -62,14 +61,15 @@ def param(unit: str, default: float | None = 0.0, bounds: tuple[float, float] = 
 
 @dataclass(frozen=True)
 class Effect:
-    """Base of every effect; `name` is the table's name in the machine file."""
+    """Base of every effect; `register` makes its class a frozen dataclass."""
 
     name: ClassVar[str]
+    """Name of its table in the machine file: the kernel's, unless the class has another."""
     port: ClassVar[str]
     kernel: ClassVar[Callable[..., Any]]
-    place: ClassVar[str] = "disc"
+    place: ClassVar[str]
     """Where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
-    'start' (the left shaft end)."""
+    'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""
     influence: ClassVar[str] = "node"
     steady: ClassVar[bool] = False
     """Whether its force is constant in time, so that an equilibrium includes it."""
@@ -137,13 +137,19 @@ class Effect:
 
 
 REGISTRY: dict[str, type[Effect]] = {}
+E = TypeVar("E", bound=Effect)
 
 
-def register(effect: type[Effect]) -> type[Effect]:
-    """Make an effect known under its `name` (a class decorator, also for effects in a user's own module)."""
+@dataclass_transform(frozen_default=True)
+def register(effect: type[E]) -> type[E]:
+    """Make the class a frozen dataclass and known under its `name` (a decorator, also for a user's own module)."""
+    if "name" not in vars(effect):
+        effect.name = effect.kernel.__name__
     if effect.port not in PORTS:
         raise ValueError(f"effect {effect.name}: port {effect.port!r} is none of {', '.join(PORTS)}")
-    REGISTRY[effect.name] = effect
+    if not hasattr(effect, "place"):
+        effect.place = "film" if effect.port in FILM_PORTS and effect.port != "actuator" else "disc"
+    REGISTRY[effect.name] = effect if "__dataclass_params__" in vars(effect) else dataclass(frozen=True)(effect)
     return effect
 
 

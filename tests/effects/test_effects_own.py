@@ -90,8 +90,6 @@ def test_the_shipped_step_is_compiled_without_numbas_runtime(rig):
 
 DOCS = Path(__file__).parents[2] / "docs" / "machine_files.md"
 KEPT = '''
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects import Effect, param, register
 
@@ -105,11 +103,10 @@ def own_mean(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class OwnMean(Effect):
     """A running mean."""
 
-    name, port, kernel, states = "own_mean", "sensor", own_mean, 2
+    port, kernel, states = "sensor", own_mean, 2
     share: float = param("1", bounds=(0.0, 1.0), doc="Weight of the newest sample.")
 '''
 

@@ -6,8 +6,6 @@ three Kelvin-Voigt elements in series, nearly a creep with the logarithm of time
 time constant is thousands of substeps. Source: Kuhnen & Janocha (1998); thesis C.8 ("a few percent over minutes").
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
@@ -27,11 +25,9 @@ def creep(w, old, new, h, volt, stroke, p):
 
 
 @register
-@dataclass(frozen=True)
 class Creep(Effect):
     """Creep of the piezo stacks."""
 
-    name = "creep"
     port = "actuator"
     kernel = creep
     states = 3

@@ -7,7 +7,6 @@ belong to the stack. Source: Tao & Kokotovic (1996), Adaptive control of systems
 nonlinearities.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -22,11 +21,9 @@ def dead_zone(w, old, new, h, volt, stroke, p):
 
 
 @register
-@dataclass(frozen=True)
 class DeadZone(Effect):
     """Lost motion between stack and pin."""
 
-    name = "dead_zone"
     port = "actuator"
     kernel = dead_zone
     single = True

@@ -9,8 +9,6 @@ um and opens by 8.4 um, as in the thesis' Fig. C.28. Source: Kuhnen (2003), Mode
 of complex hysteretic nonlinearities.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
@@ -31,11 +29,9 @@ def hysteresis(w, old, new, h, volt, stroke, p):
 
 
 @register
-@dataclass(frozen=True)
 class Hysteresis(Effect):
     """Hysteresis of the piezo stacks."""
 
-    name = "hysteresis"
     port = "actuator"
     kernel = hysteresis
     states = PLAYS

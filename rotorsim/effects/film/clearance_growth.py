@@ -8,7 +8,6 @@ of 40 mm; hollow journals, sleeves and heat make more. Source: Timoshenko & Good
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -27,14 +26,11 @@ def clearance_growth(t, angle, speed, theta, p):
 
 
 @register
-@dataclass(frozen=True)
 class ClearanceGrowth(Effect):
     """Change of the clearance with speed and temperature."""
 
-    name = "clearance_growth"
     port = "film"
     kernel = clearance_growth
-    place = "film"
     single = True
     extra = ("radial_expansion",)
     forms = (CandidateForm("growth", 3e-7),)

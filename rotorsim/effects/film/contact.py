@@ -8,7 +8,6 @@ the force at first touch; tanh regularises Coulomb's law at v_0. Source: Hunt & 
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -45,14 +44,11 @@ def contact(clearance, x, y, vx, vy, surface_speed, p):
 
 
 @register
-@dataclass(frozen=True)
 class Contact(Effect):
     """Rub of the journal in the gas bearing."""
 
-    name = "contact"
     port = "contact"
     kernel = contact
-    place = "film"
     role = "known"
     stiffness: float = param("N/m", bounds=(0.0, 1e10), doc="Stiffness of the contact; 0 switches it off.")
     damping: float = param("s/m", bounds=(0.0, 1e4), doc="Hunt-Crossley damping factor.")

@@ -10,7 +10,6 @@ the film is thin and its walls hold the gas near their temperature. Source: Suth
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -32,15 +31,12 @@ def gas_heating(t, speed, p):
 
 
 @register
-@dataclass(frozen=True)
 class GasHeating(Effect):
     """Warmer gas: higher viscosity."""
 
-    name = "gas_heating"
     earlier_name = "viscosity"
     port = "gas"
     kernel = gas_heating
-    place = "film"
     single = True
     extra = ("temperature",)
     forms = (

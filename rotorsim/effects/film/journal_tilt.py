@@ -8,7 +8,6 @@ Source: San Andres (2012), Modern Lubrication Theory, notes 4.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -23,14 +22,11 @@ def journal_tilt(t, angle, speed, theta, p):
 
 
 @register
-@dataclass(frozen=True)
 class JournalTilt(Effect):
     """Tilt of the journal in its sleeve."""
 
-    name = "journal_tilt"
     port = "film"
     kernel = journal_tilt
-    place = "film"
     single = True
     role = "asymmetric"
     x: float = param("rad", bounds=(-2e-3, 2e-3), doc="Tilt towards x, dX/dz.")

@@ -7,7 +7,6 @@ ovality; a turning lobe pumps at n_j times the shaft speed. Source: Rentzepis & 
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -25,14 +24,11 @@ def out_of_round(t, angle, speed, theta, p):
 
 
 @register
-@dataclass(frozen=True)
 class OutOfRound(Effect):
     """Lobes on sleeve and journal; several tables for several orders."""
 
-    name = "out_of_round"
     port = "film"
     kernel = out_of_round
-    place = "film"
     forms = (
         CandidateForm("sleeve", 3e-7, "sleeve_phase", options=(("sleeve_lobes", (2.0,)),)),
         CandidateForm("journal", 3e-7, "journal_phase", options=(("journal_lobes", (2.0,)),)),

@@ -10,7 +10,6 @@ stiffness 1 / (1/K + 1/(m_p omega^2)). Records give the journal's displacement a
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -25,14 +24,11 @@ def pedestal(p):
 
 
 @register
-@dataclass(frozen=True)
 class Pedestal(Effect):
     """Resonance of the gas bearing's pedestal."""
 
-    name = "pedestal"
     port = "support"
     kernel = pedestal
-    place = "film"
     single = True
     extra = ("rotor_mass",)
     forms = (

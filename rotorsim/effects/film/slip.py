@@ -6,8 +6,6 @@ in the pressure-driven flow, lambda_a the mean free path at ambient pressure: 68
 number is a few thousandths. Source: Burgdorfer (1959), first order; lifts an assumption of the Reynolds equation.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
@@ -20,14 +18,11 @@ def slip(t, speed, p):
 
 
 @register
-@dataclass(frozen=True)
 class Slip(Effect):
     """Slip of the gas at the walls."""
 
-    name = "slip"
     port = "gas"
     kernel = slip
-    place = "film"
     single = True
     forms = (CandidateForm("mean_free_path", 6.8e-8, signed=False, signature="properties of the gas"),)
     in_benchmark = False

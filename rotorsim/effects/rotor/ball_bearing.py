@@ -9,7 +9,6 @@ Harris (2001), Rolling Bearing Analysis, chapter 7, linearised.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -34,11 +33,9 @@ def ball_bearing(t, angle, speed, x, y, vx, vy, p):
 
 
 @register
-@dataclass(frozen=True)
 class BallBearing(Effect):
     """Compliance and clearance of a ball bearing."""
 
-    name = "ball_bearing"
     port = "motion"
     kernel = ball_bearing
     place = "bearing"

@@ -6,7 +6,6 @@ Source: Newton's law in an accelerated frame; ISO 10816 for sizes.
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
@@ -21,11 +20,9 @@ def base_vibration(t, angle, speed, acceleration, p):
 
 
 @register
-@dataclass(frozen=True)
 class BaseVibration(Effect):
     """Harmonic vibration of the foundation; several tables for several frequencies."""
 
-    name = "base_vibration"
     port = "force"
     kernel = base_vibration
     influence = "mass"

@@ -8,7 +8,6 @@ Prabhu (1995); the thesis (E.5.2) sees their resonances at one half and one thir
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
@@ -28,11 +27,9 @@ def coupling(t, angle, speed, acceleration, p):
 
 
 @register
-@dataclass(frozen=True)
 class Coupling(Effect):
     """Misaligned coupling: forces at 2X and 3X."""
 
-    name = "coupling"
     port = "force"
     kernel = coupling
     place = "start"

@@ -11,7 +11,6 @@ Mayes & Davies (1984), J. Vib. Acoust. 106, 139; Gasch (1993), J. Sound Vib. 160
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -31,11 +30,9 @@ def crack(t, angle, speed, x, y, vx, vy, p):
 
 
 @register
-@dataclass(frozen=True)
 class Crack(Effect):
     """Breathing crack, at the disc or at `position`."""
 
-    name = "crack"
     port = "motion"
     kernel = crack
     forms = (

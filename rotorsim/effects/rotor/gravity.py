@@ -7,7 +7,6 @@ law; the weight of the pedestal of a gas bearing is taken out by its alignment.
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
@@ -20,11 +19,9 @@ def gravity(t, angle, speed, acceleration, p):
 
 
 @register
-@dataclass(frozen=True)
 class Gravity(Effect):
     """Weight of the rotor."""
 
-    name = "gravity"
     port = "force"
     kernel = gravity
     influence = "mass"

@@ -7,8 +7,6 @@ isotropic supports with external damping c_e is Omega = omega (1 + c_e / c_i). o
 c_i its modal dampings. Source: Kimball (1924); Genta (2005), Dynamics of Rotating Systems, chapter 3.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
@@ -21,11 +19,9 @@ def internal_damping(p):
 
 
 @register
-@dataclass(frozen=True)
 class InternalDamping(Effect):
     """Internal damping of the turning shaft."""
 
-    name = "internal_damping"
     port = "rotating"
     kernel = internal_damping
     single = True

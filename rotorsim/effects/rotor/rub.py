@@ -7,7 +7,6 @@ speed is Omega R + v_t. Source: Hunt & Crossley (1975) for the factor of the app
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -32,11 +31,9 @@ def rub(t, angle, speed, x, y, vx, vy, p):
 
 
 @register
-@dataclass(frozen=True)
 class Rub(Effect):
     """Rub against a stator, at the disc or at `position`."""
 
-    name = "rub"
     port = "motion"
     kernel = rub
     steady = True

@@ -8,7 +8,6 @@ Source: Nicholas, Gunter & Allaire (1976), Effect of residual shaft bow on unbal
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
@@ -22,11 +21,9 @@ def shaft_bow(t, angle, speed, acceleration, p):
 
 
 @register
-@dataclass(frozen=True)
 class ShaftBow(Effect):
     """Permanent bow of the shaft."""
 
-    name = "shaft_bow"
     port = "force"
     kernel = shaft_bow
     influence = "bow"

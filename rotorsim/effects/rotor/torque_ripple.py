@@ -8,7 +8,6 @@ Holmes (1986) and any text on drives; turbines ripple at their blade number.
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
@@ -22,11 +21,9 @@ def torque_ripple(t, angle, speed, p):
 
 
 @register
-@dataclass(frozen=True)
 class TorqueRipple(Effect):
     """Ripple of the drive's torque at a whole order."""
 
-    name = "torque_ripple"
     port = "torque"
     kernel = torque_ripple
     forms = (CandidateForm("amplitude", 0.05, "phase", options=(("order", (1.0, 2.0)),)),)

@@ -12,7 +12,6 @@ continuous whatever the speed does, because the force depends on the shaft angle
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -31,11 +30,9 @@ def unbalance(t, angle, speed, acceleration, p):
 
 
 @register
-@dataclass(frozen=True)
 class Unbalance(Effect):
     """Unbalance of one plane; give a list of tables for several planes."""
 
-    name = "unbalance"
     port = "force"
     kernel = unbalance
     forms = (CandidateForm("me", 1e-6, "phase", resembles="a skew of the disc"),)

@@ -8,7 +8,6 @@ so the speed is off by less than one count in m samples, 2 pi / (N m T_s), from 
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.base.constants import SAMPLE
@@ -36,11 +35,9 @@ def encoder(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class Encoder(Effect):
     """Encoder on the shaft."""
 
-    name = "encoder"
     port = "sensor"
     kernel = encoder
     states = LENGTH + 1

@@ -6,8 +6,6 @@ n_i depends on (seed of the run, channel, number of the sample) alone; see rando
 of about +-1 um at the disc.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from reynolds.jit import inlined
@@ -24,11 +22,9 @@ def noise(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class Noise(Effect):
     """Noise of the displacement sensors."""
 
-    name = "noise"
     port = "sensor"
     kernel = noise
     single = True

@@ -5,8 +5,6 @@ r"""Pressure transducer: gain and zero errors, noise.
 on the gauge injection pressure. Source: data sheets give 0.25 % of full scale.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.sensors.random_numbers import normal
@@ -23,11 +21,9 @@ def pressure_transducer(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class PressureTransducer(Effect):
     """Errors of the injection pressure's transducer."""
 
-    name = "pressure_transducer"
     port = "sensor"
     kernel = pressure_transducer
     single = True

@@ -6,7 +6,6 @@ Source: Widrow & Kollar (2008).
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,11 +22,9 @@ def quantisation(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class Quantisation(Effect):
     """Resolution of the displacement readings."""
 
-    name = "quantisation"
     port = "sensor"
     kernel = quantisation
     role = "scatter"

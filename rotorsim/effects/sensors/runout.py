@@ -10,7 +10,6 @@ true angle, so this comes before an encoder. Source: thesis 2.6.2, Figs 2.12 and
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -53,11 +52,9 @@ def runout(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class Runout(Effect):
     """Mechanical and electrical runout of the disc's surface."""
 
-    name = "runout"
     port = "sensor"
     kernel = runout
     earlier_keys = EARLIER

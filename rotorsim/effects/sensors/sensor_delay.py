@@ -6,8 +6,6 @@ with the displacement linear between samples; before the run it stood where it s
 Source: definition; the delay of converters and anti-alias filters.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.base.constants import SAMPLE
 from rotorsim.effects.base import Effect, param, register
@@ -45,11 +43,9 @@ def late(parameter: str) -> CandidateForm:
 
 
 @register
-@dataclass(frozen=True)
 class SensorDelay(Effect):
     """Delay of the displacement sensors."""
 
-    name = "sensor_delay"
     port = "sensor"
     kernel = sensor_delay
     states = 2 * LENGTH + 1

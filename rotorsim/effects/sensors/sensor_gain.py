@@ -6,8 +6,6 @@ r"""Gain errors and cross-axis sensitivity of the displacement sensors.
 Source: API 670 for sizes: +-5 % of incremental scale factor, mounting within a degree.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
@@ -22,11 +20,9 @@ def sensor_gain(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class SensorGain(Effect):
     """Gain and cross-axis errors of the displacement sensors."""
 
-    name = "sensor_gain"
     port = "sensor"
     kernel = sensor_gain
     forms = (

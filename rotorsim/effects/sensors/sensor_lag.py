@@ -6,7 +6,6 @@ exact for a displacement linear between samples. Source: any text on signals; ed
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.base.constants import SAMPLE
@@ -31,11 +30,9 @@ def sensor_lag(w, reading, state, seed, sample, p):
 
 
 @register
-@dataclass(frozen=True)
 class SensorLag(Effect):
     """Lag of the displacement sensors."""
 
-    name = "sensor_lag"
     port = "sensor"
     kernel = sensor_lag
     states = 5

@@ -6,8 +6,6 @@ sigma is the seat's opening, open / fully open; n bends the flow of a half-open 
 and the laminar losses of a narrow gap do. Source: Pierart & Santos (2015) for the loss factor; all injectors alike.
 """
 
-from dataclasses import dataclass
-
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
 from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter, CandidateForm
@@ -21,14 +19,11 @@ def discharge_drift(t, k, opening, supply, p):
 
 
 @register
-@dataclass(frozen=True)
 class DischargeDrift(Effect):
     """Drift of discharge coefficient and loss exponent."""
 
-    name = "discharge_drift"
     port = "injector"
     kernel = discharge_drift
-    place = "film"
     single = True
     forms = (CandidateForm("exponent", 0.04),)
     calibration = (CalibrationParameter("drift", 0.02, 0.10, -0.5, 0.5, trend=(0.02, 0.015), scales=INJECTOR_FLOW),)

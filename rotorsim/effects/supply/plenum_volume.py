@@ -8,7 +8,6 @@ injector.py; Licht & Elrod (1960) for pneumatic hammer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -24,14 +23,11 @@ def plenum_volume(k, p):
 
 
 @register
-@dataclass(frozen=True)
 class PlenumVolume(Effect):
     """Other volume of the plena, or of one."""
 
-    name = "plenum_volume"
     port = "plenum"
     kernel = plenum_volume
-    place = "film"
     forms = (CandidateForm("change", 0.3),)
     calibration = (CalibrationParameter("change", 0.05, 0.20, -0.7, 3.0, trend=(0.05, 0.05)),)
     places = 2

@@ -8,7 +8,6 @@ linearly; T = 0 follows at once. At rest P_l = P - R m. Source: Blackburn, Reeth
 """
 
 import math
-from dataclasses import dataclass
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
@@ -29,14 +28,11 @@ def supply_droop(w, state, h, supply, flow, p):
 
 
 @register
-@dataclass(frozen=True)
 class SupplyDroop(Effect):
     """Droop of the regulator and filling of the line."""
 
-    name = "supply_droop"
     port = "supply"
     kernel = supply_droop
-    place = "film"
     states = 2
     single = True
     memory = "short"

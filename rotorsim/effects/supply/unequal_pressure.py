@@ -6,7 +6,6 @@ on the absolute pressure. Source: the pin's flow is proportional to P_s (choked 
 so a choked seat is indistinguishable from a blocked one.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -24,14 +23,11 @@ def unequal_pressure(t, k, opening, supply, p):
 
 
 @register
-@dataclass(frozen=True)
 class UnequalPressure(Effect):
     """Another supply pressure at one injector; several tables for several."""
 
-    name = "unequal_pressure"
     port = "injector"
     kernel = unequal_pressure
-    place = "film"
     forms = (CandidateForm("deviation", 0.04, signature="flow of one injector"),)
     injector: float = param("1", default=1.0, bounds=(1.0, 64.0), doc="Number of the injector, from 1.")
     deviation: float = param("1", bounds=(-0.5, 0.5), doc="Relative deviation of its absolute supply pressure.")

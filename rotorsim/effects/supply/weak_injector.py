@@ -6,7 +6,6 @@ sigma is the seat's opening, b the blocked share of its area; s = 1 is a pin tha
 that follows with less travel. Source: continuity through the seat's curtain, injector.py.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 from reynolds.jit import inlined
@@ -23,14 +22,11 @@ def weak_injector(t, k, opening, supply, p):
 
 
 @register
-@dataclass(frozen=True)
 class WeakInjector(Effect):
     """A partly blocked injector, or one whose pin has stuck; several tables for several."""
 
-    name = "weak_injector"
     port = "injector"
     kernel = weak_injector
-    place = "film"
     forms = (
         CandidateForm("blocked", 0.04, signed=False, signature="flow of one injector"),
         CandidateForm("stuck", 0.2, signed=False),
