@@ -8,13 +8,13 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from reynolds.jit import cache_root
+from rotorsim.base.cache import key_of
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
@@ -132,7 +132,7 @@ class Stages:
 def _kept(*asked: Any) -> Iterator[Path]:
     """Where this diagnosis keeps what it computes, in the cache: until its end, or for a month if it is interrupted."""
     root = cache_root() / "diagnoses"
-    folder = root / sha256(f"{Path.cwd()} {asked!r}".encode()).hexdigest()[:32]
+    folder = root / key_of(Path.cwd(), asked)
     for old in root.iterdir() if root.exists() else ():
         if time.time() - old.stat().st_mtime > MONTH:
             shutil.rmtree(old, ignore_errors=True)

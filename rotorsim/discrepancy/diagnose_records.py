@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.data.intake import make_trials, open_records
 from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
-from rotorsim.discrepancy.twin.response_cache import Memo
 from rotorsim.machine import Machine, load_machine
 
 
@@ -63,10 +63,10 @@ def diagnose(
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     opened = open_records(records, mapping)
-    memo = None if resume is None else Memo(Path(resume))
+    cache = None if resume is None else Cache(Path(resume))
     if opened and all("speed" in record.dims for _, record in opened):
-        return diagnose_vectors(machine, opened, effects, tolerance, progress, memo)
+        return diagnose_vectors(machine, opened, effects, tolerance, progress, cache)
     trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
     trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
     trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
-    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, memo)
+    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache)

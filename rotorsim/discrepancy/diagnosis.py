@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
@@ -30,7 +31,6 @@ from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.search.search import CLEAR, Search
 from rotorsim.discrepancy.search.verdict import Verdict, judge
 from rotorsim.discrepancy.twin.alternative_injection import other_law
-from rotorsim.discrepancy.twin.response_cache import Memo
 from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine
@@ -64,7 +64,7 @@ class Workshop:
 
 def work_on(
     machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Progress,
-    workshop: Workshop | None = None, threads: int = THREADS, memo: Memo | None = None,
+    workshop: Workshop | None = None, threads: int = THREADS, cache: Cache | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnosis of prepared trials."""
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
@@ -72,7 +72,7 @@ def work_on(
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
     forms = candidates(Twin(machine, GRID, STEP) if workshop is None else workshop.twin, effects)
     workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms})
-    parts = {role: Comparison(workshop.twin, own, threads, memo=memo) for role, own in by_role.items() if own}
+    parts = {role: Comparison(workshop.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
     if not is_compiled(workshop.twin.assembly.module):
         progress("compile")
     return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rotorsim.base.cache import Cache
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rotorsim.discrepancy.outcome.result import Diagnosis
-    from rotorsim.discrepancy.twin.response_cache import Memo
 
 RATE = 2 * np.pi * 2.0
 """Rate [rad/s2] of a run-up whose table states none: 120 rpm/s, slow enough for most rotors."""
@@ -139,11 +139,11 @@ def diagnose_vectors(
     effects: Iterable[str] | None,
     tolerance: float,
     progress: Callable[[str], None],
-    memo: Memo | None = None,
+    cache: Cache | None = None,
 ) -> Diagnosis:
     """Diagnosis of tables of vectors; of six rows one is held out and one untouched."""
     trials = [s for name, vectors in opened for s in make_sweeps(vectors, name, machine.film is not None)]
-    return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, memo=memo)
+    return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, cache=cache)
 
 
 def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:

@@ -8,19 +8,19 @@ parameter values never recompile, and numba's disk cache holds the machine code 
 from __future__ import annotations
 
 import ast
-import hashlib
 import importlib.util
 import inspect
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Number
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
-import reynolds
 from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root, private_root
+from rotorsim.base.cache import key_of, source_files
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, make_folder, sweep, write_text
 from rotorsim.effects import Effect
@@ -60,8 +60,8 @@ def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Ca
     functions = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
     head = "\n".join([NEEDED, *imports, *kernels])
     text = "\n\n\n".join([head, literals, *functions, *bodies]) + "\n"
-    digest = hashlib.sha256((text + _sources_hash(calls)).encode()).hexdigest()[:16]
-    return cast(KernelModule, load_module(f"rotorsim_plant_{digest}", text))
+    name = f"rotorsim_plant_{key_of(text, _sources_hash(calls))[:16]}"
+    return cast(KernelModule, load_module(name, text))
 
 
 def _kernel(call: Call) -> Any:
@@ -107,15 +107,15 @@ def is_compiled(module: KernelModule) -> bool:
 
 
 def _sources_hash(calls: Sequence[Call]) -> str:
-    folders = [Path(str(reynolds.__file__)).parent, Path(__file__).parent, KERNELS]
-    files = {path for folder in folders for path in folder.glob("*.py")}
+    files = set(source_files("reynolds", "rotorsim/plant"))
+    constants: set[str] = set()
     for call in calls:
-        files |= _sources_of(type(call.effect).kernel, set())
-    return cache_folder(sorted(files)).name
+        files |= _sources_of(type(call.effect).kernel, set(), constants)
+    return key_of(cache_folder(files).name, sorted(constants))
 
 
-def _sources_of(kernel: Any, seen: set[int]) -> set[Path]:
-    """Files of a kernel and of all compiled functions it calls."""
+def _sources_of(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
+    """Files of a kernel and of all compiled functions it calls; their global numbers, which may be of other files."""
     function = getattr(kernel, "py_func", kernel)
     if id(function) in seen:
         return set()
@@ -127,7 +127,9 @@ def _sources_of(kernel: Any, seen: set[int]) -> set[Path]:
     for name in function.__code__.co_names:
         called = function.__globals__.get(name)
         if hasattr(called, "py_func"):
-            files |= _sources_of(called, seen)
+            files |= _sources_of(called, seen, constants)
+        elif isinstance(called, (Number, tuple)):
+            constants.add(f"{name} = {called!r}")
     return files
 
 

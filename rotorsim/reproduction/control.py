@@ -14,9 +14,9 @@ from rotorsim.base.constants import KRPM
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.plant import Plant
-from rotorsim.reproduction.cache import key_of
 from rotorsim.reproduction.claims.rules import points
 from rotorsim.reproduction.pool import Case, Progress, run_cases
+from rotorsim.reproduction.stage_key import key_of
 
 HOME = "rotorsim.reproduction.control_cases"
 OPEN = "open loop"

@@ -10,8 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.cache import Cache
 from rotorsim.base.processes import Processes
-from rotorsim.reproduction.cache import find, keep
 
 Progress = Callable[[str, int, int], None]
 
@@ -26,23 +26,29 @@ class Case:
     function: str
     arguments: tuple[Any, ...]
 
+    @property
+    def file(self) -> str:
+        """Name of its file."""
+        return f"{self.stage}-{self.key}"
+
 
 def run_cases(folder: Path, cases: Iterable[Case], workers: int, progress: Progress) -> dict[str, Any]:
     """Results by the cases' names; what is in `folder` already is read, all else is run and written as it ends."""
     listed = list(cases)
-    found = {case.name: find(folder, case.stage, case.key) for case in listed}
+    cache = Cache(folder, required=True)
+    found = {case.name: cache.find(case.file) for case in listed}
     left = [case for case in listed if found[case.name] is None]
     done = len(listed) - len(left)
     if workers <= 1 or len(left) <= 1:
         for case in left:
             progress(case.name, done, len(listed))
-            found[case.name] = keep(folder, case.stage, case.key, run_case(case.function, case.arguments))
+            found[case.name] = cache.keep(case.file, run_case(case.function, case.arguments))
             done += 1
         return found
     with Processes(min(workers, len(left))) as pool:
         running = {pool.submit(run_case, case.function, case.arguments): case for case in left}
         for case, result in _as_they_end(running):
-            found[case.name] = keep(folder, case.stage, case.key, result)
+            found[case.name] = cache.keep(case.file, result)
             done += 1
             progress(case.name, done, len(listed))
     return found

@@ -11,11 +11,11 @@ from typing import Any
 
 from identification import load_model
 from identification.lpv.model import LpvModel
+from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import Block, save_study_page
-from rotorsim.reproduction.cache import find, keep, key_of
 from rotorsim.reproduction.claims.control_numbers import control_numbers
 from rotorsim.reproduction.claims.hysteresis import hysteresis_numbers
 from rotorsim.reproduction.claims.identification_numbers import identification_numbers
@@ -28,6 +28,7 @@ from rotorsim.reproduction.page import blocks_of, control_blocks, identification
 from rotorsim.reproduction.plans import COUNTED, QUICK, Layout, run
 from rotorsim.reproduction.pool import Case, Progress, run_cases
 from rotorsim.reproduction.sources import sources_of
+from rotorsim.reproduction.stage_key import key_of
 
 DESIGN_MODEL = "model_2.json"
 """Laws are designed on Model 2: it has the right gain at rest, which Model 3 has not (docs/identification.md)."""
@@ -108,8 +109,8 @@ def _identification(
 ) -> dict[str, Any]:
     """Numbers, aims, sections and models, from `stages` or made now."""
     key = key_of(plant.machine.hash, *_records(folders), kind="identification")
-    known = find(stages, "identification", key)
-    return known if known else keep(stages, "identification", key, _identify(plant, folders, workers, progress))
+    cache, name = Cache(stages, required=True), f"identification-{key}"
+    return cache.find(name) or cache.keep(name, _identify(plant, folders, workers, progress))
 
 
 def _identify(plant: Plant, folders: list[Path], workers: int, progress: Progress) -> dict[str, Any]:

@@ -5,11 +5,9 @@ The kernel is a small generated module, as the plant's own is, so that numba kee
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
 from types import ModuleType
 
-from rotorsim.control.runtime import guard, kernels, layout
+from rotorsim.base.cache import key_of, sources_hash
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import READ
 from rotorsim.plant.compose import load_module
@@ -49,6 +47,5 @@ def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, 
 def loop_module(assembly: Assembly) -> ModuleType:
     """The module with `run_loop` for a machine."""
     text = TEXT.format(plant=assembly.module.__name__, read=READ)
-    sources = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (kernels, layout, guard)]
-    digest = hashlib.sha256("".join([text, *sources]).encode()).hexdigest()[:16]
-    return load_module(f"rotorsim_loop_{digest}", text)
+    key = key_of(text, sources_hash("rotorsim/control/runtime"))
+    return load_module(f"rotorsim_loop_{key[:16]}", text)

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+import rotorsim as rs
 from fuzzing.disk import largest_file
 from rotorsim.base.files import _node
+from rotorsim.effects.sensors import sensor_lag
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import load_module
 from rotorsim.plant.kernel_module import KernelModule
@@ -54,3 +56,11 @@ def test_a_composed_module_has_the_functions_of_the_protocol():
             own = getattr(module, name)
             takes = list(inspect.signature(getattr(own, "py_func", own)).parameters)
             assert ["self", *takes] == list(inspect.signature(declared).parameters), name
+
+
+def test_machine_code_follows_a_number_that_a_kernel_takes_from_another_file(folders, monkeypatch):
+    """The sampling time is compiled in, and its file is none of the plant's."""
+    machine = rs.load_machine("plain_rotor").replace("effects.sensor_lag.time", "1 ms")
+    before = rs.Plant(machine).assembly.module.__name__
+    monkeypatch.setattr(sensor_lag, "SAMPLE", 1e-4)
+    assert rs.Plant(machine).assembly.module.__name__ != before

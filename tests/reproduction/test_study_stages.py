@@ -6,9 +6,9 @@ import plotly.graph_objects as go
 import pytest
 
 from rotorsim.report.pages.study import Block
-from rotorsim.reproduction.cache import file_of, find, keep, key_of
 from rotorsim.reproduction.page import blocks_of, plain_blocks
 from rotorsim.reproduction.pool import Case, processes, run_cases
+from rotorsim.reproduction.stage_key import key_of
 
 
 def square(value, log):
@@ -54,11 +54,12 @@ def test_what_was_done_before_a_failure_is_kept(tmp_path):
 
 
 def test_a_damaged_result_is_made_again(tmp_path):
-    key = key_of("a")
-    assert find(tmp_path, "stage", key) is None
-    assert keep(tmp_path, "stage", key, {"pair": (1, 2)}) == {"pair": [1, 2]}
-    file_of(tmp_path, "stage", key).write_text('{"pair": [1,')
-    assert find(tmp_path, "stage", key) is None
+    log = tmp_path / "log"
+    (case,) = cases(log, (3,))
+    run_cases(tmp_path, [case], 1, silent)
+    (tmp_path / f"{case.file}.json").write_text('{"square":')
+    assert run_cases(tmp_path, [case], 1, silent) == {"case 3": {"square": 9}}
+    assert log.read_text().split() == ["3", "3"]
 
 
 def test_keys_follow_every_part_and_the_sources():

@@ -2,40 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 from functools import lru_cache
-from pathlib import Path
 
+from rotorsim.base.cache import RUNS, sources_hash
 from rotorsim.base.version import installed
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
-SOURCES = ("reynolds", "fe_shaft", "identification", "rotorsim")
-NOT_PHYSICS = ("report", "commands", "bench", "verify", "study", "live", "discrepancy")
+SOURCES = (*RUNS, "rotorsim/campaign")
 
 
 @lru_cache(maxsize=1)
 def _versions() -> tuple[tuple[str, str], ...]:
-    found = {"rotorsim": installed("rotorsim"), "sources": _sources()}
+    found = {"rotorsim": installed("rotorsim"), "sources": sources_hash(*SOURCES)[:16]}
     found["python"] = ".".join(platform.python_version_tuple()[:2])
     return tuple((found | {name: installed(name) for name in PACKAGES}).items())
 
 
 def versions() -> dict[str, str]:
-    """Versions by name; 'sources' is a hash of the physics code, which distinguishes states of one version."""
+    """Versions by name; 'sources' is a hash of the code that makes records, which may differ at one version."""
     return dict(_versions())
-
-
-def _sources() -> str:
-    """Hash of everything a record is made by."""
-    root = Path(__file__).parents[2]
-    digest = hashlib.sha256()
-    for name in SOURCES:
-        for path in sorted((root / name).rglob("*.py")):
-            if not set(path.relative_to(root).parts) & set(NOT_PHYSICS):
-                digest.update(path.relative_to(root).as_posix().encode())
-                digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def mismatch(here: dict[str, str], there: dict[str, str], physics_only: bool = False) -> str:

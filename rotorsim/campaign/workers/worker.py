@@ -15,9 +15,10 @@ import sys
 import tempfile
 import threading
 from contextlib import suppress
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
+
+from rotorsim.base.cache import ROOT
 
 PREPARE_LIMIT = 3600.0
 """Longest time [s] until a case's machine code is there: others may be compiling before."""
@@ -41,8 +42,7 @@ class Cell:
     """Child process that runs cases."""
 
     def __init__(self) -> None:
-        root = Path(__file__).parents[2]
-        paths = filter(None, (str(root), os.environ.get("PYTHONPATH")))
+        paths = filter(None, (str(ROOT), os.environ.get("PYTHONPATH")))
         environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(paths)}
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         self.process = subprocess.Popen(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +10,7 @@ import typer
 
 from identification import ModelError, load_model
 from identification.lpv.model import LpvModel
+from rotorsim.base.cache import key_of
 from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
@@ -52,7 +52,8 @@ def control(
     if not isinstance(loaded, LpvModel):
         raise DataError(f"{model}: holds for one operating point; give a model of several, e.g. from a campaign")
     plant = make_plant(machine, None, None, [])
-    with study_folder(out, _inputs("control", plant, quick) | {"model": _digest(loaded)}):
+    identified = key_of(json.dumps(loaded.to_dict(), sort_keys=True))
+    with study_folder(out, _inputs("control", plant, quick) | {"model": identified}):
         found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
         claims = verdicts(control_numbers(found, loaded), "C")
         blocks = [*claims_blocks(claims, "Claims on control"), *control_blocks(found)]
@@ -94,10 +95,6 @@ def whole(
         return
     print_claims(found.claims)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results; {out / 'study.json'}: numbers")
-
-
-def _digest(model: LpvModel) -> str:
-    return sha256(json.dumps(model.to_dict(), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def _inputs(kind: str, plant: Plant, quick: bool) -> dict[str, str]:

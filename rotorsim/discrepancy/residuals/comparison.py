@@ -7,17 +7,20 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from rotorsim.base.cache import RUNS, Cache, key_of, sources_hash
 from rotorsim.discrepancy.data.groups import Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
 from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
-from rotorsim.discrepancy.twin.response_cache import Memo
 from rotorsim.discrepancy.twin.twin import Twin
 
+SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
+"""Sources that a response follows from."""
 THREADS = min(2, os.cpu_count() or 1)
 BEYOND = 0.01
 """Displacement [m] that no machine survives: no solution."""
@@ -56,7 +59,7 @@ class Comparison:
     evaluations: int = 0
     scatter_known: bool = True
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-    memo: Memo | None = None
+    cache: Cache | None = None
     """Responses on disk, so that an interrupted diagnosis resumes where it was."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
@@ -96,9 +99,17 @@ class Comparison:
 
     def _response(self, point: Point, twin: Twin, whole: bool) -> np.ndarray:
         """Simulated response (n,) [m]; read from the cache if it was computed before."""
-        if self.memo is None:
+        if self.cache is None:
             return self._joined(self.spectra(point, twin, whole))
-        return self.memo.get(self, point, twin, whole, lambda: self._joined(self.spectra(point, twin, whole)))
+        key = self.key(point, twin, whole)
+        return self.cache.array(key, self.measured.shape, lambda: self._joined(self.spectra(point, twin, whole)))
+
+    def key(self, point: Point, twin: Twin, *more: Any) -> str:
+        """Cache key of what follows from the inputs of the trials, a twin at a point, and `more`."""
+        plant = (twin.equipped[0].hash, twin.assembly.module.__name__)
+        inputs = [(t.inputs, t.angle, t.lead) for t in self.trials]
+        values = sorted((parameter.name, value) for parameter, value in point.values.items())
+        return key_of(sources_hash(*SOURCES), *plant, inputs, values, sorted(point.fixed.items()), *more)
 
     def _joined(self, found: list[np.ndarray]) -> np.ndarray:
         return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])

@@ -6,17 +6,16 @@ that they are the same whoever computed them first. A search starts from them an
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from reynolds.jit import cache_root
+from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.twin.response_cache import read, sources, write
 
 
 def rounded(trial: Trial) -> Trial:
@@ -25,18 +24,6 @@ def rounded(trial: Trial) -> Trial:
     if not trial.orders:
         rows[:, 0], rows[:, 1] = np.round(rows[:, 0], 1), np.round(rows[:, 1], -3)
     return replace(trial, rows=rows, pressure=float(rows[0, 1]), angle=float(np.round(trial.angle, 1) % 6.3))
-
-
-def key_of(comparison: Comparison, point: Point, parameter: FitParameter) -> str:
-    """Cache name of a column: plant with its kernels, inputs, point, fit parameter."""
-    digest = hashlib.sha256(sources() + comparison.twin.equipped[0].hash.encode())
-    digest.update(str(comparison.twin.assembly.module.__name__).encode())
-    for trial in comparison.trials:
-        digest.update(f"{trial.inputs} {trial.angle!r} {trial.lead}".encode())
-    digest.update(repr(sorted((k.name, v) for k, v in point.values.items())).encode())
-    digest.update(repr(sorted(point.fixed.items())).encode())
-    digest.update(repr((parameter.key, parameter.step)).encode())
-    return digest.hexdigest()[:32]
 
 
 @dataclass(eq=False)
@@ -49,7 +36,7 @@ class Sensitivities:
     def __post_init__(self) -> None:
         c = self.comparison
         self.rough = Comparison(c.twin, [rounded(t) for t in c.trials], c.threads)
-        self.folder = cache_root() / "sensitivities"
+        self.cache = Cache(cache_root() / "sensitivities")
 
     def columns(
         self, point: Point, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
@@ -69,12 +56,9 @@ class Sensitivities:
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
 
     def _column(self, point: Point, parameter: FitParameter, progress: Callable[[], None] | None) -> np.ndarray:
-        path = self.folder / f"{key_of(self.rough, point, parameter)}.npy"
-        column = read(path, len(self.comparison.measured))
-        if column is None:
-            column = self.rough.column(point, parameter, self._at(point), progress)
-            write(path, column)
-        return column
+        key = self.rough.key(point, self.rough.twin, parameter.key, parameter.step, parameter.low, parameter.high)
+        shape = self.comparison.measured.shape
+        return self.cache.array(key, shape, lambda: self.rough.column(point, parameter, self._at(point), progress))
 
     def _at(self, point: Point) -> np.ndarray:
         """The response at a point; options that are held for an effect that is off change nothing."""

@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.blind_test.hide import record_of
 from rotorsim.discrepancy.data.spectra import make_trial
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.twin.response_cache import Memo
 
 
 def test_a_response_is_computed_once_for_every_place(machine, workshop, tmp_path):
     planned = next(p for p in campaign(machine) if p.name == "fit_3")
     trial = make_trial(record_of(workshop.twin, planned, Point(), 1), "fit", "r")
-    memo = Memo(tmp_path / "unfinished")
-    first = Comparison(workshop.twin, [trial], memo=memo)
+    cache = Cache(tmp_path / "unfinished")
+    first = Comparison(workshop.twin, [trial], cache=cache)
     here, there = Point(), Point({FitParameter("shaft_damping", 0.1): 0.2})
     kept = first.predict(here), first.predict(there)
-    again = Comparison(workshop.twin, [trial], memo=memo)
+    again = Comparison(workshop.twin, [trial], cache=cache)
     np.testing.assert_array_equal(again.predict(here), kept[0])
     np.testing.assert_array_equal(again.predict(there), kept[1])
     assert (first.evaluations, again.evaluations) == (2, 0)
@@ -28,7 +28,7 @@ def test_a_response_is_computed_once_for_every_place(machine, workshop, tmp_path
 def test_a_file_cut_off_is_computed_again(machine, workshop, tmp_path):
     planned = next(p for p in campaign(machine) if p.name == "fit_3")
     trial = make_trial(record_of(workshop.twin, planned, Point(), 1), "fit", "r")
-    comparison = Comparison(workshop.twin, [trial], memo=Memo(tmp_path))
+    comparison = Comparison(workshop.twin, [trial], cache=Cache(tmp_path))
     kept = comparison.predict(Point())
     (path,) = tmp_path.glob("*.npy")
     path.write_bytes(path.read_bytes()[:200])
