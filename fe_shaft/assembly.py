@@ -1,20 +1,19 @@
-"""Assembly of the rotor matrices: numbering of the degrees of freedom, M, C, G, K, checks of the parts."""
+"""Assembly of the rotor matrices: numbering of the degrees of freedom, M, C, G, K."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fe_shaft import elements
-
-if TYPE_CHECKING:
-    from fe_shaft.bearing import BearingElement
-    from fe_shaft.rotor import Rotor
-    from fe_shaft.shaft import ShaftElement
+from fe_shaft.bearing import BearingElement
+from fe_shaft.rotor_elements import RotorElements
+from fe_shaft.shaft import ShaftElement
 
 Matrix = NDArray[np.float64]
 
@@ -69,7 +68,57 @@ class Parts:
     C_bearings: Matrix
 
 
-def lay_out(rotor: Rotor) -> DofLayout:
+class AssembledRotor(RotorElements):
+    """Rotor with its matrices; four degrees of freedom a node: x, y [m], alpha, beta [rad]."""
+
+    number_dof: ClassVar[int] = 4
+
+    @cached_property
+    def layout(self) -> DofLayout:
+        """Where the degrees of freedom are."""
+        return lay_out(self)
+
+    @property
+    def ndof(self) -> int:
+        """Number of degrees of freedom, held ones included."""
+        return self.layout.ndof
+
+    @property
+    def free(self) -> NDArray[np.intp]:
+        """Numbers (n_free,) of the degrees of freedom that nothing holds."""
+        return self.layout.free
+
+    def M(self) -> Matrix:
+        """Mass matrix (ndof, ndof) [kg, kg m, kg m2]."""
+        return self.parts.M.copy()
+
+    def K(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
+        """Stiffness matrix (ndof, ndof) [N/m, N, N m] at `speed` and `whirl` frequency [rad/s], else synchronous."""
+        K = self.parts.K + self.parts.K_bearings + speed * self.parts.N
+        for bearing in self.bearing_elements:
+            if not bearing.constant:
+                _add(self.layout, K, bearing, bearing.stiffness_at(speed, whirl))
+        return K
+
+    def C(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
+        """Damping matrix (ndof, ndof) [N s/m, N s, N m s] at `speed` and `whirl` frequency [rad/s]."""
+        C = self.parts.C + self.parts.C_bearings
+        for bearing in self.bearing_elements:
+            if not bearing.constant:
+                _add(self.layout, C, bearing, bearing.damping_at(speed, whirl))
+        return C
+
+    def G(self) -> Matrix:
+        """Gyroscopic matrix (ndof, ndof) [kg m2 and lower], to be multiplied by the speed [rad/s]."""
+        return self.parts.G.copy()
+
+    @cached_property
+    def parts(self) -> Parts:
+        """The assembled matrices of shaft and masses; not to be written into."""
+        return assemble(self, self.layout)
+
+
+def lay_out(rotor: RotorElements) -> DofLayout:
     """Give every degree of freedom its place."""
     last = rotor.n_nodes
     inside = [n for n, element in enumerate(rotor.shaft_elements) if element.internal]
@@ -85,9 +134,8 @@ def lay_out(rotor: Rotor) -> DofLayout:
     return DofLayout(last, internal, pedestals, axes, np.setdiff1d(np.arange(len(axes)), held))
 
 
-def assemble(rotor: Rotor) -> Parts:
+def assemble(rotor: RotorElements, layout: DofLayout) -> Parts:
     """The matrices that do not change with speed."""
-    layout = rotor.layout
 
     def shaft(matrix: Callable[[ShaftElement], Matrix]) -> Matrix:
         full = np.zeros((layout.ndof, layout.ndof))
@@ -117,25 +165,6 @@ def assemble(rotor: Rotor) -> Parts:
         _add(layout, K_b, bearing, bearing.stiffness)
         _add(layout, C_b, bearing, bearing.damping)
     return Parts(M, G, shaft(_stiffness), C, N, K_b, C_b)
-
-
-def stiffness(rotor: Rotor, speed: float, whirl: float | None = None) -> Matrix:
-    """K (ndof, ndof) at a speed and whirl frequency [rad/s]."""
-    parts = rotor.parts
-    K = parts.K + parts.K_bearings + speed * parts.N
-    for bearing in rotor.bearing_elements:
-        if not bearing.constant:
-            _add(rotor.layout, K, bearing, bearing.stiffness_at(speed, whirl))
-    return K
-
-
-def damping(rotor: Rotor, speed: float, whirl: float | None = None) -> Matrix:
-    """C (ndof, ndof) at a speed and whirl frequency [rad/s]."""
-    C = rotor.parts.C + rotor.parts.C_bearings
-    for bearing in rotor.bearing_elements:
-        if not bearing.constant:
-            _add(rotor.layout, C, bearing, bearing.damping_at(speed, whirl))
-    return C
 
 
 def _add(layout: DofLayout, matrix: Matrix, bearing: BearingElement, block: Matrix) -> None:
@@ -168,31 +197,3 @@ def _turning(element: ShaftElement) -> Matrix:
 def _material_damping(element: ShaftElement) -> Matrix:
     stiff = (element.beta + element.eta_v) * elements.elastic_matrix(element)
     return element.alpha * elements.mass_matrix(element) + stiff
-
-
-def check(rotor: Rotor) -> None:
-    """Raise ValueError if something does not sit where it can."""
-    last = rotor.n_nodes - 1
-    links = [b.n_link for b in rotor.bearing_elements if b.n_link is not None and b.n_link > last]
-    _check_nodes("disc", (disk.n for disk in rotor.disk_elements), last)
-    _check_nodes("bearing", (b.n for b in rotor.bearing_elements), last, links)
-    _check_nodes("point mass", (point.n for point in rotor.point_mass_elements), last, links)
-    _check_nodes("clamp", rotor.clamped, last)
-    _check_nodes("pin", rotor.pinned, last)
-    _check_one_bearing_a_node(rotor.bearing_elements)
-    for node in links:
-        if not any(p.n == node and min(p.mx, p.my) > 0 for p in rotor.point_mass_elements):
-            raise ValueError(f"rotor: the pedestal at node {node} has no mass; add PointMass({node}, m).")
-
-
-def _check_nodes(what: str, nodes: Iterable[int], last: int, more: Sequence[int] = ()) -> None:
-    for node in nodes:
-        if not 0 <= node <= last and node not in more:
-            raise ValueError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
-
-
-def _check_one_bearing_a_node(bearings: Sequence[BearingElement]) -> None:
-    nodes = [bearing.n for bearing in bearings]
-    for node in nodes:
-        if nodes.count(node) > 1:
-            raise ValueError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")

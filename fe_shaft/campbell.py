@@ -15,14 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fe_shaft import krylov, modal
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import grid
 from fe_shaft.labelled import dataset
 from fe_shaft.static import loose_motions
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 _SMALL = 24
 """Degrees of freedom up to which the whole problem is solved at once."""
@@ -87,7 +86,7 @@ class CampbellResult:
         )
 
 
-def run_campbell(rotor: Rotor, speeds: ArrayLike, frequencies: int | None = 6) -> CampbellResult:
+def run_campbell(rotor: AssembledRotor, speeds: ArrayLike, frequencies: int | None = 6) -> CampbellResult:
     """The lowest modes of `rotor` at each of `speeds` (n_speeds,) [rad/s], ascending.
 
     Parameters
@@ -110,7 +109,7 @@ def run_campbell(rotor: Rotor, speeds: ArrayLike, frequencies: int | None = 6) -
     return CampbellResult(speeds, wn, wd, zeta, sense, branch)
 
 
-def _lowest(rotor: Rotor, speeds: NDArray[np.float64], count: int | None) -> list[modal.ModalResult]:
+def _lowest(rotor: AssembledRotor, speeds: NDArray[np.float64], count: int | None) -> list[modal.ModalResult]:
     constant = all(bearing.constant for bearing in rotor.bearing_elements) and not rotor.parts.N.any()
     if count is None or not constant or len(rotor.free) <= _SMALL:
         return [_whole(rotor, float(speed), count) for speed in speeds]
@@ -130,7 +129,7 @@ def _lowest(rotor: Rotor, speeds: NDArray[np.float64], count: int | None) -> lis
 
 
 def _select(
-    rotor: Rotor,
+    rotor: AssembledRotor,
     speed: float,
     count: int,
     values: NDArray[np.complex128],
@@ -148,7 +147,7 @@ def _select(
     return modal.named(rotor, speed, values, vectors[:, keep])
 
 
-def _whole(rotor: Rotor, speed: float, count: int | None) -> modal.ModalResult:
+def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.ModalResult:
     """The lowest modes out of the whole problem."""
     run = modal.run_modal(rotor, speed)
     if count is None:
@@ -158,7 +157,7 @@ def _whole(rotor: Rotor, speed: float, count: int | None) -> modal.ModalResult:
     )
 
 
-def follow(rotor: Rotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:
+def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:
     """Branch of every mode of every run; the runs are ascending in speed."""
     weight = np.sqrt(np.diag(rotor.parts.M))[:, None]
     shapes = [weight * run.shapes for run in runs]

@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from fe_shaft import modal
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 _PASSES = 30
 
@@ -63,7 +62,7 @@ class CriticalSpeedResult:
         )
 
 
-def run_critical_speed(rotor: Rotor, limit: float | None = None, count: int = 6) -> CriticalSpeedResult:
+def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count: int = 6) -> CriticalSpeedResult:
     """The `count` lowest critical speeds of `rotor`, up to `limit` [rad/s] where one is given."""
     if count < 1 or (limit is not None and not limit > 0):
         raise ValueError(f"critical speed: count = {count}, limit = {limit}; both must be positive.")
@@ -79,7 +78,7 @@ def run_critical_speed(rotor: Rotor, limit: float | None = None, count: int = 6)
     return CriticalSpeedResult(wn, values.imag, -values.real / np.abs(values), np.array([entry[2] for entry in found]))
 
 
-def _guesses(rotor: Rotor) -> NDArray[np.float64]:
+def _guesses(rotor: AssembledRotor) -> NDArray[np.float64]:
     """Undamped critical speeds with the bearings as they are at the speed itself, or nearest to it in their tables."""
     block = np.ix_(rotor.free, rotor.free)
     tables = [np.asarray(b.frequency) for b in rotor.bearing_elements if b.frequency is not None]
@@ -95,7 +94,7 @@ def _guesses(rotor: Rotor) -> NDArray[np.float64]:
     return np.sort(1 / np.sqrt(inverse[real].real))
 
 
-def _refine(rotor: Rotor, guess: float) -> tuple[float, complex, str]:
+def _refine(rotor: AssembledRotor, guess: float) -> tuple[float, complex, str]:
     """Secant steps from a guess; NaN where they do not settle."""
     points: list[tuple[float, float]] = []
     speed, shape, value, sense = guess, None, complex(np.nan), ""

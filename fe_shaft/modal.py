@@ -21,14 +21,13 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eig
 
 from fe_shaft import whirl
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import SPLIT_ZERO
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 # Real eigenvalues (overdamped or rigid-body motion) that rounding has split into a pair are not oscillations.
 _REAL = 1e-6  # smallest wd / wn
@@ -157,14 +156,16 @@ def damped_by_work(
     return np.where(known, -lost / np.where(known, whole, 1.0), values.real) + 1j * omega
 
 
-def free_matrices(rotor: Rotor, speed: float, frequency: float | None = None) -> tuple[NDArray[np.float64], ...]:
+def free_matrices(
+    rotor: AssembledRotor, speed: float, frequency: float | None = None
+) -> tuple[NDArray[np.float64], ...]:
     """M, C + speed G, K of the degrees of freedom that nothing holds, bearings at a whirl `frequency` [rad/s]."""
     block = np.ix_(rotor.free, rotor.free)
     D = rotor.C(speed, frequency) + speed * rotor.parts.G
     return rotor.parts.M[block], D[block], rotor.K(speed, frequency)[block]
 
 
-def run_modal(rotor: Rotor, speed: float) -> ModalResult:
+def run_modal(rotor: AssembledRotor, speed: float) -> ModalResult:
     """Modes of `rotor` at `speed` [rad/s]; overdamped and rigid-body motions are left out.
 
     Repeated frequencies (a symmetric rotor at rest) have arbitrary shapes, and so an arbitrary whirl.
@@ -176,7 +177,9 @@ def run_modal(rotor: Rotor, speed: float) -> ModalResult:
     return named(rotor, speed, values, vectors)
 
 
-def named(rotor: Rotor, speed: float, values: NDArray[np.complex128], vectors: NDArray[np.complex128]) -> ModalResult:
+def named(
+    rotor: AssembledRotor, speed: float, values: NDArray[np.complex128], vectors: NDArray[np.complex128]
+) -> ModalResult:
     """The result for eigenvalues (n_modes,) and vectors (n_free, n_modes)."""
     shapes = np.zeros((rotor.ndof, len(values)), dtype=complex)
     shapes[rotor.free] = vectors
@@ -188,7 +191,7 @@ def named(rotor: Rotor, speed: float, values: NDArray[np.complex128], vectors: N
     return ModalResult(float(speed), values, shapes, whirl.name(x, y), rotor.nodes_pos)
 
 
-def _matched(rotor: Rotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """The lowest modes, each with the bearings at its own frequency."""
     values, _ = oscillations(*free_matrices(rotor, speed, _start(rotor)))
     count = min(_MATCHED, len(values))
@@ -216,6 +219,6 @@ def _matched(rotor: Rotor, speed: float) -> tuple[NDArray[np.complex128], NDArra
     return np.array(found)[order], np.stack(shapes, axis=1)[:, order]
 
 
-def _start(rotor: Rotor) -> float:
+def _start(rotor: AssembledRotor) -> float:
     """A whirl frequency [rad/s] inside every table."""
     return float(max(np.asarray(b.whirl_frequency)[0] for b in rotor.bearing_elements if b.whirl_frequency is not None))

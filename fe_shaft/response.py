@@ -22,13 +22,12 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from fe_shaft import whirl
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import grid
 from fe_shaft.labelled import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,13 +94,13 @@ class FrequencyResponse:
 
 
 def run_unbalance_response(
-    rotor: Rotor, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike, frequency: ArrayLike
+    rotor: AssembledRotor, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike, frequency: ArrayLike
 ) -> ForcedResult:
     """Whirl of `rotor` with unbalance at one node or at several.
 
     Parameters
     ----------
-    rotor : Rotor
+    rotor : AssembledRotor
     node : int or sequence of int (n_u,)
     magnitude : float or array (n_u,)
         Mass times eccentricity [kg m].
@@ -122,7 +121,7 @@ def run_unbalance_response(
 
 
 def run_freq_response(
-    rotor: Rotor,
+    rotor: AssembledRotor,
     frequency: ArrayLike,
     speed: float | None = None,
     inputs: Sequence[int] | None = None,
@@ -145,7 +144,7 @@ def run_freq_response(
     return FrequencyResponse(frequency, solved[out], into, out, speed)
 
 
-def _dofs(rotor: Rotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:
+def _dofs(rotor: AssembledRotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:
     dofs = np.arange(rotor.ndof) if chosen is None else np.atleast_1d(np.asarray(chosen, dtype=np.intp))
     if dofs.size and not (dofs.min() >= 0 and dofs.max() < rotor.ndof):
         raise ValueError(
@@ -156,7 +155,7 @@ def _dofs(rotor: Rotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:
 
 
 def _unbalance_vector(
-    rotor: Rotor, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike
+    rotor: AssembledRotor, node: int | Sequence[int], magnitude: ArrayLike, phase: ArrayLike
 ) -> NDArray[np.complex128]:
     """Complex m e of every degree of freedom (ndof,) [kg m]."""
     vector = np.zeros(rotor.ndof, dtype=complex)
@@ -170,7 +169,7 @@ def _unbalance_vector(
 
 
 def _solve(
-    rotor: Rotor,
+    rotor: AssembledRotor,
     frequency: NDArray[np.float64],
     speed: float | None,
     force: Callable[[float], NDArray[np.complex128]],
@@ -200,7 +199,7 @@ def _solve(
     return np.asarray(answer)
 
 
-def _order(rotor: Rotor, pattern: NDArray[np.bool_]) -> tuple[NDArray[np.intp], int]:
+def _order(rotor: AssembledRotor, pattern: NDArray[np.bool_]) -> tuple[NDArray[np.intp], int]:
     """Order of the free degrees of freedom with a small band, and its half width."""
     free = rotor.free
     inner = pattern[np.ix_(free, free)]

@@ -12,23 +12,15 @@ Source: Friswell et al. (2010), chapter 5.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fe_shaft import assembly, campbell, critical, modal, response, ross, stability, static, transient, ucs
-from fe_shaft.bearing import BearingElement
-from fe_shaft.masses import DiskElement, PointMass
-from fe_shaft.shaft import ShaftElement
-
-Matrix = NDArray[np.float64]
+from fe_shaft import campbell, critical, modal, response, ross, stability, static, transient, ucs
+from fe_shaft.assembly import AssembledRotor
 
 
-@dataclass(frozen=True)
-class Rotor:
+class Rotor(AssembledRotor):
     """Rotor with four degrees of freedom a node: x, y [m], alpha, beta [rad].
 
     Parameters
@@ -50,75 +42,6 @@ class Rotor:
         If elements are missing or numbered twice, if something lies outside the shaft, if two bearings share a node
         or a pedestal has no mass.
     """
-
-    shaft_elements: Sequence[ShaftElement]
-    disk_elements: Sequence[DiskElement] = ()
-    bearing_elements: Sequence[BearingElement] = ()
-    point_mass_elements: Sequence[PointMass] = ()
-    clamped: Sequence[int] = ()
-    pinned: Sequence[int] = ()
-
-    number_dof: ClassVar[int] = 4
-
-    def __post_init__(self) -> None:
-        """Put the elements in order and check that everything sits on the shaft."""
-        object.__setattr__(self, "shaft_elements", _numbered(tuple(self.shaft_elements)))
-        for name in ("disk_elements", "bearing_elements", "point_mass_elements", "clamped", "pinned"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
-        assembly.check(self)
-
-    @property
-    def n_nodes(self) -> int:
-        """Number of nodes of the shaft: one more than there are elements."""
-        return len(self.shaft_elements) + 1
-
-    @cached_property
-    def layout(self) -> assembly.DofLayout:
-        """Where the degrees of freedom are."""
-        return assembly.lay_out(self)
-
-    @property
-    def ndof(self) -> int:
-        """Number of degrees of freedom, held ones included."""
-        return self.layout.ndof
-
-    @property
-    def free(self) -> NDArray[np.intp]:
-        """Numbers (n_free,) of the degrees of freedom that nothing holds."""
-        return self.layout.free
-
-    @property
-    def nodes_pos(self) -> Matrix:
-        """Positions of the shaft's nodes along z (n_nodes,) [m]; node 0 at 0."""
-        return np.concatenate([[0.0], np.cumsum([element.L for element in self.shaft_elements])])
-
-    @property
-    def mass(self) -> float:
-        """Mass of shaft, discs and the point masses on the shaft [kg]."""
-        shaft = sum(element.mass for element in self.shaft_elements)
-        points = sum(point.my for point in self.point_mass_elements if point.n < self.n_nodes)
-        return float(shaft + points + sum(disk.m for disk in self.disk_elements))
-
-    def M(self) -> Matrix:
-        """Mass matrix (ndof, ndof) [kg, kg m, kg m2]."""
-        return self.parts.M.copy()
-
-    def K(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
-        """Stiffness matrix (ndof, ndof) [N/m, N, N m] at `speed` and `whirl` frequency [rad/s], else synchronous."""
-        return assembly.stiffness(self, speed, whirl)
-
-    def C(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
-        """Damping matrix (ndof, ndof) [N s/m, N s, N m s] at `speed` and `whirl` frequency [rad/s]."""
-        return assembly.damping(self, speed, whirl)
-
-    def G(self) -> Matrix:
-        """Gyroscopic matrix (ndof, ndof) [kg m2 and lower], to be multiplied by the speed [rad/s]."""
-        return self.parts.G.copy()
-
-    @cached_property
-    def parts(self) -> assembly.Parts:
-        """The assembled matrices of shaft and masses; not to be written into."""
-        return assembly.assemble(self)
 
     def run_static(self, gravity: float | None = None, force: ArrayLike | None = None) -> static.StaticResult:
         """Sag under gravity and given forces and the bearings' reactions; see static.run_static."""
@@ -182,19 +105,3 @@ class Rotor:
     def to_ross(self, module: Any) -> Any:
         """This rotor as an object of the open code ROSS; `module` is `import ross`; see ross.py."""
         return ross.to_ross(self, module)
-
-
-def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
-    """The elements in order of their numbers; without numbers, in the order given."""
-    if not shaft:
-        raise ValueError("rotor: the shaft has no elements; give at least one ShaftElement.")
-    numbers = [element.n for element in shaft]
-    if all(n is None for n in numbers):
-        return tuple(replace(element, n=n) for n, element in enumerate(shaft))
-    given = sorted(n for n in numbers if n is not None)
-    if given != list(range(len(shaft))):
-        raise ValueError(
-            f"rotor: the shaft elements are numbered {numbers}, but {len(shaft)} elements need each of the "
-            f"numbers 0 to {len(shaft) - 1} once; correct them, or leave all of them out to number by order."
-        )
-    return tuple(sorted(shaft, key=lambda element: element.n or 0))

@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fe_shaft import modal
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import grid
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class StabilityResult:
         )
 
 
-def run_stability(rotor: Rotor, speeds: ArrayLike) -> StabilityResult:
+def run_stability(rotor: AssembledRotor, speeds: ArrayLike) -> StabilityResult:
     """Stability of `rotor` at `speeds` (n_speeds,) [rad/s], ascending, and the onset of instability between them."""
     speeds = grid("stability: speeds [rad/s]", speeds)
     worst = [_worst(modal.run_modal(rotor, float(speed))) for speed in speeds]
@@ -80,7 +79,7 @@ def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
     return float(run.damping_ratio[mode]), float(run.wn[mode]), str(run.whirl[mode])
 
 
-def _onset(rotor: Rotor, speeds: NDArray[np.float64], zeta: NDArray[np.float64]) -> tuple[float, float]:
+def _onset(rotor: AssembledRotor, speeds: NDArray[np.float64], zeta: NDArray[np.float64]) -> tuple[float, float]:
     unstable = np.flatnonzero(zeta < -DAMPED)
     if not unstable.size:
         return float("nan"), float("nan")

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.labelled import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s2], along -y."""
@@ -54,7 +53,7 @@ class StaticResult:
         return dataset(values | {"bearing_force": force}, {"z": z})
 
 
-def run_static(rotor: Rotor, gravity: float = GRAVITY, force: ArrayLike | None = None) -> StaticResult:
+def run_static(rotor: AssembledRotor, gravity: float = GRAVITY, force: ArrayLike | None = None) -> StaticResult:
     """Rest of `rotor` under `gravity` [m/s2] along -y and `force` (ndof,) [N, N m].
 
     Raises
@@ -73,14 +72,14 @@ def run_static(rotor: Rotor, gravity: float = GRAVITY, force: ArrayLike | None =
     )
 
 
-def weight(rotor: Rotor, gravity: float = GRAVITY) -> NDArray[np.float64]:
+def weight(rotor: AssembledRotor, gravity: float = GRAVITY) -> NDArray[np.float64]:
     """Force (ndof,) [N, N m] of the weight of every mass, `gravity` [m/s2] along -y."""
     down = np.where(rotor.layout.axes == 1, -gravity, 0.0)
     down[4 * rotor.n_nodes : 4 * (rotor.n_nodes + len(rotor.layout.internal))] = 0.0
     return np.asarray(rotor.parts.M @ down)
 
 
-def _reaction(rotor: Rotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float64]:  # type: ignore[no-untyped-def]
+def _reaction(rotor: AssembledRotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float64]:  # type: ignore[no-untyped-def]
     own = rotor.layout.place(bearing.n)
     relative = q[own : own + 2].copy()
     if bearing.n_link is not None:
@@ -89,7 +88,7 @@ def _reaction(rotor: Rotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(-bearing.stiffness_at(0.0) @ relative)
 
 
-def loose_motions(rotor: Rotor) -> list[str]:
+def loose_motions(rotor: AssembledRotor) -> list[str]:
     """Names of the rigid-body motions, two shifts and two tilts, that the supports do not resist."""
     if rotor.clamped:
         return []
@@ -105,7 +104,7 @@ def loose_motions(rotor: Rotor) -> list[str]:
     return sorted(set(loose[:missing]))
 
 
-def _check_supported(rotor: Rotor) -> None:
+def _check_supported(rotor: AssembledRotor) -> None:
     loose = loose_motions(rotor)
     if loose:
         raise ValueError(
@@ -114,7 +113,7 @@ def _check_supported(rotor: Rotor) -> None:
         )
 
 
-def rigid_motions(rotor: Rotor) -> NDArray[np.float64]:
+def rigid_motions(rotor: AssembledRotor) -> NDArray[np.float64]:
     """The four motions (ndof, 4) of the rigid shaft, pedestals and internal coordinates at rest; tilts over length."""
     z = rotor.nodes_pos / rotor.nodes_pos[-1]
     motions = np.zeros((rotor.ndof, 4))

@@ -26,13 +26,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from fe_shaft import modal, static
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.labelled import dataset
 from fe_shaft.response import run_unbalance_response
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 Matrix = NDArray[np.float64]
 
@@ -71,7 +70,7 @@ class TimeResult:
 
 
 def run_time_response(
-    rotor: Rotor,
+    rotor: AssembledRotor,
     speed: float,
     F: ArrayLike | None,
     t: ArrayLike,
@@ -113,7 +112,7 @@ def run_time_response(
     return replace(rest, yout=yout, last=rest.last + np.concatenate([last.real, (1j * speed * last).real]))
 
 
-def _whirl(rotor: Rotor, speed: float, unbalance: Sequence[Unbalance]) -> NDArray[np.complex128]:
+def _whirl(rotor: AssembledRotor, speed: float, unbalance: Sequence[Unbalance]) -> NDArray[np.complex128]:
     """Steady whirl (ndof,) [m, rad] of all unbalances together."""
     if not unbalance or not speed:
         return np.zeros(rotor.ndof, dtype=complex)
@@ -121,7 +120,7 @@ def _whirl(rotor: Rotor, speed: float, unbalance: Sequence[Unbalance]) -> NDArra
     return run_unbalance_response(rotor, nodes, sizes, phases, speed).response[:, 0]
 
 
-def _forced(rotor: Rotor, speed: float, F: Matrix, t: Matrix, start: Matrix) -> TimeResult:
+def _forced(rotor: AssembledRotor, speed: float, F: Matrix, t: Matrix, start: Matrix) -> TimeResult:
     """Motion under sampled forces from a state (2 ndof,)."""
     if len(t) == 1:
         return TimeResult(t, start[None, : rotor.ndof], start, rotor.nodes_pos)
@@ -144,7 +143,9 @@ def _forced(rotor: Rotor, speed: float, F: Matrix, t: Matrix, start: Matrix) -> 
     return TimeResult(t, yout, last, rotor.nodes_pos)
 
 
-def _checked(rotor: Rotor, t: ArrayLike, F: ArrayLike, initial: ArrayLike | None) -> tuple[Matrix, Matrix, Matrix]:
+def _checked(
+    rotor: AssembledRotor, t: ArrayLike, F: ArrayLike, initial: ArrayLike | None
+) -> tuple[Matrix, Matrix, Matrix]:
     t, F = np.atleast_1d(np.asarray(t, dtype=float)), np.asarray(F, dtype=float)
     if F.shape != (len(t), rotor.ndof):
         raise ValueError(
@@ -163,7 +164,7 @@ def _checked(rotor: Rotor, t: ArrayLike, F: ArrayLike, initial: ArrayLike | None
     return t, F, start
 
 
-def _frequency(rotor: Rotor) -> float:
+def _frequency(rotor: AssembledRotor) -> float:
     """A frequency [rad/s] of the size of the rotor's middle ones."""
     return float(np.sqrt(np.median(np.diag(rotor.K())[rotor.free] / np.diag(rotor.parts.M)[rotor.free])))
 

@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fe_shaft.rotor import Rotor
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class UcsResult:
 
 
 def run_ucs(
-    rotor: Rotor, stiffness_range: tuple[float, float] = (1e6, 1e11), num: int = 30, num_modes: int = 4,
+    rotor: AssembledRotor, stiffness_range: tuple[float, float] = (1e6, 1e11), num: int = 30, num_modes: int = 4,
     synchronous: bool = True,
 ) -> UcsResult:  # fmt: skip
     """Undamped critical speeds with every bearing as stiff as k [N/m], at `num` values from the range, evenly in log k.
@@ -78,7 +77,9 @@ def run_ucs(
     return UcsResult(stiffness, np.stack([_lowest(M, K + np.diag(k * unit[plane]), num_modes) for k in stiffness], 1))
 
 
-def _plane(rotor: Rotor, synchronous: bool) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
+def _plane(
+    rotor: AssembledRotor, synchronous: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
     """Mass with the gyroscopic part and stiffness of the shaft in the plane x, beta, and its degrees of freedom."""
     axes, free = rotor.layout.axes, rotor.free
     inside = free[free < rotor.ndof - 2 * len(rotor.layout.pedestals)]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
-from importlib import import_module
 from typing import Any
 
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.units import parse
+from rotorsim.control import designs
 from rotorsim.control.designs.plants import Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -30,7 +30,7 @@ def module_of(name: str) -> Any:
     """Module of a design; raises DesignError for an unknown name."""
     if name not in DESIGNS:
         raise DesignError(f"design: '{name}' is not known; {did_you_mean(name, DESIGNS)}")
-    return import_module(f"rotorsim.control.designs.{name}")
+    return getattr(designs, name)
 
 
 UNITS = {"speed": ("rad/s", "4000 rpm"), "slowest": ("rad/s", "1000 rpm"), "pressure": ("Pa", "0.5 MPa")}

@@ -19,10 +19,11 @@ from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
+from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.outcome.result import Diagnosis, Found
+from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
+from rotorsim.machine.tables import MachineTables
 from rotorsim.machine.usual import numbers
-
-if TYPE_CHECKING:
-    from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""
@@ -22,13 +20,13 @@ SAME_PLACE = 1e-6
 Problems = Iterator[tuple[str, str]]
 
 
-def cross_check(machine: Machine) -> Problems:
+def cross_check(machine: MachineTables) -> Problems:
     """Paths and sentences of all problems between parts, those first that decide what the machine is."""
     for check in (*decisive(machine), *further(machine)):
         yield from check
 
 
-def decisive(machine: Machine) -> Iterator[Problems]:
+def decisive(machine: MachineTables) -> Iterator[Problems]:
     """Checks of what a machine is made of."""
     yield _one_film(machine)
     yield _injection(machine)
@@ -36,7 +34,7 @@ def decisive(machine: Machine) -> Iterator[Problems]:
     yield _places(machine)
 
 
-def further(machine: Machine) -> Iterator[Problems]:
+def further(machine: MachineTables) -> Iterator[Problems]:
     """Checks of how its parts fit, each by itself."""
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
@@ -48,7 +46,7 @@ def further(machine: Machine) -> Iterator[Problems]:
         yield _own(machine, path, effect)
 
 
-def _positions(machine: Machine) -> Iterator[tuple[str, float]]:
+def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
     """Paths and coordinates of everything that has a place on the shaft."""
     named: list[tuple[str, Any]] = [(f"discs.{i}", disc) for i, disc in enumerate(machine.discs)]
     named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
@@ -59,7 +57,7 @@ def _positions(machine: Machine) -> Iterator[tuple[str, float]]:
             yield f"{path}.position", position
 
 
-def _on_shaft(machine: Machine) -> Problems:
+def _on_shaft(machine: MachineTables) -> Problems:
     start, end = machine.shaft.start, machine.shaft.end
     slack = 1e-9 * machine.shaft.length
     reach = f"{show(start, 'm')} to {show(float(f'{end:.9g}'), 'm')}"
@@ -68,7 +66,7 @@ def _on_shaft(machine: Machine) -> Problems:
             yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
 
 
-def _bearings_apart(machine: Machine) -> Problems:
+def _bearings_apart(machine: MachineTables) -> Problems:
     places = [getattr(bearing, "position", inf) for bearing in machine.bearings]
     for i, place in enumerate(places):
         for k, other in enumerate(places[:i]):
@@ -79,41 +77,41 @@ def _bearings_apart(machine: Machine) -> Problems:
                 )
 
 
-def _one_film(machine: Machine) -> Problems:
+def _one_film(machine: MachineTables) -> Problems:
     films = [i for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)]
     for i in films[1:]:
         first = f"bearings.{films[0]}"
         yield f"bearings.{i}", f"is a second gas film, after {first}; keep one and write kind = 'linear' for the other"
 
 
-def _injection(machine: Machine) -> Problems:
+def _injection(machine: MachineTables) -> Problems:
     if machine.injectors and machine.film is None:
         yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
         yield "injection", "missing, but there are injectors; add [injection] or remove the injectors"
 
 
-def _film(machine: Machine) -> tuple[str, GasFilm]:
+def _film(machine: MachineTables) -> tuple[str, GasFilm]:
     """Path of the film and itself; the checks that need one end without."""
     path = next((f"bearings.{i}" for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)), "")
     return path, machine.film  # type: ignore[return-value]
 
 
-def _floor(machine: Machine) -> Problems:
+def _floor(machine: MachineTables) -> Problems:
     path, film = _film(machine)
     if path and machine.solver.minimum_film >= film.clearance:
         shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
         yield "solver.minimum_film", f"'{shown}' is not below the clearance '{limit}'; make it smaller"
 
 
-def _thin(machine: Machine) -> Problems:
+def _thin(machine: MachineTables) -> Problems:
     path, film = _film(machine)
     if path and film.clearance > film.diameter / 20:
         limit = show(film.diameter / 20, "m")
         yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
 
 
-def _reach(machine: Machine) -> Problems:
+def _reach(machine: MachineTables) -> Problems:
     path, film = _film(machine)
     shaft = machine.shaft
     if path and not (shaft.start - 1e-9 <= film.position - film.length / 2
@@ -121,7 +119,7 @@ def _reach(machine: Machine) -> Problems:
         yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
 
 
-def _offsets(machine: Machine) -> Problems:
+def _offsets(machine: MachineTables) -> Problems:
     path, film = _film(machine)
     if not path:
         return
@@ -133,14 +131,14 @@ def _offsets(machine: Machine) -> Problems:
             yield f"injectors.{i}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
 
 
-def _each_effect(machine: Machine) -> Iterator[tuple[str, Effect]]:
+def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
     """Paths of all effects and themselves."""
     for name, entries in machine.effects.items():
         for i, effect in enumerate(entries):
             yield (f"effects.{name}" if len(entries) == 1 else f"effects.{name}.{i}"), effect
 
 
-def _places(machine: Machine) -> Problems:
+def _places(machine: MachineTables) -> Problems:
     """Every effect has something to act on, and is there once if it can be only once."""
     for name, entries in machine.effects.items():
         if len(entries) > 1 and entries[0].single:
@@ -151,14 +149,14 @@ def _places(machine: Machine) -> Problems:
             yield f"{path}.{found[0]}".rstrip("."), found[1]
 
 
-def _own(machine: Machine, path: str, effect: Effect) -> Problems:
+def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
     """Problems that an effect itself finds."""
     if _misplaced(machine, effect) is None:
         for field, sentence in effect.problems(machine).items():
             yield f"{path}.{field}".rstrip("."), sentence
 
 
-def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
+def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
     """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
@@ -173,13 +171,13 @@ def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
     return None
 
 
-def _actuators(machine: Machine) -> Problems:
+def _actuators(machine: MachineTables) -> Problems:
     driven = machine.actuators is not None and getattr(machine.actuators, "mode", "ideal") != "ideal"
     if driven and not machine.injectors:
         yield "actuators", "there are no injectors whose pins they could move; add injectors or remove them"
 
 
-def _gains(machine: Machine) -> Problems:
+def _gains(machine: MachineTables) -> Problems:
     if machine.actuators is not None and machine.actuators.mode == "reference":
         for i, injector in enumerate(machine.injectors):
             for name in ("pd_gain", "pd_zero"):
@@ -187,7 +185,7 @@ def _gains(machine: Machine) -> Problems:
                     yield f"injectors.{i}.{name}", "missing, but actuators.mode is 'reference'; add it"
 
 
-def _meant(machine: Machine) -> Problems:
+def _meant(machine: MachineTables) -> Problems:
     """Paths of unusual values lead to values."""
     known = {path for path, _, _ in numbers(machine)} if machine.unusual else set()
     for i, path in enumerate(machine.unusual):

@@ -1,62 +1,24 @@
-"""Machine: rotor, bearings, gas film with injectors, effects, grid and solver, all in SI units."""
+"""Machine: the tables of a machine file, checked against each other, with its text."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import (
-    Discriminator,
-    Field,
-    InstanceOf,
-    PrivateAttr,
-    Tag,
-    ValidationError,
-    field_validator,
-)
+from pydantic import PrivateAttr, ValidationError
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.effects import Effect
 from rotorsim.machine import edit, toml
-from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.checks import cross_check
-from rotorsim.machine.effect_tables import read_effects
-from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
-from rotorsim.machine.numerics import Grid, Solver
-from rotorsim.machine.part import Part
 from rotorsim.machine.readable import every_problem
-from rotorsim.machine.rotor import Disc, LinearBearing, Probe, Shaft
+from rotorsim.machine.tables import MachineTables
 
 
-def _kind(bearing: Any) -> str | None:
-    kind = bearing.get("kind") if isinstance(bearing, dict) else getattr(bearing, "kind", None)
-    return kind if isinstance(kind, str) else None
-
-
-Bearing = Annotated[Annotated[LinearBearing, Tag("linear")] | Annotated[GasFilm, Tag("gas_film")], Discriminator(_kind)]
-
-
-class Machine(Part):
-    """A rotor on its bearings, as a machine file describes it."""
-
-    name: str = Field(description="Short name.")
-    description: str = Field("", description="A sentence about the machine.")
-    shaft: Shaft = Field(description="The elastic shaft.")
-    discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
-    bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings; at most one of them a gas film.")
-    gas: Gas = Field(Gas(), description="The gas in film and injectors.")
-    injection: Injection | None = Field(None, description="What all injectors have in common.")
-    injectors: tuple[Injector, ...] = Field((), description="The injectors of the gas film.")
-    actuators: Actuators | None = Field(None, description="Piezo actuators of the pins; ideal when not given.")
-    drive: Drive = Field(Drive(), description="What turns and brakes the shaft.")
-    probe: Probe | None = Field(None, description="Where displacement is measured; the first disc when not given.")
-    grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
-    solver: Solver = Field(Solver(), description="Step and tolerances.")
-    effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
-    unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
+class Machine(MachineTables):
+    """A rotor on its bearings, as a machine file describes it, its parts checked against each other."""
 
     _source: str = PrivateAttr("")
 
@@ -81,16 +43,6 @@ class Machine(Part):
         """Short hash of the content; comments and spelling do not matter."""
         return hashlib.sha256(self.text.encode()).hexdigest()[:16]
 
-    @property
-    def film(self) -> GasFilm | None:
-        """The gas film, if there is one."""
-        return next((b for b in self.bearings if isinstance(b, GasFilm)), None)
-
-    @property
-    def mass(self) -> float:
-        """Mass of shaft and discs [kg]."""
-        return self.shaft.mass + sum(d.mass for d in self.discs)
-
     def replace(self, path: str, value: Any) -> Machine:
         """The machine with another value at a dotted path: ``replace("effects.unbalance.me", "12 g*mm")``.
 
@@ -112,11 +64,6 @@ class Machine(Part):
 
     def __hash__(self) -> int:
         return hash(self.hash)
-
-    @field_validator("effects", mode="before")
-    @classmethod
-    def _effects(cls, tables: Any) -> Any:
-        return read_effects(tables)
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Checks between parts."""

@@ -14,16 +14,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from math import log, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rotorsim.base.errors import Unusual
 from rotorsim.base.unit_table import advised, dimension
 from rotorsim.base.units import parse, show, split
 from rotorsim.machine.part import Part
 from rotorsim.machine.toml import entries
-
-if TYPE_CHECKING:
-    from rotorsim.machine.schema import Machine
 
 
 @dataclass(frozen=True)
@@ -98,14 +95,14 @@ def ask(path: str, value: float, unit: str, text: str = "", before: str = "") ->
         warnings.warn(before + sentence, Unusual, stacklevel=3)
 
 
-def ask_machine(machine: Machine) -> None:
+def ask_machine(machine: Part) -> None:
     """Warn of the unusual values of a machine that its file does not name as meant, all in one warning."""
     found = questions(machine)
     if found:
         warnings.warn("\n".join(found), Unusual, stacklevel=3)
 
 
-def questions(machine: Machine) -> list[str]:
+def questions(machine: Part) -> list[str]:
     """Sentences about the unusual values of a machine that its file does not name as meant."""
     meant = getattr(machine, "unusual", ())
     return [

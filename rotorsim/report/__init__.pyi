@@ -24,3 +24,4 @@ from .figures.shaft_plots import (
     unbalance_response as unbalance_response,
 )
 from .pages.experiment import write_report as write_report
+from .pages.write import write as write

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.reported import Reported
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law, check_sampling
 from rotorsim.machine import Machine, load_machine
@@ -28,7 +27,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Verification:
+class Verification(Reported):
     """Rows of a verification, and the impact energies behind them."""
 
     law: Law
@@ -53,11 +52,6 @@ class Verification:
     def ratios(self) -> np.ndarray:
         """Closed over open impact energy (points, 2)."""
         return np.array([np.divide(c.response, o.response) for c, o in zip(self.closed, self.open, strict=True)])
-
-    def report(self, path: str | Path) -> Path:
-        """Write the HTML report."""
-        made: Path = import_module("rotorsim.report.pages.verification").write_verification(self, Path(path))
-        return made
 
 
 def closed_loop(

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.discrepancy.outcome.result import Diagnosis, Found
+from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.edit import remarked
 
@@ -15,8 +16,9 @@ def found(machine, effects, calibration=None):
     gap = xr.Dataset({"gap": (("record", "axis", "stage"), np.zeros((0, 2, 4)))}, {"role": ("record", [])})
     evidence = {"chi2_calibrated": 900.0, "chi2_with_effect": 400.0, "numbers": 420.0, "share_gone": 0.99}
     return Diagnosis(
-        "named", load_machine(machine), (), effects, (), {}, {}, gap, (), calibration or {}, evidence, "d1"
-    )
+        "named", load_machine(machine), effects, (), calibration or {}, evidence, "d1",
+        localisation=(), unknown={}, next_experiment={}, gap=gap, notes=(),
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +66,10 @@ def _print_outcome(path: Path, experiment: Experiment, outcome: Outcome, report:
 
 def write_page(record: Path, wanted: bool) -> dict[str, str]:
     """Write the report next to the record if requested."""
-    if not wanted or find_spec("rotorsim.report.pages.experiment") is None:
+    if not wanted:
         return {}
+    from rotorsim.report.pages.experiment import write_report
+
     page = record.with_suffix(".html")
-    import_module("rotorsim.report.pages.experiment").write_report(record, page)
+    write_report(record, page)
     return {"report": str(page)}

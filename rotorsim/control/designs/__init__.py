@@ -1,12 +1,6 @@
-"""Controller designs, one file per method: identified model in, law out."""
+"""Controller designs, one file per method: identified model in, law out; imported when they are first used."""
 
-from importlib import import_module
-from importlib.util import find_spec
-from types import ModuleType
+import lazy_loader
 
-
-def __getattr__(name: str) -> ModuleType:
-    """Module of a method, imported when it is first used."""
-    if find_spec(f"{__name__}.{name}") is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module(f"{__name__}.{name}")
+METHODS = ["h2_scheduled", "hinf", "lead", "lpv", "lqr", "p", "placement", "youla"]
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, METHODS)

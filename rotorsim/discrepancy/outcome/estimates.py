@@ -9,7 +9,7 @@ import numpy as np
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, lobes, setting, wave
 from rotorsim.discrepancy.fit.uncertainty import sd_of_polar
-from rotorsim.discrepancy.outcome.result import Found
+from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.search import Hypothesis, Search
 from rotorsim.discrepancy.twin.twin import Twin

@@ -12,19 +12,17 @@ from contextlib import suppress
 from dataclasses import fields
 from difflib import unified_diff
 from math import hypot
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tomlkit
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.units import show
+from rotorsim.discrepancy.outcome.findings import Findings, Found
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 from rotorsim.machine.edit import comment, inline
-
-if TYPE_CHECKING:
-    from rotorsim.discrepancy.outcome.result import Diagnosis, Found
 
 HEAD = (
     "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
@@ -33,7 +31,7 @@ HEAD = (
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
 
 
-def extended(diagnosis: Diagnosis) -> Machine:
+def extended(diagnosis: Findings) -> Machine:
     """Machine file with the named, tied or partial effects of a diagnosis and the new calibration."""
     source, plain = diagnosis.machine._source or diagnosis.machine.text, diagnosis.machine.text
     # sensors and actuators are chains: what is added must stand ahead of what is there, if not behind it;
@@ -44,7 +42,7 @@ def extended(diagnosis: Diagnosis) -> Machine:
     return Machine.from_text(_written(diagnosis, plain, last=False))
 
 
-def _written(diagnosis: Diagnosis, text: str, last: bool) -> str:
+def _written(diagnosis: Findings, text: str, last: bool) -> str:
     """The machine file's text with what was found, new tables behind or ahead of the others."""
     document = tomlkit.parse(text)
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
@@ -73,7 +71,7 @@ def difference(before: Machine, after: Machine) -> str:
     return "\n".join(unified_diff(old, new, "before", "after", lineterm=""))
 
 
-def _comments(diagnosis: Diagnosis, found: Found) -> list[str]:
+def _comments(diagnosis: Findings, found: Found) -> list[str]:
     units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[found.effect])}
     lines = [f"{FOUND}, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
     lines += [f"{p} +- {_rough(sd, units[p])} (one standard deviation)" for p, sd in found.sd.items()]
@@ -145,7 +143,7 @@ def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[flo
             _put(table, f"{what}{axis}{axis}", show(value, unit), f"{FITTED}, +- {_rough(share * value, unit)}")
 
 
-def _calibrate(document: Any, effects: Any, diagnosis: Diagnosis) -> list[str]:
+def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     """Write the calibration; returns comments on what has no place in the file."""
     machine, left_out = diagnosis.machine, []
     tables: dict[str, dict[str, float]] = {}

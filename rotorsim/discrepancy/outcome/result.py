@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
-from importlib import import_module
-from math import pi
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rotorsim.base.reported import Reported
+from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import extended
 from rotorsim.discrepancy.residuals.localise import Flag
-from rotorsim.effects import REGISTRY
+from rotorsim.machine import Machine
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rotorsim.machine import Machine
 
 EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
 WORDS = {
@@ -31,40 +27,15 @@ WORDS = {
 }
 
 
-@dataclass(frozen=True)
-class Found:
-    """Identified effect: name, form, table of parameters for the machine file (SI), standard deviations."""
-
-    effect: str
-    form: str
-    parameters: dict[str, float]
-    sd: dict[str, float]
-    tie_class: tuple[str, ...]
-
-    def sizes(self) -> Iterator[tuple[str, str, str]]:
-        """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
-        units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[self.effect])}
-        for name, value in self.parameters.items():
-            sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
-            yield name, _with_unit(value, units[name], 4), sd
-
-
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(Findings, Reported):
     """Result of `diagnose`."""
 
-    status: str
-    machine: Machine
     localisation: tuple[Flag, ...]
-    effects: tuple[Found, ...]
-    ties: tuple[tuple[str, ...], ...]
     unknown: dict[str, Any]
     next_experiment: dict[str, Any]
     gap: xr.Dataset
     notes: tuple[str, ...]
-    calibration: dict[str, tuple[float, float]]
-    evidence: dict[str, float]
-    data_hash: str
     spectra: dict[str, Any] = field(default_factory=dict, repr=False)
     tried: tuple[dict[str, Any], ...] = ()
 
@@ -83,10 +54,6 @@ class Diagnosis:
     def apply(self) -> Machine:
         """The machine with the effects found and the new calibration; the machine itself where none was found."""
         return extended(self)
-
-    def report(self, path: str | Path) -> None:
-        """Write the HTML report."""
-        import_module("rotorsim.report.pages.diagnosis").write_diagnosis(self, Path(path))
 
     def as_dict(self) -> dict[str, Any]:
         """As plain numbers and text, for JSON."""
@@ -115,12 +82,6 @@ class Diagnosis:
             "tried": list(self.tried),
             "data_hash": self.data_hash,
         }  # fmt: skip
-
-
-def _with_unit(value: float, unit: str, digits: int) -> str:
-    """A number of SI with its unit; lengths in micrometres, angles in degrees."""
-    factor, shown = {"m": (1e6, "um"), "rad": (180 / pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
-    return f"{value * factor:.{digits}g} {shown}".rstrip()
 
 
 def _number(value: float) -> float | None:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.base.files import write_text
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.report.figures import diagnosis_plots as plots
@@ -36,11 +34,6 @@ MEANING = {
     "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
     "explain it is given below.",
 }
-
-
-def write_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
-    """Write the report, complete or not at all; raises WriteError."""
-    write_text(path, page(diagnosis))
 
 
 def page(diagnosis: Diagnosis) -> str:

@@ -28,7 +28,12 @@ class Block:
 
 def save_study_page(title: str, description: str, blocks: Sequence[Block], path: Path) -> None:
     """Write the page, complete or not at all; raises WriteError."""
-    write_text(path, html.document(title, title, description, "".join(map(_section, blocks))))
+    write_text(path, study_page(title, description, blocks))
+
+
+def study_page(title: str, description: str, blocks: Sequence[Block]) -> str:
+    """The page's text."""
+    return html.document(title, title, description, "".join(map(_section, blocks)))
 
 
 def _section(block: Block) -> str:

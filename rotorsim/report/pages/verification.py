@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
-from rotorsim.report.pages.study import Block, save_study_page
+from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
 from rotorsim.verify.running import Run
 
@@ -19,8 +17,8 @@ LOUD = 10.0
 OPEN, CLOSED = "#8a949e", AXIS_COLOURS["x"]
 
 
-def write_verification(result: Verification, path: Path) -> Path:
-    """Write the page; raises DataError where it cannot be written."""
+def page(result: Verification) -> str:
+    """The page's text."""
     words = {True: "pass", False: "FAIL", None: "not judged"}
     rows = [
         (r.check, f"{r.measured:.4g} {r.unit}", "" if r.bound is None else f"{r.bound:.4g}", words[r.passed], r.remark)
@@ -49,8 +47,7 @@ def write_verification(result: Verification, path: Path) -> Path:
     blocks.append(
         Block("The law", "", ("", ""), [("order", result.law.order), ("fingerprint", result.law.hash), *about])
     )
-    save_study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks, path)
-    return path
+    return study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
 
 
 def energies_figure(result: Verification) -> go.Figure:

@@ -1,0 +1,47 @@
+"""Findings of a diagnosis that a new machine file takes up: effects with uncertainties, ties, new calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from math import pi
+
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import Machine
+
+
+@dataclass(frozen=True)
+class Found:
+    """Identified effect: name, form, table of parameters for the machine file (SI), standard deviations."""
+
+    effect: str
+    form: str
+    parameters: dict[str, float]
+    sd: dict[str, float]
+    tie_class: tuple[str, ...]
+
+    def sizes(self) -> Iterator[tuple[str, str, str]]:
+        """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
+        units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[self.effect])}
+        for name, value in self.parameters.items():
+            sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
+            yield name, _with_unit(value, units[name], 4), sd
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """Effects found in a machine and its new calibration, with the evidence."""
+
+    status: str
+    machine: Machine
+    effects: tuple[Found, ...]
+    ties: tuple[tuple[str, ...], ...]
+    calibration: dict[str, tuple[float, float]]
+    evidence: dict[str, float]
+    data_hash: str
+
+
+def _with_unit(value: float, unit: str, digits: int) -> str:
+    """A number of SI with its unit; lengths in micrometres, angles in degrees."""
+    factor, shown = {"m": (1e6, "um"), "rad": (180 / pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
+    return f"{value * factor:.{digits}g} {shown}".rstrip()
