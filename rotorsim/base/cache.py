@@ -17,10 +17,9 @@ from typing import Any
 
 import numpy as np
 
-import rotorsim
 from rotorsim.base.files import make_folder, write_bytes, write_json
 
-ROOT = Path(rotorsim.__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 """Folder of the packages."""
 PLANT = (
     "reynolds", "fe_shaft", "identification",

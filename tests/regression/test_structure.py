@@ -44,8 +44,9 @@ def trees():
 
 
 def test_no_files_import_each_other_in_a_circle():
+    """Imports inside functions and under TYPE_CHECKING count."""
     grimp = pytest.importorskip("grimp")
-    graph = grimp.build_graph(*PACKAGES, exclude_type_checking_imports=True, cache_dir=None)
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     TopologicalSorter({m: graph.find_modules_directly_imported_by(m) for m in graph.modules}).prepare()
 
 
