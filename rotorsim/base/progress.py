@@ -1,36 +1,84 @@
-"""Progress bar of a run on a terminal: simulated time, real-time factor, time left; nothing in a pipe."""
+"""Progress on a terminal: bars, counters, a run's simulated time; nothing in a pipe."""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterable, Iterator
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from itertools import count
+from typing import Any, TypeVar
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
 Block = TypeVar("Block", bound=tuple)
+Update = Callable[..., None]
+RUN = (
+    "{task.fields[simulated]:.1f} s simulated",
+    BarColumn(),
+    "{task.percentage:.0f} %",
+    "{task.fields[factor]:.0f} x real time",
+    TimeRemainingColumn(),
+)
+"""Columns of a run: simulated time, real-time factor, time left."""
+
+
+def on_terminal() -> bool:
+    """Whether standard error, where progress is shown, is a terminal."""
+    return sys.stderr.isatty()
+
+
+@contextmanager
+def bar(
+    columns: Sequence[str | ProgressColumn] = (), text: str = "", show: bool = True, **fields: Any
+) -> Iterator[Update | None]:
+    """Progress bar of these columns, by default those of rich after a text; `fields` are their first values.
+
+    Gives a function that updates fields, such as `completed` and `total`; None where nothing is shown.
+    """
+    if not (show and on_terminal()):
+        yield None
+        return
+    shown = [TextColumn(column) if isinstance(column, str) else column for column in columns]
+    with Progress(*shown, console=Console(stderr=True)) as progress:
+        yield partial(progress.update, progress.add_task(text, **{"total": None} | fields))
+
+
+def line(text: str, last: bool = False) -> None:
+    """Write over the line of progress; the `last` text stays."""
+    if on_terminal():
+        print(f"\r{text}\x1b[K", end="\n" if last else "", file=sys.stderr, flush=True)
+
+
+def end_line() -> None:
+    """End the line of progress, so that it stays."""
+    if on_terminal():
+        print(file=sys.stderr)
+
+
+def counter(total: int, things: str) -> Callable[..., None]:
+    """A function that counts its calls: '3 of 12 records'."""
+    numbers = count(1)
+
+    def show(*_: Any) -> None:
+        done = next(numbers)
+        line(f"{done} of {total} {things}", done == total)
+
+    return show
 
 
 def track(blocks: Iterable[Block], samples: int, sample: float, show: bool) -> Iterator[Block]:
-    """Pass blocks (table, ...) on; if `show`, count their samples of `sample` [s] on a terminal's progress bar."""
-    if not (show and sys.stderr.isatty()):
-        yield from blocks
-        return
-    columns = (
-        TextColumn("{task.fields[simulated]:.1f} s simulated"),
-        BarColumn(),
-        TextColumn("{task.percentage:.0f} %"),
-        TextColumn("{task.fields[factor]:.0f} x real time"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("", total=samples, simulated=0.0, factor=0.0)
+    """Pass blocks (table, ...) on; if `show`, count their samples of `sample` [s] on a progress bar."""
+    with bar(RUN, show=show, total=samples, simulated=0.0, factor=0.0) as update:
+        if update is None:
+            yield from blocks
+            return
         begin, done = time.perf_counter(), 0
         for block in blocks:
             done += len(np.asarray(block[0]))
             elapsed = max(time.perf_counter() - begin, 1e-9)
-            bar.update(task, completed=done, simulated=done * sample, factor=done * sample / elapsed)
+            update(completed=done, simulated=done * sample, factor=done * sample / elapsed)
             yield block

@@ -1,18 +1,25 @@
-"""Progress bar of a campaign on a terminal: cases done, rate, time left; nothing in a pipe."""
+"""Progress bar of a campaign: cases done, rate, time left."""
 
 from __future__ import annotations
 
-import sys
 import time
-from contextlib import AbstractContextManager, nullcontext
-from typing import Any
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn
+
+from rotorsim.base.progress import Update
 
 RECENT = 60.0
 """Time [s] over which the rate is averaged."""
 COMPILING = "the first case compiles its machine, if it is new"
+COLUMNS = (
+    "{task.completed} of {task.total} cases",
+    BarColumn(),
+    "{task.percentage:.0f} %",
+    "{task.fields[rate]}",
+    "{task.fields[left]}",
+    "{task.fields[failed]}",
+)
+FIRST = {"rate": COMPILING, "left": "", "failed": ""}
 
 
 class Rate:
@@ -46,29 +53,11 @@ def spell(seconds: float) -> str:
     return f"{minutes:.0f} min" if minutes < 100 else f"{hours:.1f} h"
 
 
-def bar(show: bool, total: int, done: int) -> AbstractContextManager[Any]:
-    """Progress bar (rich) with the fields `rate` and `left`, or none."""
-    if not (show and sys.stderr.isatty()):
-        return nullcontext(None)
-    columns = (
-        TextColumn("{task.completed} of {task.total} cases"),
-        BarColumn(),
-        TextColumn("{task.percentage:.0f} %"),
-        TextColumn("{task.fields[rate]}"),
-        TextColumn("{task.fields[left]}"),
-        TextColumn("{task.fields[failed]}"),
-    )
-    progress = Progress(*columns, console=Console(stderr=True))
-    progress.add_task("", total=total, completed=done, rate=COMPILING, left="", failed="")
-    return progress
-
-
-def update(progress: Any, done: int, rate: float, left: int, failed: int) -> None:
-    """Update the progress bar."""
-    if progress is not None:
+def show(update: Update | None, done: int, rate: float, left: int, failed: int) -> None:
+    """Show what is done on a bar of COLUMNS."""
+    if update is not None:
         shown = f"{rate:.3g} cases/s" if rate >= 1 else f"{rate * 60:.3g} cases/min"
-        progress.update(
-            progress.task_ids[0],
+        update(
             completed=done,
             rate=shown if rate else "" if done else COMPILING,
             left=f"{spell(left / rate)} left" if rate else "",

@@ -15,9 +15,10 @@ from typing import Any
 
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
+from rotorsim.base.progress import Update, bar
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.progress import Rate, bar, update
+from rotorsim.campaign.progress import COLUMNS, FIRST, Rate, show
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING, Index
 from rotorsim.campaign.store.store import Store, clear_parts, make_store, open_store, parts_folder
 from rotorsim.campaign.store.versions import mismatch, versions
@@ -157,12 +158,13 @@ class Campaign:
         ):
             check_workers(client, self.store.folder, token)
             try:
-                with bar(chosen.show, len(self.store.plan), self.counts[DONE]) as progress:
-                    self._loop(Pump(client, self._id), iter(numbers), stop, progress)
+                total, done = len(self.store.plan), self.counts[DONE]
+                with bar(COLUMNS, show=chosen.show, total=total, completed=done, **FIRST) as update:
+                    self._loop(Pump(client, self._id), iter(numbers), stop, update)
             finally:
                 free_workers(client, self._id)
 
-    def _loop(self, pump: Pump, waiting: Iterator[int], stop: Interrupt, progress: Any) -> None:
+    def _loop(self, pump: Pump, waiting: Iterator[int], stop: Interrupt, update: Update | None) -> None:
         rate, written, logged = Rate(), time.monotonic(), time.monotonic()
         begin, more = 0.0, True
         while (more or len(pump)) and not stop.asked:
@@ -171,7 +173,7 @@ class Campaign:
             self._take(pump)
             rate.note(self.ran)
             left = self.counts[PENDING]
-            update(progress, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
+            show(update, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
             now = time.monotonic()
             begin = begin or (now if self.ran else 0.0)
             self.busy = now - begin if begin else 0.0

@@ -19,6 +19,7 @@ from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
 from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, WithReport, a_folder, resumable
 from rotorsim.commands.results import results
@@ -118,14 +119,16 @@ class Stages:
         """Note one step of a stage."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
-        if stage == "compile" and not sys.stderr.isatty():
-            print(STAGES[stage], file=sys.stderr, flush=True)
-        if sys.stderr.isatty():
-            elapsed = time.monotonic() - self.begin
-            number = list(STAGES).index(stage) + 1
-            bar = "#" * number + "." * (len(STAGES) - number)
-            text = f"[{bar}] {STAGES[stage]}: step {self.steps}, {elapsed:.0f} s\033[K"
-            print(("\n" if new and elapsed > 0.5 else "\r") + text, end="", file=sys.stderr, flush=True)
+        if not on_terminal():
+            if stage == "compile":
+                print(STAGES[stage], file=sys.stderr, flush=True)
+            return
+        elapsed = time.monotonic() - self.begin
+        if new and elapsed > 0.5:
+            end_line()
+        number = list(STAGES).index(stage) + 1
+        bar = "#" * number + "." * (len(STAGES) - number)
+        line(f"[{bar}] {STAGES[stage]}: step {self.steps}, {elapsed:.0f} s")
 
 
 @contextmanager
@@ -160,8 +163,7 @@ def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
 
 
 def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
-    if sys.stderr.isatty():
-        print(file=sys.stderr)
+    end_line()
     typer.echo(diagnosis.sentence)
     for found in diagnosis.effects:
         numbers = (f"{p} = {value}" + (f" +- {sd}" if sd else "") for p, value, sd in found.sizes())
@@ -197,6 +199,5 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
 
 def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, as_json: bool) -> None:
     matrix = alias_matrix(machine, records or None, mapping, Stages().show)
-    if sys.stderr.isatty():
-        print(file=sys.stderr)
+    end_line()
     typer.echo(json.dumps(matrix.as_dict(), indent=2) if as_json else markdown(matrix))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.progress import line
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, a_folder, note_compiling
 from rotorsim.commands.results import results
@@ -37,11 +37,9 @@ def hide(
     """
     if not 0 <= seed < 2**31:
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
-    show = sys.stderr.isatty()
 
     def progress(done: int, of: int) -> None:
-        if show:
-            print(f"\rrecord {done} of {of}", end="\n" if done == of else "", file=sys.stderr, flush=True)
+        line(f"record {done} of {of}", done == of)
 
     believed = load_machine(machine)
     twin = truth_twin(believed)

@@ -6,7 +6,6 @@ Records at one operating point give a linear model, records at several a paramet
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +21,7 @@ from identification.lpv.fit import REFINEMENTS
 from identification.lpv.surfaces import ORDERS, SAME
 from identification.records.runout import KINDS
 from rotorsim.base.errors import DataError
+from rotorsim.base.progress import counter
 from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
@@ -53,7 +53,7 @@ def identify(
         sources = sources_of(paths, mapping)
         if not sources:
             raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
-        found = identify_all(sources, model, order, method, settings, mapping, jobs, _counter(len(sources)))
+        found = identify_all(sources, model, order, method, settings, mapping, jobs, counter(len(sources), "records"))
         good = [one for one in found if one.result is not None]
         if not good:
             raise UnfitError(found[0].error)
@@ -77,19 +77,6 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
             raise DataError(f"--{option}: '{value}' is not known; choose one of {', '.join(known)}")
     if median < 1 or median % 2 == 0:
         raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
-
-
-def _counter(total: int) -> Any:
-    """A counter on a terminal, silence in a pipe."""
-    if not sys.stderr.isatty():
-        return None
-    done: list[int] = []
-
-    def show(one: Local) -> None:
-        done.append(1)
-        print(f"\r{len(done)} of {total} records", end="\n" if len(done) == total else "", file=sys.stderr, flush=True)
-
-    return show
 
 
 def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping: Any) -> LinearModel | LpvModel:

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.files import write_json
+from rotorsim.base.progress import on_terminal
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
     Changes,
@@ -63,7 +64,7 @@ def verify(
 
 def _progress() -> Callable[[str], None] | None:
     """Steps on a terminal, silence in a pipe."""
-    return (lambda step: print(f"{step} ...", file=sys.stderr)) if sys.stderr.isatty() else None
+    return (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
 
 
 def _plain(result: Verification) -> dict[str, object]:

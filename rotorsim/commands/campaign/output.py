@@ -12,6 +12,7 @@ import typer
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.progress import on_terminal
 from rotorsim.base.units import show
 from rotorsim.campaign import load_plan
 from rotorsim.campaign.plan.plan import Plan
@@ -54,7 +55,7 @@ def settings(
 
 def note_compiling_of_plan(plan: Plan) -> None:
     """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
-    if sys.stderr.isatty():
+    if on_terminal():
         return
     machine = Machine.from_text(next(iter(plan.machines.values())))
     for path, value in plan.set:

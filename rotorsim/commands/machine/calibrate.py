@@ -15,6 +15,7 @@ from rotorsim.analysis import calibrate, read_targets
 from rotorsim.analysis.calibrate import Calibration
 from rotorsim.analysis.figures import UNITS
 from rotorsim.base.files import write_text
+from rotorsim.base.progress import end_line, line
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import make_plant
 from rotorsim.commands.results import files
@@ -42,10 +43,9 @@ def calibrate_command(
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
         coarse = loaded if grid is None else make_plant(machine, grid, None, []).machine
-        progress = None if as_json or not sys.stderr.isatty() else _show_passes
-        found = calibrate(coarse, asked, passes, progress)
-        if progress:
-            print(file=sys.stderr)
+        found = calibrate(coarse, asked, passes, None if as_json else _show_passes)
+        if not as_json:
+            end_line()
         _save(found, asked.name, path, loaded)
     if as_json:
         typer.echo(json.dumps(numbers(found) | {"file": str(path)}, indent=2))
@@ -58,7 +58,7 @@ def calibrate_command(
 
 
 def _show_passes(count: int, cost: float) -> None:
-    print(f"\r{count} evaluations, cost {cost:.4g} ", end="", file=sys.stderr, flush=True)
+    line(f"{count} evaluations, cost {cost:.4g} ")
 
 
 def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import Progress
 
 from rotorsim.analysis import critical_speeds, lift_off, operating_map, over_fields, safe_region, whirl_onset
 from rotorsim.analysis.axes import Field, read_axis, read_field
@@ -21,6 +19,7 @@ from rotorsim.analysis.varied import with_fields
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
 from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.progress import Update, bar
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.map.tables import LISTED, tables
 from rotorsim.commands.options import (
@@ -92,8 +91,8 @@ def map_command(
     film = quantity("least-film", least_film, "m")
     with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
         note_compiling(plant.assembly, "settle")
-        with _bar(as_json) as progress:
-            found = operating_map(plant, speeds, pressures, fields, whirl, jobs, progress)
+        with bar(text="operating points", show=not as_json) as update:
+            found = operating_map(plant, speeds, pressures, fields, whirl, jobs, update and _count(update))
         found = safe_region(found)
         if found.attrs["ended"] == "complete":
             found = _more(plant, fields, found, film if with_lift_off else None, with_onset, campbell)
@@ -148,23 +147,9 @@ def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
     return xr.Dataset({"lift_off_pressure": pressure}, {"speed": speeds})
 
 
-def _bar(silent: bool) -> Any:
-    """Context that gives a function (done, total) that shows progress on a terminal, else None."""
-
-    @contextmanager
-    def shown() -> Any:
-        if silent or not sys.stderr.isatty():
-            yield None
-            return
-        with Progress(console=Console(stderr=True)) as bar:
-            task = bar.add_task("operating points", total=None)
-
-            def show(done: int, total: int) -> None:
-                bar.update(task, completed=done, total=total)
-
-            yield show
-
-    return shown()
+def _count(update: Update) -> Callable[[int, int], None]:
+    """Show (done, total) on a bar."""
+    return lambda done, total: update(completed=done, total=total)
 
 
 def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:

@@ -10,11 +10,12 @@ import typer
 
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
+from rotorsim.base.progress import counter
 from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, a_folder, make_plant, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
-from rotorsim.commands.study.output import Counter, numbers_of, print_claims, write_page
+from rotorsim.commands.study.output import numbers_of, print_claims, write_page
 from rotorsim.reproduction.claims.identification_numbers import identification_numbers
 from rotorsim.reproduction.claims.judge import MET, NOT_MET
 from rotorsim.reproduction.claims.targets import targets
@@ -56,7 +57,7 @@ def identification_vs_physics(
         with sentences():
             sources = sources_of(folders)
             total = sum(source.role in COUNTED for source in sources)
-            found = study(plant, sources, jobs, surfaces, Counter(total))
+            found = study(plant, sources, jobs, surfaces, counter(total, "operating points"))
         claims, reached = verdicts(identification_numbers(found), "I"), targets(found)
         numbers = numbers_of(found, claims, reached)
         with replacing_all(out, RESULTS) as part:

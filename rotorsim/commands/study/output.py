@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.progress import line
 from rotorsim.reproduction.claims.judge import Judged
 from rotorsim.reproduction.claims.targets import Target
 from rotorsim.reproduction.claims.verdicts import claims_blocks, lines, plain
 from rotorsim.reproduction.identification_vs_physics import Study
 from rotorsim.reproduction.pool import Progress
 from rotorsim.reproduction.table import HEADS, rows, summary
-
-
-class Counter:
-    """Counter of records on a terminal; nothing in a pipe."""
-
-    def __init__(self, total: int) -> None:
-        self.total, self.done = total, 0
-
-    def __call__(self) -> None:
-        self.done += 1
-        if sys.stderr.isatty():
-            end = "\n" if self.done == self.total else ""
-            print(f"\r{self.done} of {self.total} operating points", end=end, file=sys.stderr, flush=True)
 
 
 def numbers_of(found: Study, claims: list[Judged], reached: list[Target]) -> dict[str, Any]:
@@ -47,14 +34,8 @@ def write_page(found: Study, claims: list[Judged], reached: list[Target], path: 
 
 
 def stage_bar() -> Progress:
-    """One-line progress of the stages on a terminal; nothing in a pipe."""
-
-    def show(name: str, done: int, of: int) -> None:
-        if sys.stderr.isatty():
-            end = "\n" if done == of else ""
-            print(f"\r\x1b[2K{done} of {of}: {name}", end=end, file=sys.stderr, flush=True)
-
-    return show
+    """One-line progress of the stages."""
+    return lambda name, done, of: line(f"{done} of {of}: {name}", done == of)
 
 
 def print_claims(claims: list[Judged]) -> None:
