@@ -15,6 +15,7 @@ Examples
 
 from fe_shaft.bearing import BearingElement
 from fe_shaft.campbell import CampbellResult
+from fe_shaft.checks import ShaftError
 from fe_shaft.critical import CriticalSpeedResult
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.modal import ModalResult
@@ -40,6 +41,7 @@ __all__ = [
     "ReducedRotor",
     "Rotor",
     "ShaftElement",
+    "ShaftError",
     "StabilityResult",
     "StaticResult",
     "TimeResult",

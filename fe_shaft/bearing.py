@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft.checks import grid
+from fe_shaft.checks import ShaftError, grid
 
 _NAMES = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 HOLD = "hold"
@@ -43,7 +43,7 @@ class BearingElement:
 
     Raises
     ------
-    ValueError
+    ShaftError
         If a table holds NaN, is unsorted or does not fit its axes.
     """
 
@@ -71,7 +71,7 @@ class BearingElement:
             if getattr(self, axis) is not None:
                 object.__setattr__(self, axis, grid(f"{owner}: {axis} [rad/s]", getattr(self, axis)))
         if self.extrapolate not in ("error", HOLD):
-            raise ValueError(f"{owner}: extrapolate = {self.extrapolate!r}; choose 'error' or 'hold'.")
+            raise ShaftError(f"{owner}: extrapolate = {self.extrapolate!r}; choose 'error' or 'hold'.")
         for name in _NAMES:
             object.__setattr__(self, name, self._checked(name, owner))
 
@@ -88,12 +88,12 @@ class BearingElement:
     def _checked(self, name: str, owner: str) -> Any:
         value = np.asarray(getattr(self, name), dtype=float)
         if not np.all(np.isfinite(value)):
-            raise ValueError(f"{owner}: {name} holds {value[~np.isfinite(value)].flat[0]:g}; give finite numbers only.")
+            raise ShaftError(f"{owner}: {name} holds {value[~np.isfinite(value)].flat[0]:g}; give finite numbers only.")
         if value.ndim == 0:
             return float(value)
         sizes = tuple(len(axis) for axis in self.axes)
         if value.shape != sizes:
-            raise ValueError(
+            raise ShaftError(
                 f"{owner}: {name} has shape {value.shape}, but its axes have {sizes or 'no'} entries; "
                 "give `frequency` and `whirl_frequency` that fit."
             )
@@ -132,7 +132,7 @@ class BearingElement:
         grid = np.asarray(getattr(self, axis))
         if not grid[0] * (1 - 1e-9) - 1e-9 <= x <= grid[-1] * (1 + 1e-9) and self.extrapolate != HOLD:
             what = "speed" if axis == "frequency" else "whirl frequency"
-            raise ValueError(
+            raise ShaftError(
                 f"bearing at node {self.n}: {what} {x:g} rad/s is outside its table, {grid[0]:g} to {grid[-1]:g} "
                 "rad/s; extend the table or set extrapolate='hold'."
             )

@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from fe_shaft import krylov, modal
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import grid
+from fe_shaft.checks import ShaftError, grid
 from fe_shaft.labelled import dataset
 from fe_shaft.static import loose_motions
 
@@ -96,12 +96,12 @@ def run_campbell(rotor: AssembledRotor, speeds: ArrayLike, frequencies: int | No
 
     Raises
     ------
-    ValueError
+    ShaftError
         If the speeds are empty, not finite or not ascending, or if a bearing's table does not cover them.
     """
     speeds = grid("campbell: speeds [rad/s]", speeds)
     if frequencies is not None and frequencies < 1:
-        raise ValueError(f"campbell: frequencies = {frequencies}; ask for at least one mode.")
+        raise ShaftError(f"campbell: frequencies = {frequencies}; ask for at least one mode.")
     runs = _lowest(rotor, speeds, frequencies)
     wn, wd, zeta = (_table([getattr(r, name) for r in runs], np.nan) for name in ("wn", "wd", "damping_ratio"))
     sense = _table([r.whirl for r in runs], "")

@@ -1,34 +1,40 @@
-"""Input checks: ValueError for values that are not positive, not finite or not ascending."""
+"""Input checks: a ShaftError for values that are not positive, not finite or not ascending."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotorsim.base.errors import RotorsimError
+
+
+class ShaftError(RotorsimError, ValueError):
+    """An element, a rotor or an analysis with an unusable input; the message names it, its value and limit."""
+
 
 def positive(owner: str, **values: float) -> None:
-    """Raise ValueError unless every value is above 0."""
+    """Raise ShaftError unless every value is above 0."""
     for name, value in values.items():
         if not value > 0:
-            raise ValueError(f"{owner}: {name} = {value:g} must be positive.")
+            raise ShaftError(f"{owner}: {name} = {value:g} must be positive.")
 
 
 def finite(owner: str, **values: float) -> None:
-    """Raise ValueError unless every value is a finite number."""
+    """Raise ShaftError unless every value is a finite number."""
     for name, value in values.items():
         if not np.isfinite(value):
-            raise ValueError(f"{owner}: {name} = {value:g} is not a finite number; give one.")
+            raise ShaftError(f"{owner}: {name} = {value:g} is not a finite number; give one.")
 
 
 def grid(owner: str, values: ArrayLike, increasing: bool = True) -> NDArray[np.float64]:
-    """The values (n,) as an array; raises ValueError if they are none, not finite or not `increasing`."""
+    """The values (n,) as an array; raises ShaftError if they are none, not finite or not `increasing`."""
     array = np.atleast_1d(np.asarray(values, dtype=float))
     if array.ndim != 1 or not array.size:
-        raise ValueError(f"{owner}: shape {np.shape(values)}; give a list of at least one number.")
+        raise ShaftError(f"{owner}: shape {np.shape(values)}; give a list of at least one number.")
     if not np.all(np.isfinite(array)):
         bad = int(np.flatnonzero(~np.isfinite(array))[0])
-        raise ValueError(f"{owner}: value {bad} is {array[bad]:g}; give finite numbers only.")
+        raise ShaftError(f"{owner}: value {bad} is {array[bad]:g}; give finite numbers only.")
     if increasing and np.any(np.diff(array) <= 0):
         bad = int(np.flatnonzero(np.diff(array) <= 0)[0]) + 1
-        raise ValueError(f"{owner}: value {bad}, {array[bad]:g}, is not above the one before it; sort them, each once.")
+        raise ShaftError(f"{owner}: value {bad}, {array[bad]:g}, is not above the one before it; sort them, each once.")
     return array

@@ -18,6 +18,7 @@ from scipy.linalg import eig
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
+from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import EPS
 
@@ -65,7 +66,7 @@ class CriticalSpeedResult:
 def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count: int = 6) -> CriticalSpeedResult:
     """The `count` lowest critical speeds of `rotor`, up to `limit` [rad/s] where one is given."""
     if count < 1 or (limit is not None and not limit > 0):
-        raise ValueError(f"critical speed: count = {count}, limit = {limit}; both must be positive.")
+        raise ShaftError(f"critical speed: count = {count}, limit = {limit}; both must be positive.")
     found: list[tuple[float, complex, str]] = []
     for guess in _guesses(rotor)[: 2 * count]:
         speed, value, sense = _refine(rotor, guess)

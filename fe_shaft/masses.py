@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite, pi
 
-from fe_shaft.checks import positive
+from fe_shaft.checks import ShaftError, positive
 from fe_shaft.shaft import Material
 
 
@@ -29,7 +29,7 @@ class DiskElement:
     def __post_init__(self) -> None:
         """Refuse negative inertia."""
         if not (min(self.m, self.Id, self.Ip) >= 0 and isfinite(self.m + self.Id + self.Ip)):
-            raise ValueError(
+            raise ShaftError(
                 f"disc at node {self.n}: m = {self.m:g} kg, Id = {self.Id:g}, Ip = {self.Ip:g} kg m2; "
                 "none may be negative or NaN."
             )
@@ -40,12 +40,12 @@ class DiskElement:
 
         Raises
         ------
-        ValueError
+        ShaftError
             If the width or the ring's wall is not positive.
         """
         positive(f"disc at node {n}", width=width)
         if not 0 <= i_d < o_d:
-            raise ValueError(f"disc at node {n}: bore {i_d:g} m must be at least 0 and below o_d = {o_d:g} m.")
+            raise ShaftError(f"disc at node {n}: bore {i_d:g} m must be at least 0 and below o_d = {o_d:g} m.")
         m = material.rho * pi / 4 * (o_d**2 - i_d**2) * width
         Ip = m / 8 * (o_d**2 + i_d**2)
         return cls(n, m, Ip / 2 + m * width**2 / 12, Ip)
@@ -65,6 +65,6 @@ class PointMass:
         object.__setattr__(self, "mx", self.m if self.mx is None else self.mx)
         object.__setattr__(self, "my", self.m if self.my is None else self.my)
         if not min(self.mx, self.my) >= 0:
-            raise ValueError(
+            raise ShaftError(
                 f"point mass at node {self.n}: mx = {self.mx:g} kg, my = {self.my:g} kg; none may be negative or NaN."
             )

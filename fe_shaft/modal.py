@@ -23,6 +23,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, eig
 from fe_shaft import whirl
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
+from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import SPLIT_ZERO
 
@@ -117,7 +118,7 @@ def state_matrix(M: NDArray[Any], D: NDArray[Any], K: NDArray[Any]) -> NDArray[n
     try:
         factor = cho_factor(M)
     except LinAlgError as error:
-        raise ValueError(
+        raise ShaftError(
             "modal: the mass matrix is singular, some degree of freedom has no mass; give every pedestal a PointMass."
         ) from error
     return np.block([[np.zeros((n, n)), np.eye(n)], [-cho_solve(factor, K), -cho_solve(factor, D)]])
@@ -211,7 +212,7 @@ def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128
         found.append(now[min(mode, len(now) - 1)])
         shapes.append(shape[:, min(mode, len(now) - 1)])
     if not found:
-        raise ValueError(
+        raise ShaftError(
             f"modal: every mode is above the bearings' tables, which end at {last:g} rad/s; extend them or set "
             "extrapolate='hold'."
         )

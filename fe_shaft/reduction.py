@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from fe_shaft.checks import ShaftError
 from fe_shaft.rotor import Rotor
 from fe_shaft.static import rigid_motions
 
@@ -61,7 +62,7 @@ class ReducedRotor:
     def shape(self, position_node: int) -> Matrix:
         """Modes at a node (2, 2n) [kg^-1/2]: (x, y) = shape @ eta, and shape.T @ force is the modal force."""
         if not 0 <= 4 * position_node < len(self.Phi):
-            raise ValueError(f"reduced rotor: node {position_node} is not among 0 to {len(self.Phi) // 4 - 1}.")
+            raise ShaftError(f"reduced rotor: node {position_node} is not among 0 to {len(self.Phi) // 4 - 1}.")
         return self.Phi[4 * position_node : 4 * position_node + 2]
 
     def body(self) -> Matrix:
@@ -89,7 +90,7 @@ def modal_reduction(
 
     Raises
     ------
-    ValueError
+    ShaftError
         If `node` is not on the shaft or the planes have not `n_modes` modes.
     """
     _check(rotor, node, n_modes)
@@ -128,9 +129,9 @@ def _signs(deflection: Matrix) -> Matrix:
 
 def _check(rotor: Rotor, node: int | None, n_modes: int) -> None:
     if node is not None and not 0 <= node < rotor.n_nodes:
-        raise ValueError(f"reduction: node {node}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; choose another.")
+        raise ShaftError(f"reduction: node {node}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; choose another.")
     if not 1 <= n_modes <= 2 * rotor.n_nodes:
-        raise ValueError(
+        raise ShaftError(
             f"reduction: {n_modes} modes a plane, but {rotor.n_nodes} nodes have 1 to {2 * rotor.n_nodes}; "
             "keep fewer or use more elements."
         )

@@ -23,7 +23,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from fe_shaft import whirl
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import grid
+from fe_shaft.checks import ShaftError, grid
 from fe_shaft.labelled import dataset
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def run_unbalance_response(
 
     Raises
     ------
-    ValueError
+    ShaftError
         If a node is not on the shaft, a frequency is not finite or a bearing's table does not cover it.
     """
     frequency = grid("unbalance: frequency [rad/s]", frequency, increasing=False)
@@ -134,7 +134,7 @@ def run_freq_response(
 
     Raises
     ------
-    ValueError
+    ShaftError
         If a degree of freedom does not exist or a frequency is not finite.
     """
     frequency = grid("frequency response: frequency [rad/s]", frequency, increasing=False)
@@ -147,7 +147,7 @@ def run_freq_response(
 def _dofs(rotor: AssembledRotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:
     dofs = np.arange(rotor.ndof) if chosen is None else np.atleast_1d(np.asarray(chosen, dtype=np.intp))
     if dofs.size and not (dofs.min() >= 0 and dofs.max() < rotor.ndof):
-        raise ValueError(
+        raise ShaftError(
             f"frequency response: degree of freedom {dofs.max()}, but there are 0 to {rotor.ndof - 1}; "
             "4 times the node is its x."
         )
@@ -161,9 +161,9 @@ def _unbalance_vector(
     vector = np.zeros(rotor.ndof, dtype=complex)
     for n, me, angle in np.broadcast(np.atleast_1d(node), magnitude, phase):
         if not 0 <= n < rotor.n_nodes:
-            raise ValueError(f"unbalance at node {n}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; move it.")
+            raise ShaftError(f"unbalance at node {n}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; move it.")
         if not np.isfinite(me + angle):
-            raise ValueError(f"unbalance at node {n}: {me:g} kg m at {angle:g} rad; give finite numbers.")
+            raise ShaftError(f"unbalance at node {n}: {me:g} kg m at {angle:g} rad; give finite numbers.")
         vector[4 * n : 4 * n + 2] += me * np.exp(1j * angle) * np.array([1, -1j])
     return vector
 
@@ -194,7 +194,7 @@ def _solve(
             answer = np.zeros((rotor.ndof, f.shape[1], len(frequency)), dtype=complex)
         _, _, x, info = lapack.zgbsv(width, width, Z, f[order], overwrite_ab=True)
         if info:
-            raise ValueError(f"response: nothing resists the force at {w:g} rad/s; support the rotor or add damping.")
+            raise ShaftError(f"response: nothing resists the force at {w:g} rad/s; support the rotor or add damping.")
         answer[order, :, i] = x
     return np.asarray(answer)
 

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fe_shaft.bearing import BearingElement
+from fe_shaft.checks import ShaftError
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import Material, ShaftElement
 
@@ -40,7 +41,7 @@ def from_ross(rotor: Any) -> Parts:
 
     Raises
     ------
-    ValueError
+    ShaftError
         If the object lacks an attribute that a ROSS rotor has.
     """
     try:
@@ -49,7 +50,7 @@ def from_ross(rotor: Any) -> Parts:
         bearings = [_bearing(bearing) for bearing in rotor.bearing_elements]
         points = [PointMass(int(p.n), mx=float(p.mx), my=float(p.my)) for p in rotor.point_mass_elements]
     except AttributeError as error:
-        raise ValueError(f"from_ross: {error}; give a rotor of ROSS.") from error
+        raise ShaftError(f"from_ross: {error}; give a rotor of ROSS.") from error
     return shaft, discs, bearings, points
 
 
@@ -58,7 +59,7 @@ def to_ross(rotor: OwnRotor, module: Any) -> Any:
 
     Raises
     ------
-    ValueError
+    ShaftError
         If the rotor has what ROSS cannot represent: held nodes, internal coordinates, turning damping, whirl tables.
     """
     _check_representable(rotor)
@@ -99,7 +100,7 @@ def _check_representable(rotor: Any) -> None:
     }
     for what, there in unsayable.items():
         if there:
-            raise ValueError(f"to_ross: the rotor has {what}, which ROSS has not; leave it out.")
+            raise ShaftError(f"to_ross: the rotor has {what}, which ROSS has not; leave it out.")
 
 
 def _shaft(element: Any) -> ShaftElement:

@@ -38,7 +38,7 @@ class Rotor(AssembledRotor):
 
     Raises
     ------
-    ValueError
+    ShaftError
         If elements are missing or numbered twice, if something lies outside the shaft, if two bearings share a node
         or a pedestal has no mass.
     """

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_shaft.bearing import BearingElement
+from fe_shaft.checks import ShaftError
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import ShaftElement
 
@@ -21,7 +22,7 @@ class RotorElements:
 
     Raises
     ------
-    ValueError
+    ShaftError
         If elements are missing or numbered twice, if something lies outside the shaft, if two bearings share a node
         or a pedestal has no mass.
     """
@@ -61,13 +62,13 @@ class RotorElements:
 def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
     """The elements in order of their numbers; without numbers, in the order given."""
     if not shaft:
-        raise ValueError("rotor: the shaft has no elements; give at least one ShaftElement.")
+        raise ShaftError("rotor: the shaft has no elements; give at least one ShaftElement.")
     numbers = [element.n for element in shaft]
     if all(n is None for n in numbers):
         return tuple(replace(element, n=n) for n, element in enumerate(shaft))
     given = sorted(n for n in numbers if n is not None)
     if given != list(range(len(shaft))):
-        raise ValueError(
+        raise ShaftError(
             f"rotor: the shaft elements are numbered {numbers}, but {len(shaft)} elements need each of the "
             f"numbers 0 to {len(shaft) - 1} once; correct them, or leave all of them out to number by order."
         )
@@ -75,7 +76,7 @@ def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
 
 
 def _check(rotor: RotorElements) -> None:
-    """Raise ValueError if something does not sit where it can."""
+    """Raise ShaftError if something does not sit where it can."""
     last = rotor.n_nodes - 1
     links = [b.n_link for b in rotor.bearing_elements if b.n_link is not None and b.n_link > last]
     _check_nodes("disc", (disk.n for disk in rotor.disk_elements), last)
@@ -86,17 +87,17 @@ def _check(rotor: RotorElements) -> None:
     _check_one_bearing_a_node(rotor.bearing_elements)
     for node in links:
         if not any(p.n == node and min(p.mx, p.my) > 0 for p in rotor.point_mass_elements):
-            raise ValueError(f"rotor: the pedestal at node {node} has no mass; add PointMass({node}, m).")
+            raise ShaftError(f"rotor: the pedestal at node {node} has no mass; add PointMass({node}, m).")
 
 
 def _check_nodes(what: str, nodes: Iterable[int], last: int, more: Sequence[int] = ()) -> None:
     for node in nodes:
         if not 0 <= node <= last and node not in more:
-            raise ValueError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
+            raise ShaftError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
 
 
 def _check_one_bearing_a_node(bearings: Sequence[BearingElement]) -> None:
     nodes = [bearing.n for bearing in bearings]
     for node in nodes:
         if nodes.count(node) > 1:
-            raise ValueError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")
+            raise ShaftError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")

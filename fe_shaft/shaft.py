@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isclose, pi
 
-from fe_shaft.checks import finite, positive
+from fe_shaft.checks import ShaftError, finite, positive
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Material:
 
     Raises
     ------
-    ValueError
+    ShaftError
         If a modulus or the density is not positive, or if `G_s` and `Poisson` are both missing or contradict.
     """
 
@@ -40,14 +40,14 @@ class Material:
         """Derive the missing elastic constant and check the rest."""
         positive(f"material {self.name!r}", rho=self.rho, E=self.E)
         if self.G_s is None and self.Poisson is None:
-            raise ValueError(f"material {self.name!r}: shear stiffness unknown; give G_s [Pa] or Poisson.")
+            raise ShaftError(f"material {self.name!r}: shear stiffness unknown; give G_s [Pa] or Poisson.")
         if self.G_s is None:
             object.__setattr__(self, "G_s", self.E / (2 * (1 + self.Poisson)))
         if self.Poisson is None:
             object.__setattr__(self, "Poisson", self.E / (2 * self.G_s) - 1)
         positive(f"material {self.name!r}", G_s=self.G_s)
         if not isclose(self.E, 2 * self.G_s * (1 + self.Poisson), rel_tol=1e-9):
-            raise ValueError(
+            raise ShaftError(
                 f"material {self.name!r}: G_s = {self.G_s:g} Pa and Poisson = {self.Poisson:g} contradict "
                 f"E = {self.E:g} Pa (E = 2 G_s (1 + Poisson)); give only one of them."
             )
@@ -88,7 +88,7 @@ class ShaftElement:
 
     Raises
     ------
-    ValueError
+    ShaftError
         If a size or a damping is impossible.
     """
 
@@ -117,13 +117,13 @@ class ShaftElement:
         positive("shaft element", L=self.L, odl=self.odl, odr=self.odr)
         for side, inner, outer in (("l", self.idl, self.odl), ("r", self.idr, self.odr)):
             if not 0 <= inner < outer:
-                raise ValueError(
+                raise ShaftError(
                     f"shaft element: id{side} = {inner:g} m must be at least 0 and below od{side} = {outer:g} m."
                 )
         finite("shaft element", axial_force=self.axial_force, torque=self.torque)
         for name in ("alpha", "beta", "eta_v", "eta_h"):
             if not getattr(self, name) >= 0:
-                raise ValueError(f"shaft element: {name} = {getattr(self, name):g} must not be negative.")
+                raise ShaftError(f"shaft element: {name} = {getattr(self, name):g} must not be negative.")
 
     @property
     def tapered(self) -> bool:

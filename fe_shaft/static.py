@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fe_shaft.assembly import AssembledRotor
+from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def run_static(rotor: AssembledRotor, gravity: float = GRAVITY, force: ArrayLike
 
     Raises
     ------
-    ValueError
+    ShaftError
         If the supports leave the rotor free to move as a rigid body; the message names the motions.
     """
     block = np.ix_(rotor.free, rotor.free)
@@ -107,7 +108,7 @@ def loose_motions(rotor: AssembledRotor) -> list[str]:
 def _check_supported(rotor: AssembledRotor) -> None:
     loose = loose_motions(rotor)
     if loose:
-        raise ValueError(
+        raise ShaftError(
             f"static: {len(rotor.bearing_elements)} bearing(s) leave the shaft free to fall or tilt "
             f"({', '.join(loose)}); support x and y at two nodes at least."
         )

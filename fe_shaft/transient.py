@@ -27,6 +27,7 @@ from scipy.linalg import expm
 
 from fe_shaft import modal, static
 from fe_shaft.assembly import AssembledRotor
+from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
 from fe_shaft.response import run_unbalance_response
 
@@ -95,7 +96,7 @@ def run_time_response(
 
     Raises
     ------
-    ValueError
+    ShaftError
         If the shapes do not fit, times are uneven or something is not finite.
     """
     t = np.atleast_1d(np.asarray(t, dtype=float))
@@ -148,19 +149,19 @@ def _checked(
 ) -> tuple[Matrix, Matrix, Matrix]:
     t, F = np.atleast_1d(np.asarray(t, dtype=float)), np.asarray(F, dtype=float)
     if F.shape != (len(t), rotor.ndof):
-        raise ValueError(
+        raise ShaftError(
             f"time response: F has shape {F.shape}, expected {(len(t), rotor.ndof)}: a row for every time."
         )
     if len(t) > 1 and (not np.allclose(np.diff(t), t[1] - t[0], rtol=1e-6) or not t[1] > t[0]):
-        raise ValueError("time response: the times are not evenly spaced and ascending; give e.g. np.arange(n) * h.")
+        raise ShaftError("time response: the times are not evenly spaced and ascending; give e.g. np.arange(n) * h.")
     start = np.zeros(2 * rotor.ndof)
     if initial is not None:
         given = np.asarray(initial, dtype=float)
         if given.shape not in ((rotor.ndof,), (2 * rotor.ndof,)):
-            raise ValueError(f"time response: initial has shape {given.shape}; give ({rotor.ndof},) or twice as many.")
+            raise ShaftError(f"time response: initial has shape {given.shape}; give ({rotor.ndof},) or twice as many.")
         start[: len(given)] = given
     if not (np.all(np.isfinite(F)) and np.all(np.isfinite(start)) and np.all(np.isfinite(t))):
-        raise ValueError("time response: F, t or initial hold NaN or infinite values; check them.")
+        raise ShaftError("time response: F, t or initial hold NaN or infinite values; check them.")
     return t, F, start
 
 

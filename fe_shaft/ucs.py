@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fe_shaft.assembly import AssembledRotor
+from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
 from rotorsim.base.rounding import EPS
 
@@ -52,21 +53,21 @@ def run_ucs(
 
     Raises
     ------
-    ValueError
+    ShaftError
         If the range is not two positive ascending numbers, the rotor has no bearing to vary, or it has
         bearings at one node alone.
     """
     low, high = stiffness_range
     if not 0 < low < high or num < 1 or num_modes < 1:
-        raise ValueError(
+        raise ShaftError(
             f"ucs: stiffness from {low:g} to {high:g} N/m, {num} values, {num_modes} modes; "
             "give a positive ascending range and counts of at least 1."
         )
     if not rotor.bearing_elements:
-        raise ValueError("ucs: the rotor has no bearing whose stiffness could vary; add one.")
+        raise ShaftError("ucs: the rotor has no bearing whose stiffness could vary; add one.")
     held = {bearing.n for bearing in rotor.bearing_elements} | set(rotor.pinned)
     if len(held) < 2 and not rotor.clamped:
-        raise ValueError(
+        raise ShaftError(
             "ucs: bearings at one node alone leave the shaft free to tilt; support it at two nodes at least."
         )
     stiffness = np.geomspace(low, high, num)

@@ -1,8 +1,8 @@
 from .bearing import (
     Coefficients as Coefficients,
-    FilmError as FilmError,
     GasBearing as GasBearing,
     March as March,
     SteadyFilm as SteadyFilm,
 )
+from .errors import FilmError as FilmError
 from .injector import Injector as Injector

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
+from reynolds.errors import FilmError
 from reynolds.grid import Grid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import dynamic_stiffness, linear_film
@@ -18,10 +19,6 @@ from reynolds.transient import GAMMA, MID, STAGE
 from reynolds.workspace import FilmModel, Gas
 
 Array = NDArray[np.float64]
-
-
-class FilmError(ValueError):
-    """A film that cannot be computed, with where and why."""
 
 
 @dataclass(frozen=True)

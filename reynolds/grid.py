@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from reynolds.errors import FilmError
+
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "p_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
@@ -146,9 +148,9 @@ class Grid:
 
     def __post_init__(self) -> None:
         if self.n_theta < 8 or self.n_theta % 4:
-            raise ValueError(f"n_theta = {self.n_theta}: must be a multiple of 4, at least 8")
+            raise FilmError(f"n_theta = {self.n_theta}: must be a multiple of 4, at least 8")
         if self.n_z < 4 or self.n_z % 2:
-            raise ValueError(f"n_z = {self.n_z}: must be even, at least 4 (intervals over the full length)")
+            raise FilmError(f"n_z = {self.n_z}: must be even, at least 4 (intervals over the full length)")
 
     @property
     def dtheta(self) -> float:

@@ -26,6 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reynolds.errors import FilmError
 from reynolds.grid import NOZZLE_TERMS, Grid
 from reynolds.jit import inlined
 
@@ -57,7 +58,7 @@ class Injector:
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
-            raise ValueError(f"injector: law {self.law!r} is not known; choose one of {', '.join(LAWS)}")
+            raise FilmError(f"injector: law {self.law!r} is not known; choose one of {', '.join(LAWS)}")
 
     def conductance(self, pin: float) -> float:
         """Pin conductance: Cd1 pi d_p g [m^2] (orifice) or l_f [kg/(s Pa^2)] at pin extension `pin` [m]."""
@@ -248,7 +249,7 @@ def _fold(grid: Grid, full: dict[tuple[int, int], float], source: bool) -> list[
             row = abs(node - middle)
             share = weight / 2 if source else weight
         if not 0 <= row < grid.n_rows:
-            raise ValueError(
+            raise FilmError(
                 f"injector at {grid.dz * (node - middle):.4g} m from the centre: its orifice leaves the film"
             )
         folded[i, row] = folded.get((i, row), 0.0) + share

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reynolds.errors import FilmError
 from reynolds.grid import Grid, Layout, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 
@@ -49,11 +50,11 @@ class FilmModel:
 
     def __post_init__(self) -> None:
         if self.clearance <= 0:
-            raise ValueError(f"clearance = {self.clearance} m: must be positive")
+            raise FilmError(f"clearance = {self.clearance} m: must be positive")
         if len({injector.law for injector in self.injectors}) > 1:
-            raise ValueError("injectors: all must have the same law")
+            raise FilmError("injectors: all must have the same law")
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
-            raise ValueError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
+            raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 
     @property
     def law(self) -> int:

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.readers.csv_layout import Layout, cells, find_layout, is_number
 from identification.records.table import MAX_VALUES, Column, Table, parse_header
+from rotorsim.base.sentences import quote
 
 SWAP = str.maketrans(",.", ".,")
 MAX_LINE = 1_000_000

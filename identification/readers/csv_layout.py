@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.records.table import MARK, MAX_NAME, split_name
 from identification.records.units import is_unit
+from rotorsim.base.sentences import quote
 
 MAX_COLUMNS, MAX_PREAMBLE = 1000, 500
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}

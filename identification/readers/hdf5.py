@@ -13,9 +13,10 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.records.table import MAX_VALUES
 from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.sentences import quote
 
 MAX_OBJECTS = 10_000
 

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.readers.mat_v5 import Variable, is_v5, text, values, variables
 from identification.records.schema import AXES, VARIABLES
 from identification.records.table import MAX_VALUES, Column, Table, parse_header
+from rotorsim.base.sentences import quote
 
 HEADER = "rotorsim_record"
 """Text variable with the header of a file that rotorsim wrote."""

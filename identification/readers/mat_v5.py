@@ -15,7 +15,8 @@ from typing import BinaryIO, Literal
 
 import numpy as np
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
+from rotorsim.base.sentences import quote
 
 Order = Literal["little", "big"]
 CLASSES = (

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from identification.errors import ReadError, listing
+from identification.errors import ReadError
 from identification.readers.hdf5 import opened
 from identification.records.schema import VARIABLES, named_axes
 from rotorsim.base.own_files import NETCDF
+from rotorsim.base.sentences import listing
 
 if TYPE_CHECKING:
     import xarray as xr

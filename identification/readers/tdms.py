@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.records.table import MAX_VALUES, Column, Table
+from rotorsim.base.sentences import quote
 
 
 def read_tdms(path: Path) -> Table:

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.records.table import MAX_VALUES, Column, Table
+from rotorsim.base.sentences import quote
 
 _END = b"-1"
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}

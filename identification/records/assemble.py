@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.records.mapping import Entry, Mapping
 from identification.records.schema import AXES, VARIABLES, make_record
 from identification.records.table import Column, Header, Table
 from identification.records.units import agree, amplitude_factor, factor, quantity, sensitivity
 from identification.records.vectors import VECTORS, make_vectors
+from rotorsim.base.sentences import quote
 
 if TYPE_CHECKING:
     import xarray as xr

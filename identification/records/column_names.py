@@ -8,11 +8,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-from identification.errors import ReadError, listing
+from identification.errors import ReadError
 from identification.records.mapping import Entry, Mapping
 from identification.records.schema import AXES, VARIABLES
 from identification.records.table import Column, Table
 from identification.records.vectors import VECTORS
+from rotorsim.base.sentences import listing
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PIN = re.compile(r"[1-9]\d{0,3}", re.ASCII)

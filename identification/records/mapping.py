@@ -26,11 +26,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
 from identification.records.schema import AXES, VARIABLES
 from identification.records.units import quantity
 from identification.records.vectors import VECTORS
 from rotorsim.base.own_files import instead
+from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
 
 MAX_BYTES = 1_000_000

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError, listing, quote
+from identification.errors import ReadError
 from identification.records.units import is_unit
+from rotorsim.base.sentences import listing, quote
 
 MARK = "rotorsim record"
 """First words of the header of a file that rotorsim wrote."""

@@ -10,7 +10,8 @@ import re
 from math import isfinite, pi, sqrt
 from typing import Any
 
-from identification.errors import ReadError, quote
+from identification.errors import ReadError
+from rotorsim.base.sentences import quote
 
 FACTORS: dict[str, dict[str, float]] = {
     "m": {

@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 
 from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
-from rotorsim.base.errors import DataError, NoLiftOffError, RotorsimError
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.interrupt import finishing
 from rotorsim.machine.edit import with_values
 from rotorsim.machine.schema import Machine
@@ -181,7 +181,7 @@ class _Fit:
     def _residual(self, x: np.ndarray, strict: bool) -> np.ndarray:
         try:
             ends = _read(self.with_parameters(x), self.targets, self.fitted)
-        except (NoLiftOffError, RotorsimError) as error:
+        except RotorsimError as error:
             if strict:
                 raise DataError(f"calibrate: at the start values {error}; correct start or fields") from error
             return np.full(sum(1 if t.at else 2 for t in self.fitted), LOST)

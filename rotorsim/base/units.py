@@ -13,6 +13,7 @@ from functools import lru_cache, partial
 from math import isclose, isfinite, log
 from typing import Any
 
+from rotorsim.base.sentences import quote
 from rotorsim.base.unit_table import CLOSED, advised, dimension
 
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.ASCII | re.DOTALL)
@@ -126,12 +127,6 @@ def split(text: str) -> tuple[str, str]:
     """Digits and unit of a text such as '25 um'; the text and nothing where it has no digits."""
     match = _TEXT.fullmatch(text)
     return match.groups() if match else (text, "")  # type: ignore[return-value]
-
-
-def quote(value: Any) -> str:
-    """A value as it stands in a machine file, cut to a readable length."""
-    text = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
-    return text if len(text) <= 50 else text[:46] + "..." + text[-1]
 
 
 def _reads_back(text: str, unit: str, value: float) -> bool:

@@ -7,8 +7,6 @@ but it is fit for nothing as it is.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from math import isfinite, pi
 from pathlib import Path
@@ -19,7 +17,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from identification import Examination, ReadError, SchemaError, columns, examine, load, mapping_template, read, save
+from identification import Examination, columns, examine, load, mapping_template, read, save
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
@@ -43,9 +41,8 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="The findings as JSON, in SI units.")] = False,
 ) -> None:
     """Say what is in a file, what is wrong with it and what it is fit for."""
-    with sentences():
-        record = load(file, mapping)
-        found = examine(record)
+    record = load(file, mapping)
+    found = examine(record)
     if as_json:
         typer.echo(json.dumps(_numbers(found, record), indent=2))
     else:
@@ -64,7 +61,7 @@ def convert(
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
     if out.exists() and file.exists() and out.samefile(file):
         raise DataError(f"{out}: is the file to convert; choose another name")
-    with sentences(), files(out, force=force, another="name"):
+    with files(out, force=force, another="name"):
         record = read(file, mapping)
         save(record, out)
     size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
@@ -74,18 +71,7 @@ def convert(
 @example("rotorsim data mapping run.csv > rig.toml")
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
-    with sentences():
-        text = mapping_template(columns(file), file.name)
-    typer.echo(text, nl=False)
-
-
-@contextmanager
-def sentences() -> Iterator[None]:
-    """Convert errors of `identification` to DataError, which ends as one sentence and exit code 2."""
-    try:
-        yield
-    except (ReadError, SchemaError) as error:
-        raise DataError(str(error)) from error
+    typer.echo(mapping_template(columns(file), file.name), nl=False)
 
 
 def _numbers(found: Examination, record: xr.Dataset) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from identification import ModelError, load_model
+from identification import load_model
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import print_table
@@ -38,10 +38,7 @@ def design(
     if target in page:
         raise DataError(f"--out: {target} would be the name of the report too; name a .json")
     with files(target, *page, force=force):
-        try:
-            loaded = load_model(model)
-        except ModelError as error:
-            raise DataError(str(error)) from error
+        loaded = load_model(model)
         law = make(name, loaded, spec or (), preset)
         if zero_dc:
             law = without_dc(law, zero_dc)

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from identification import LinearModel, LpvModel, ModelError, Prefilter, UnfitError, fit_lpv
+from identification import LinearModel, LpvModel, Prefilter, UnfitError, fit_lpv
 from identification.campaign import Local, identify_all, loaders
 from identification.local.models import plain
 from identification.lpv.fit import REFINEMENTS
@@ -22,7 +22,6 @@ from identification.lpv.surfaces import ORDERS, SAME
 from identification.records.runout import KINDS
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import counter
-from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
 from rotorsim.reproduction.plans import HELD
@@ -49,7 +48,7 @@ def identify(
     """Identify grey-box or black-box models from records; several operating points give an LPV model."""
     _check(surfaces, refine, runout, median)
     settings = Prefilter(runout=runout, median=median, lowpass=lowpass)
-    with sentences(), files(out, force=force):
+    with files(out, force=force):
         sources = sources_of(paths, mapping)
         if not sources:
             raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
@@ -57,10 +56,7 @@ def identify(
         good = [one for one in found if one.result is not None]
         if not good:
             raise UnfitError(found[0].error)
-        try:
-            made = _model(good, surfaces, refine, settings, mapping)
-        except ModelError as error:
-            raise DataError(str(error)) from error
+        made = _model(good, surfaces, refine, settings, mapping)
         made.save(out)
     _print(found, made, out, as_json)
 

@@ -10,7 +10,7 @@ import tomlkit
 from tomlkit.items import InlineTable
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.units import quote
+from rotorsim.base.sentences import quote
 
 
 def with_value(text: str, path: str, value: Any) -> str:

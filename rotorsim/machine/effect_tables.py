@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any
 
+from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
-from rotorsim.base.units import quote
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.messages import unknown_field
 from rotorsim.machine.part import PartError, Spec

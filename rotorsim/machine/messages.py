@@ -8,8 +8,9 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import closest, did_you_mean
-from rotorsim.base.units import quote, quoted
+from rotorsim.base.units import quoted
 from rotorsim.machine.part import PartError, spec_of
 
 SHAPES = ("union_tag", "model_type", "model_attributes_type", "tuple_type", "too_short")

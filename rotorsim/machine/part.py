@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 from pydantic.fields import FieldInfo
 
 from rotorsim.base import units
+from rotorsim.base.sentences import quote
 
 FAR = 2.0
 """Beyond a limit by this factor a number is a slip of its unit more likely than of itself."""
@@ -73,7 +74,7 @@ class Spec:
         return str(int(number)) if self.multiple else text
 
     def _whole(self, value: Any, number: float) -> int:
-        given = units.quote(value)
+        given = quote(value)
         near = max(round(number / self.multiple), 1) * self.multiple
         if isinstance(value, float) or number != int(number):
             raise ValueError(f"{given} is not a whole number; write e.g. {self.suggestion(str(near))}")
@@ -84,7 +85,7 @@ class Spec:
         return int(number)
 
     def _check_limits(self, value: Any, number: float) -> None:
-        given = units.quote(value)
+        given = quote(value)
         if self.above is not None and number <= self.above:
             limit = units.show(self.above, self.unit) if self.above else "0"
             example = self._show(-number) if self.holds(-number) else self.suggestion()

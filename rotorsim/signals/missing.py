@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from rotorsim.base.errors import RotorsimError
 
-class MissingError(Exception):
+
+class MissingError(RotorsimError):
     """A record holds nothing for a figure; the message is a sentence for the reader of the report."""
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from identification import VARIABLES
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.units import parse, quote
+from rotorsim.base.sentences import quote
+from rotorsim.base.units import parse
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
 from rotorsim.campaign.plan.corners import check_corners

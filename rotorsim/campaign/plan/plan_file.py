@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
+from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
-from rotorsim.base.units import quote
 from rotorsim.campaign.errors import PlanError
 
 MAX_BYTES = 10_000_000

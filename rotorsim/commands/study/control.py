@@ -8,13 +8,12 @@ from typing import Annotated
 
 import typer
 
-from identification import ModelError, load_model
+from identification import load_model
 from identification.lpv.model import LpvModel
 from rotorsim.base.cache import key_of
 from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
-from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, make_plant, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
@@ -45,10 +44,7 @@ def control(
     from rotorsim.reproduction.page import control_blocks
 
     refuse_campaign(out)
-    try:
-        loaded = load_model(model)
-    except ModelError as error:
-        raise DataError(str(error)) from error
+    loaded = load_model(model)
     if not isinstance(loaded, LpvModel):
         raise DataError(f"{model}: holds for one operating point; give a model of several, e.g. from a campaign")
     plant = make_plant(machine, None, None, [])
@@ -85,7 +81,7 @@ def whole(
 
     refuse_campaign(out)
     plant = make_plant(machine, None, None, [])
-    with sentences(), study_folder(out, _inputs("whole", plant, quick)):
+    with study_folder(out, _inputs("whole", plant, quick)):
         found = whole_study(plant, out, stage_bar(), jobs, quick)
         numbers = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,
                 "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip

@@ -11,7 +11,6 @@ import typer
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import counter
-from rotorsim.commands.data import sentences
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, a_folder, make_plant, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
@@ -54,10 +53,9 @@ def identification_vs_physics(
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
     with study_folder(out, inputs | {"grid": "quick" if quick else "whole"}):
         folders = campaign or run(plant.machine, QUICK if quick else Layout(), out, jobs)
-        with sentences():
-            sources = sources_of(folders)
-            total = sum(source.role in COUNTED for source in sources)
-            found = study(plant, sources, jobs, surfaces, counter(total, "operating points"))
+        sources = sources_of(folders)
+        total = sum(source.role in COUNTED for source in sources)
+        found = study(plant, sources, jobs, surfaces, counter(total, "operating points"))
         claims, reached = verdicts(identification_numbers(found), "I"), targets(found)
         numbers = numbers_of(found, claims, reached)
         with replacing_all(out, RESULTS) as part:

@@ -1,0 +1,7 @@
+"""Error of gas films."""
+
+from rotorsim.base.errors import RotorsimError
+
+
+class FilmError(RotorsimError, ValueError):
+    """A film that cannot be computed, or its input; the message says where and why."""
