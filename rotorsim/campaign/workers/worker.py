@@ -1,7 +1,7 @@
 """Code in a Dask worker: starts a child process for the cases, supervises it and returns the results.
 
 No library's pool: Pebble 5.2 has the time limit and keeps the other cases when a process is killed, but its processes
-outlive a killed worker until their case ends (20 s of 20 s; those of loky 3.7 more than 25 s). This one ends with its pipe.
+outlive a killed worker until their case ends (20 s of 20 s; loky 3.7 more than 25 s). This one ends with its pipe.
 
 Orders and answers are text, so nothing but the name of a function is pickled.
 """
