@@ -13,12 +13,12 @@ from xml.etree.ElementTree import Element, SubElement
 
 from fmu.description import ROWS, number, text
 from fmu.law_unit import LawUnit
-from fmu.limits import UNLIMITED
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.reference import Reference, table
 from fmu.units import fmi_name
 from fmu.variables import Variable
+from rotorsim.base.quantity import UNLIMITED
 from rotorsim.base.units import show
 
 REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

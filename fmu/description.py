@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from fmu.limits import UNLIMITED
 from fmu.model import IDENTIFIER, Unit, software
 from fmu.units import fmi_name, unit_definitions
 from fmu.variables import Variable
+from rotorsim.base.quantity import UNLIMITED
 
 STOP_TIME = 1.0
 ROWS = "What is read after communication step k (counted from 0) is row k + 1 of a simulation in Python."

@@ -7,37 +7,25 @@ locked to its value.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from typing import Any
 
+from rotorsim.base.quantity import UNLIMITED, quantities
 from rotorsim.effects import Effect
 from rotorsim.machine.schema import Machine
 
-UNLIMITED = 1e299
 HALVINGS = 60
 MOST_WHOLE = 4096
 
 
-@dataclass(frozen=True)
-class Limits:
-    """Closed limits of a parameter, and whether it is a whole number."""
-
-    low: float
-    high: float
-    whole: bool = False
-
-
-def limits(machine: Machine, effect: Effect, name: str, half: bool) -> Limits:
+def limits(machine: Machine, effect: Effect, name: str, half: bool) -> tuple[float, float]:
     """Limits of a parameter; `half`: the film is computed on one half."""
-    field = next(f for f in fields(effect) if f.name == name)
-    low, high = field.metadata.get("bounds", (-UNLIMITED, UNLIMITED))
-    value = float(getattr(effect, name))
+    quantity, value = quantities(effect)[name], float(getattr(effect, name))
+    low, high = quantity.bounds
     if _locked(machine, effect, name, _another(value, low, high), half):
-        return Limits(value, value)
-    whole = value == round(value) and _refused(machine, effect, name, _between(value, low, high))
-    return Limits(
-        _reach(machine, effect, name, value, low, whole), _reach(machine, effect, name, value, high, whole), whole
-    )
+        return value, value
+    whole = bool(quantity.multiple)
+    return _reach(machine, effect, name, value, low, whole), _reach(machine, effect, name, value, high, whole)
 
 
 def _with(effect: Effect, name: str, value: float) -> Any:
@@ -47,11 +35,6 @@ def _with(effect: Effect, name: str, value: float) -> Any:
 def _another(value: float, low: float, high: float) -> float:
     """A permitted value other than the present one."""
     return min(value + 1e-3 * (high - value), value + 1.0) if high > value else value - min(1e-3 * (value - low), 1.0)
-
-
-def _between(value: float, low: float, high: float) -> float:
-    """A permitted value that is not a whole number."""
-    return value + 0.5 if value + 0.5 <= high else max(value - 0.5, low)
 
 
 def _locked(machine: Machine, effect: Effect, name: str, other: float, half: bool) -> bool:

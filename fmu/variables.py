@@ -7,17 +7,15 @@ called as in the machine file (``effects.unbalance.me``).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass, replace
 
-import numpy as np
-
-from fmu.limits import UNLIMITED, limits
+from fmu.limits import limits
 from fmu.units import display_unit
+from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.effects import Effect
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.film import Gas, Injector
-from rotorsim.machine.part import spec_of
+from rotorsim.machine.part import Part
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
 
@@ -178,44 +176,49 @@ def place(a: Assembly, *path: str, item: int = 0) -> int:
     return offset // 8 + item
 
 
-def _from_spec(name: str, info: Any, index: int, value: float, tunable: bool, doc: str = "") -> Variable:
-    spec = spec_of(info)
-    assert spec is not None
-    low = spec.low if spec.low is not None else -UNLIMITED
-    if spec.above is not None:
-        low = float(np.nextafter(spec.above, np.inf)) if spec.above else 1e-300
-    high = UNLIMITED if spec.high is None else spec.high
+def _parameter(
+    name: str, known: Quantity, index: int, value: float, tunable: bool, bounds: tuple[float, float] | None = None
+) -> Variable:
+    """Parameter declared by a `Quantity`, within its limits or narrower `bounds`."""
+    low, high = bounds or known.bounds
     return Variable(
-        name, "parameter", doc or info.description, spec.unit, index, start=value, low=low, high=high, tunable=tunable
-    )
+        name, "parameter", known.doc, known.unit, index, start=value, low=low, high=high,
+        whole=bool(known.multiple), tunable=tunable,
+    )  # fmt: skip
+
+
+def _declared(part: type[Part], field: str) -> Quantity:
+    found = quantity_of(part.model_fields[field])
+    assert found is not None
+    return found
 
 
 def _machine_parameters(a: Assembly) -> Iterator[Variable]:
     P = a.P
     if a.film_model is not None:
-        info = Gas.model_fields["viscosity"]
-        yield _from_spec("gas.viscosity", info, place(a, "film", "mu"), float(P.film.mu), a.rig.n_gas > 0)
+        known = _declared(Gas, "viscosity")
+        yield _parameter("gas.viscosity", known, place(a, "film", "mu"), float(P.film.mu), a.rig.n_gas > 0)
     for field, name in (
         ("inertia", "inertia"),
         ("dry_drag", "dry_drag"),
         ("viscous_drag", "viscous_drag"),
         ("speed_recovery_time", "drive_time"),
     ):
-        yield _from_spec(
-            f"drive.{field}", Drive.model_fields[field], place(a, name), float(getattr(P, name)), field != "inertia"
+        yield _parameter(
+            f"drive.{field}", _declared(Drive, field), place(a, name), float(getattr(P, name)), field != "inertia"
         )
     if _mode(a) == "ideal" or not a.film.n_inj:
         return
     for field, name in (("sensitivity", "sensitivity"), ("sensor_sensitivity", "transducer"), ("pd_pole", "pd_pole")):
-        yield _from_spec(
-            f"actuators.{field}", Actuators.model_fields[field], place(a, name), float(getattr(P, name)), False
+        yield _parameter(
+            f"actuators.{field}", _declared(Actuators, field), place(a, name), float(getattr(P, name)), False
         )
     own = ("amplifier_lag", "stack_lag") + (("pd_gain", "pd_zero") if _mode(a) == "reference" else ())
     for k in range(a.film.n_inj):
         for name in own:
-            info, value = Injector.model_fields[name], float(getattr(P, name)[k])
-            doc = (info.description or "").split(";")[0] + "."
-            yield _from_spec(f"injectors[{k + 1}].{name}", info, place(a, name, item=k), value, False, doc)
+            known, value = _declared(Injector, name), float(getattr(P, name)[k])
+            known = replace(known, doc=known.doc.split(";")[0] + ".")
+            yield _parameter(f"injectors[{k + 1}].{name}", known, place(a, name, item=k), value, False)
 
 
 def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:
@@ -229,15 +232,11 @@ def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:
 
 def _effect_parameters(a: Assembly) -> Iterator[Variable]:
     for path, record, effect in _paths(a):
-        for field in fields(effect):
-            if field.name == "position" or "unit" not in field.metadata:
-                continue
-            limit = limits(a.machine, effect, field.name, a.film.half == 1)
-            yield Variable(
-                f"{path}.{field.name}", "parameter", field.metadata["doc"], field.metadata["unit"],
-                place(a, record, field.name), start=float(getattr(effect, field.name)), low=limit.low, high=limit.high,
-                whole=limit.whole, tunable=effect.port not in BEFORE_START,
-            )  # fmt: skip
+        for name, known in quantities(effect).items():
+            if name != "position":
+                index, value = place(a, record, name), float(getattr(effect, name))
+                bounds = limits(a.machine, effect, name, a.film.half == 1)
+                yield _parameter(f"{path}.{name}", known, index, value, effect.port not in BEFORE_START, bounds)
 
 
 def _constants(a: Assembly) -> Iterator[Variable]:

@@ -63,6 +63,7 @@ TABLE: dict[str, Dimension] = {
         {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9", "bar": "1e5", "mbar": "1e2"},
     ),
     "Pa*s": Dimension("viscosity", "18.5 uPa*s", ("uPa*s",), {"Pa*s": "1", "uPa*s": "1e-6", "mPa*s": "1e-3"}),
+    "N*s": Dimension("impulse", "10 mN*s", ("mN*s",), {"N*s": "1", "mN*s": "1e-3"}),
     "N/m": Dimension(
         "stiffness",
         "50 MN/m",

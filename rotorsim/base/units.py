@@ -53,10 +53,10 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
         return ValueError(f"{quote(value)} {fault}; write e.g. {quoted(suggest(digits), unit)}")
 
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-        raise wrong(f"is not {_a(kind.name)}")
+        raise wrong(f"is not {a(kind.name)}")
     match = _TEXT.fullmatch(value if isinstance(value, str) else repr(value))
     if not match:
-        raise wrong(f"is not {_a(kind.name)}")
+        raise wrong(f"is not {a(kind.name)}")
     digits, written = match.groups()
     if not written and unit != "1":
         raise wrong("has no unit", digits)
@@ -136,7 +136,8 @@ def _reads_back(text: str, unit: str, value: float) -> bool:
         return False
 
 
-def _a(noun: str) -> str:
+def a(noun: str) -> str:
+    """A noun with its article."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
@@ -165,7 +166,7 @@ def _conversion(written: str, unit: str) -> tuple[str, str, str]:
     if problem == "unknown":
         return "", "", "has an unknown unit"
     if problem or unit in CLOSED:
-        return "", "", f"is not {_a(kind.name)}"
+        return "", "", f"is not {a(kind.name)}"
     return factor, offset, ""
 
 

@@ -36,11 +36,12 @@ effect leaves every bit of a trajectory as it is without it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
+from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
 from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 
 PORTS = (
@@ -54,9 +55,17 @@ TURN = 6.283185307179586
 """A whole turn [rad]."""
 
 
-def param(unit: str, default: float | None = 0.0, bounds: tuple[float, float] = (-1e300, 1e300), doc: str = "") -> Any:
-    """A parameter in SI: its unit as pint reads it, neutral default, closed bounds, one sentence."""
-    return field(default=default, metadata={"unit": unit, "bounds": bounds, "doc": doc})
+def param(
+    unit: str,
+    default: float | None = 0.0,
+    bounds: tuple[float, float] = (-UNLIMITED, UNLIMITED),
+    doc: str = "",
+    whole: bool = False,
+) -> Any:
+    """A parameter in SI: its unit as pint reads it, neutral default, closed bounds, one sentence; `whole`: a count."""
+    low, high = (bound if abs(bound) < UNLIMITED else None for bound in bounds)
+    example = default or (1.0 if unit == "1" and bounds[1] > 1 else None)
+    return declared(default, Quantity(unit, doc, low=low, high=high, multiple=int(whole), example=example))
 
 
 @dataclass(frozen=True)
@@ -155,16 +164,15 @@ def register(effect: type[E]) -> type[E]:
 
 def forms_of_parameters(effect: type[Effect]) -> tuple[CandidateForm, ...]:
     """Forms from the parameters alone: each that is neutral at 0, with its phase, by a thousandth of its bound."""
-    numbers = [f for f in fields(effect) if f.name != "position" and f.default == 0.0]
-    phases = {f.name for f in numbers if f.metadata.get("unit") == "rad" and f.name.endswith("phase")}
+    known = quantities(effect)
+    numbers = [f.name for f in fields(effect) if f.name != "position" and f.default == 0.0]
+    phases = {name for name in numbers if known[name].unit == "rad" and name.endswith("phase")}
     found = []
-    for f in numbers:
-        if f.name in phases:
-            continue
-        low, high = f.metadata["bounds"]
-        phase = next((p for p in (f"{f.name}_phase", "phase") if p in phases), "")
+    for name in (n for n in numbers if n not in phases):
+        low, high = known[name].bounds
+        phase = next((p for p in (f"{name}_phase", "phase") if p in phases), "")
         size = min(abs(high), abs(low) or abs(high))
-        found.append(CandidateForm(f.name, 1e-3 * size if size < 1e299 else 1e-3, phase, signed=low < 0))
+        found.append(CandidateForm(name, 1e-3 * size if size < 1e299 else 1e-3, phase, signed=low < 0))
     return tuple(found)
 
 

@@ -24,8 +24,10 @@ class Coastdown(Experiment):
     """The drive is switched off and friction slows the shaft down; or a declared ramp."""
 
     name: ClassVar[str] = "coastdown"
-    start: float = param("rad/s", "Speed when the drive is switched off.", 200 * np.pi, above=0, attr="start_speed")
-    stop: float = param("rad/s", "Speed at which the record ends.", 0.0, low=0, attr="stop_speed")
+    start: float = param(
+        "rad/s", "Speed when the drive is switched off.", 200 * np.pi, above=0, attribute="start_speed"
+    )
+    stop: float = param("rad/s", "Speed at which the record ends.", 0.0, low=0, attribute="stop_speed")
     rate: float | None = param("rad/s^2", "Declared deceleration; friction decides when not given.", None)
     pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
     longest: float = param("s", "The record ends here at the latest.", 300.0, above=0, samples=True)

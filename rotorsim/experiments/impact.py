@@ -35,7 +35,7 @@ class Impact(AtPoint):
     peak: float = param("N", "Peak of the force.", 20.0, above=0)
     width: float = param("s", "Duration of a hit.", 1e-3, low=SAMPLE)
     angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)
-    hits: int = param("1", "Number of hits.", 1, low=1, whole=True)
+    hits: int = param("1", "Number of hits.", 1, low=1, multiple=1)
     spacing: float = param("s", "Time from hit to hit, also after the last.", 1.0, above=0, samples=True)
     lead: float = param("s", "Time before the first hit.", 0.1, low=0, samples=True)
     jitter: float = param("s", "A hit is late by a random time up to this.", 0.0, low=0)

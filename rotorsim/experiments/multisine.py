@@ -36,10 +36,10 @@ class Multisine(AtPoint):
     low: float = param("Hz", "Lowest frequency.", 1.0, above=0, high=NYQUIST)
     high: float = param("Hz", "Highest frequency.", 400.0, above=0)
     period: float = param("s", "Period; lines are multiples of its inverse.", 1.0, above=0, high=100.0, samples=True)
-    periods: int = param("1", "Whole periods of the record.", 10, low=1, whole=True)
-    spacing: int = param("1", "Distance of neighbouring lines in multiples of 1/period.", 1, low=1, whole=True)
+    periods: int = param("1", "Whole periods of the record.", 10, low=1, multiple=1)
+    spacing: int = param("1", "Distance of neighbouring lines in multiples of 1/period.", 1, low=1, multiple=1)
     tries: int = param(
-        "1", "Draws of phases of which the lowest crest factor is taken.", 20, low=1, high=1000, whole=True
+        "1", "Draws of phases of which the lowest crest factor is taken.", 20, low=1, high=1000, multiple=1
     )
     bias: float = param("s", "Time without excitation at the beginning.", 0.0, low=0, samples=True)
     sequence: int = sequence()

@@ -25,9 +25,9 @@ class Runup(Experiment):
     """A linear ramp of the speed at constant supply pressure."""
 
     name: ClassVar[str] = "runup"
-    start: float = param("rad/s", "Speed at the beginning.", 0.0, attr="start_speed")
+    start: float = param("rad/s", "Speed at the beginning.", 0.0, attribute="start_speed")
     stop: float = param(
-        "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, attr="stop_speed"
+        "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, attribute="stop_speed"
     )
     rate: float = param("rad/s^2", "Acceleration of the shaft, positive.", 200 * np.pi / 60)
     pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)

@@ -32,7 +32,7 @@ class SlowRoll(AtPoint):
 
     name: ClassVar[str] = "slow_roll"
     speed: float = param("rad/s", "Shaft speed.", SLOW, above=0)
-    revolutions: int = param("1", "Whole revolutions.", 5, low=1, whole=True)
+    revolutions: int = param("1", "Whole revolutions.", 5, low=1, multiple=1)
 
     def check(self) -> None:
         """Refuse revolutions that never end."""

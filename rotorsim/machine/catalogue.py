@@ -13,9 +13,9 @@ from dataclasses import Field, fields
 from typing import Any
 
 from rotorsim.base.files import write_text
+from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
-from rotorsim.machine.effect_tables import spec_of_parameter
 
 HEAD = """# Effects
 
@@ -93,20 +93,12 @@ def _place(effect: type[Effect]) -> str:
 
 def _parameter(field: Field[Any]) -> dict[str, str]:
     """Name, unit, neutral value, limits and sentence of a parameter as people write them."""
-    spec, unit = spec_of_parameter(field), field.metadata.get("unit", "")
-
-    def written(value: float | None) -> str:
-        return "" if value is None else show(value, unit)
-
-    low, high = (None, None) if spec is None or field.name == "position" else (spec.low, spec.high)
-    return {
-        "name": field.name,
-        "unit": unit,
-        "neutral": "" if not isinstance(field.default, (int, float)) else written(field.default),
-        "low": written(low),
-        "high": written(high),
-        "doc": field.metadata.get("doc", ""),
-    }
+    known = quantity_of(field) or Quantity("")
+    neutral = field.default if isinstance(field.default, (int, float)) else None
+    limits = (None, None) if field.name == "position" else (known.low, known.high)
+    written = ("" if value is None else show(value, known.unit) for value in (neutral, *limits))
+    shown = dict(zip(("neutral", "low", "high"), written, strict=True))
+    return {"name": field.name, "unit": known.unit, **shown, "doc": known.doc}
 
 
 def markdown(entry: dict[str, Any]) -> str:

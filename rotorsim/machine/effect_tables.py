@@ -1,18 +1,17 @@
-"""Effects from the `[effects.NAME]` tables; units, bounds and descriptions come from the effects' own fields."""
+"""Effects from the `[effects.NAME]` tables; units, limits and sentences are declared by the effects' fields."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, fields
 from typing import Any
 
+from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.messages import unknown_field
-from rotorsim.machine.part import PartError, Spec
-
-_UNLIMITED = 1e300
+from rotorsim.machine.part import PartError
 
 
 def read_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
@@ -34,21 +33,6 @@ def readable_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
         read = _read_entries(str(name), value, problems)
         found |= {} if problems else {str(name): read}
     return found
-
-
-def spec_of_parameter(parameter: Field[Any]) -> Spec | None:
-    """Unit and limits of an effect's parameter, None for one without a unit."""
-    if "unit" not in parameter.metadata:
-        return None
-    low, high = parameter.metadata.get("bounds", (-_UNLIMITED, _UNLIMITED))
-    unit, neutral = parameter.metadata["unit"], parameter.default
-    example = 1.0 if unit == "1" and high > 1 else None
-    return Spec(
-        unit,
-        low=low if low > -_UNLIMITED else None,
-        high=high if high < _UNLIMITED else None,
-        example=float(neutral) if isinstance(neutral, (int, float)) and neutral else example,
-    )
 
 
 def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:
@@ -77,8 +61,8 @@ def _read_one(name: str, path: str, table: Any, problems: list[tuple[str, str]])
             problems.append((f"{path}.{key}", unknown_field(str(key), tuple(known), effect.earlier_keys)))
             continue
         try:
-            spec = spec_of_parameter(known[key])
-            values[key] = spec.read(given) if spec else given
+            quantity = quantity_of(known[key])
+            values[key] = float(quantity.parse(given)) if quantity else given
         except ValueError as error:
             problems.append((f"{path}.{key}", str(error)))
     for key, parameter in known.items():

@@ -8,10 +8,11 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import closest, did_you_mean
 from rotorsim.base.units import quoted
-from rotorsim.machine.part import PartError, spec_of
+from rotorsim.machine.part import PartError
 
 SHAPES = ("union_tag", "model_type", "model_attributes_type", "tuple_type", "too_short")
 """Beginnings of pydantic's names of what decides which fields there are."""
@@ -87,11 +88,11 @@ def choices(kind: Any) -> tuple[Any, ...]:
 
 def _missing(item: Any, owner: type[BaseModel]) -> str:
     info = owner.model_fields[item["loc"][-1]]
-    spec = spec_of(info)
+    known = quantity_of(info)
     meaning = (info.description or "").rstrip(".")
-    if spec is None:
+    if known is None:
         return f"missing ({meaning}); add it"
-    return f"missing ({meaning}); write e.g. {quoted(spec.suggestion(), spec.unit)}"
+    return f"missing ({meaning}); write e.g. {quoted(known.suggestion(), known.unit)}"
 
 
 def _unknown(item: Any, owner: type[BaseModel]) -> str:

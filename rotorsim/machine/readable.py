@@ -12,10 +12,11 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from rotorsim.base.quantity import quantity_of
 from rotorsim.machine.checks import decisive, further
 from rotorsim.machine.effect_tables import readable_effects
 from rotorsim.machine.messages import choices, sentences
-from rotorsim.machine.part import Part, spec_of
+from rotorsim.machine.part import Part
 from rotorsim.machine.usual import questions
 
 
@@ -48,9 +49,9 @@ def readable(model: type[Part], table: Any) -> Part:
 def _read(model: type[Part], name: str, value: Any) -> Any:
     """A value as its field has it; raises ValueError."""
     info = model.model_fields[name]
-    spec, kinds = spec_of(info), choices(info.annotation)
-    if spec is not None:
-        return spec.read(value)
+    known, kinds = quantity_of(info), choices(info.annotation)
+    if known is not None:
+        return known.parse(value)
     if get_origin(kinds[0]) is dict:
         return readable_effects(value)
     if get_origin(kinds[0]) is tuple:
@@ -60,8 +61,8 @@ def _read(model: type[Part], name: str, value: Any) -> Any:
         return tuple(value) if own == (str,) else tuple(readable(_kind(own, item), item) for item in value)
     if isinstance(kinds[0], type) and issubclass(kinds[0], BaseModel):
         return readable(_kind(kinds, value), value)
-    known = get_args(kinds[0])
-    if (known and value not in known) or not isinstance(value, str):
+    words = get_args(kinds[0])
+    if (words and value not in words) or not isinstance(value, str):
         raise ValueError(name)
     return value
 

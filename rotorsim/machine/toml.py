@@ -11,10 +11,10 @@ from typing import Any
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
+from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import Effect
-from rotorsim.machine.effect_tables import spec_of_parameter
-from rotorsim.machine.part import Part, Spec, spec_of
+from rotorsim.machine.part import Part
 
 MAX_BYTES = 1_000_000
 
@@ -57,27 +57,32 @@ def dumps(part: Part) -> str:
     return "\n".join(_table(part, "")).lstrip("\n") + "\n"
 
 
-def entries(part: Part | Effect) -> Iterator[tuple[str, Any, Spec | None, str]]:
-    """Name, value, unit and limits, and sentence of every field that is set (and, of a file with faults, readable)."""
-    if isinstance(part, Effect):
-        for f in fields(part):
-            if getattr(part, f.name) is not None:
-                yield f.name, getattr(part, f.name), spec_of_parameter(f), f.metadata.get("doc", "")
-        return
-    for name, info in type(part).model_fields.items():
+def entries(part: Part | Effect) -> Iterator[tuple[str, Any, Quantity | None, str]]:
+    """Name, value, declaration and sentence of every field that is set (and, of a file with faults, readable)."""
+    known = declarations(type(part))
+    for name in known:
         if getattr(part, name, None) is not None:
-            yield name, getattr(part, name), spec_of(info), info.description or ""
+            quantity, doc = known[name]
+            yield name, getattr(part, name), quantity, doc
+
+
+def declarations(kind: type[Part | Effect]) -> dict[str, tuple[Quantity | None, str]]:
+    """Declaration (None for text, a table, a list) and sentence of every field of a part or effect."""
+    if issubclass(kind, Effect):
+        found = {f.name: quantity_of(f) for f in fields(kind)}
+        return {name: (quantity, quantity.doc if quantity else "") for name, quantity in found.items()}
+    return {name: (quantity_of(info), info.description or "") for name, info in kind.model_fields.items()}
 
 
 def _table(part: Part | Effect, path: str) -> Iterator[str]:
     below: list[tuple[str, Any]] = []
-    for name, value, spec, _ in entries(part):
+    for name, value, known, _ in entries(part):
         if value == ():
             continue
         if isinstance(value, (Part, tuple, dict)) and name != "unusual":
             below.append((f"{path}.{name}".lstrip("."), value))
         else:
-            yield f"{name} = {_literal(value, spec)}"
+            yield f"{name} = {_literal(value, known)}"
     for name, value in below:
         yield from _nested(name, value)
 
@@ -93,9 +98,9 @@ def _nested(path: str, value: Any) -> Iterator[str]:
         yield from ("", f"[{path}]", *_table(value, path))
 
 
-def _literal(value: Any, spec: Spec | None) -> str:
-    if isinstance(value, (bool, int, tuple)) or (spec is not None and spec.unit == "1"):
+def _literal(value: Any, known: Quantity | None) -> str:
+    if isinstance(value, (bool, int, tuple)) or (known is not None and known.unit == "1"):
         return json.dumps(value)
-    if spec is not None:
-        return json.dumps(show(value, spec.unit))
+    if known is not None:
+        return json.dumps(show(value, known.unit))
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -113,7 +113,7 @@ def questions(machine: Part) -> list[str]:
 
 def numbers(part: Any, path: str = "") -> Iterator[tuple[str, float, str]]:
     """Path, value [SI] and unit of every number of a machine that has one."""
-    for name, value, spec, _ in entries(part):
+    for name, value, known, _ in entries(part):
         here = f"{path}.{name}".lstrip(".")
         if isinstance(value, dict):
             for kind, effects in value.items():
@@ -122,8 +122,8 @@ def numbers(part: Any, path: str = "") -> Iterator[tuple[str, float, str]]:
             yield from _listed(value, here)
         elif isinstance(value, Part):
             yield from numbers(value, here)
-        elif spec is not None:
-            yield here, float(value), spec.unit
+        elif known is not None:
+            yield here, float(value), known.unit
 
 
 def _listed(items: tuple[Any, ...], path: str) -> Iterator[tuple[str, float, str]]:

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse, show
 from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
 from rotorsim.machine.catalogue import catalogue, describe, page
-from rotorsim.machine.effect_tables import spec_of_parameter
 
 HERE = Path(__file__).parent
 SHIPPED = sorted(n for n, e in REGISTRY.items() if e.__module__.startswith("rotorsim.effects."))
@@ -57,12 +57,12 @@ def test_an_effect_states_its_equation_its_source_and_what_its_parameters_are(na
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_parameter_has_finite_limits_round_its_neutral_value_and_takes_them_as_text(name):
     for field in fields(REGISTRY[name]):
-        spec = spec_of_parameter(field)
-        low, high = field.metadata["bounds"]
+        spec = quantity_of(field)
+        low, high = spec.bounds
         assert -1e299 < low < high < 1e299
         assert field.name == "position" or low <= field.default <= high
         for value in (low, high):
-            assert spec.read(show(value, spec.unit) if spec.unit != "1" else value) == value
+            assert spec.parse(show(value, spec.unit) if spec.unit != "1" else value) == value
         assert parse(show(high, spec.unit) if spec.unit != "1" else high, spec.unit) == high
 
 

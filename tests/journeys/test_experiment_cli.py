@@ -88,30 +88,30 @@ def test_every_help_page_has_an_example(run, name):
     [
         (["prbz"], "experiment: 'prbz' is not known; did you mean prbs?"),
         (["waltz"], "experiment: 'waltz' is not known; choose one of runup, "),
-        (["prbs", "--amplitude", "6 V"], "amplitude = 6 V: is above the limit; give at most 5 V"),
+        (["prbs", "--amplitude", "6 V"], "amplitude: '6 V' is above the limit; write at most '5 V'"),
         (["prbs", "--amplitude", "-1 V"], "must be above 0"),
         (["prbs", "--amplitude", "1"], "--amplitude: '1' has no unit"),
         (["prbs", "--amplitude", "1 N"], "--amplitude: '1 N' is not a voltage"),
-        (["prbs", "--duration", "-1 s"], "duration = -1 s: must be above 0"),
+        (["prbs", "--duration", "-1 s"], "duration: '-1 s' must be above 0"),
         (["prbs", "--duration", "0 s"], "must be above 0"),
         (["prbs", "--hold", "0.05 ms"], "is shorter than a sample"),
         (["prbs", "--hold", "0.3 ms"], "is not a whole number of samples"),
         (["prbs", "--duration", "30 day"], "prbs: would last 30 days"),
         (["prbs", "--seed", "one"], "--seed: 'one' is not a whole number"),
-        (["prbs", "--speed", "-100 rpm"], "is below the limit; give at least 0 rpm"),
+        (["prbs", "--speed", "-100 rpm"], "is below the limit; write at least '0 rpm'"),
         (["prbs", "--pressure", "-1 bar"], "is below the limit"),
         (["prbs", "--pressure", "50 kPa"], "no lift-off: at 0.05 MPa gauge"),
         (["prbs", "plain_rotor"], "prbs: plain_rotor has no gas film"),
         (["prbs", "nothing.toml"], "'nothing.toml'"),
         (["prbs", "--grid", "fine"], "--grid: 'fine' is not n_theta x n_z"),
-        (["chirp", "--high", "3 kHz"], "high = 3000 Hz: is above the limit; give at most 2500 Hz"),
-        (["chirp", "--axis", "z"], "axis = 'z': is not known; choose one of x, y, both"),
+        (["chirp", "--high", "3 kHz"], "high: '3000 Hz' is above the limit; write at most '2500 Hz'"),
+        (["chirp", "--axis", "z"], "axis: 'z' is not known; choose one of x, y, both"),
         (["multisine", "--low", "10.2 Hz", "--high", "10.8 Hz"], "multisine: fewer than two lines"),
-        (["multisine", "--periods", "2.5"], "periods = 2.5: must be a whole number"),
+        (["multisine", "--periods", "2.5"], "periods: 2.5 is not a whole number"),
         (["staircase", "--step", "1.5 V"], "step = 1.5 V"),
         (["slow_roll", "--speed", "0 rpm"], "must be above 0"),
         (["coastdown", "--stop", "7000 rpm"], "is not below the start"),
-        (["controlled", "--controller", "mine:law"], "controller = 'mine:law': is not known; choose one of p"),
+        (["controlled", "--controller", "mine:law"], "controller: 'mine:law' is not known; choose one of p"),
         (["steady", "--out", "file/below"], "file/below: cannot be written: part of the path is a file"),
         (["steady", "--out", "there"], "there/steady.nc: is there already; choose another --out or add --force"),
     ],
@@ -154,4 +154,4 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
 def test_a_new_process_prints_the_sentence_and_no_traceback(tmp_path):
     done = rotorsim("experiment", "prbs", "--amplitude", "6 V", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "amplitude = 6 V: is above the limit; give at most 5 V\n"
+    assert done.stderr == "amplitude: '6 V' is above the limit; write at most '5 V'\n"

@@ -6,11 +6,11 @@ from dataclasses import fields
 import pytest
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, actuators, film, load_machine, machine_text, numerics, rotor, shipped_machines
-from rotorsim.machine.effect_tables import spec_of_parameter
-from rotorsim.machine.part import Part, spec_of
+from rotorsim.machine.part import Part
 from rotorsim.machine.usual import question, range_of, ranges
 
 PARTS = [
@@ -24,10 +24,10 @@ HOMES = {
 }  # fmt: skip
 FIELDS = {
     f"{HOMES[kind.__name__]}.{name}": spec
-    for kind in PARTS for name, info in kind.model_fields.items() if (spec := spec_of(info)) is not None
+    for kind in PARTS for name, info in kind.model_fields.items() if (spec := quantity_of(info)) is not None
 } | {
     f"effects.{effect}.{f.name}": spec
-    for effect, kind in REGISTRY.items() for f in fields(kind) if (spec := spec_of_parameter(f)) is not None
+    for effect, kind in REGISTRY.items() for f in fields(kind) if (spec := quantity_of(f)) is not None
 }  # fmt: skip
 WRONG = ["x", True, [], "5 parsec", "3 V*s*kg", 0, 1, -1, 33.5, *(10.0**k for k in range(-12, 13, 3)), "1e999", 25, 511]
 
@@ -35,7 +35,7 @@ WRONG = ["x", True, [], "5 parsec", "3 V*s*kg", 0, 1, -1, 33.5, *(10.0**k for k 
 def advised(spec, value):
     """What the sentence about a value tells to write; None where the value is right."""
     try:
-        spec.read(value)
+        spec.parse(value)
     except ValueError as error:
         message = re.search(r"write (e\.g\.|at least|at most) (.+)$", str(error))
         assert message, str(error)
@@ -45,7 +45,7 @@ def advised(spec, value):
 
 def read(spec, text):
     """The advice, read as a machine file would."""
-    return spec.read(text if spec.unit != "1" else int(text) if spec.multiple else float(text))
+    return spec.parse(text if spec.unit != "1" else int(text) if spec.multiple else float(text))
 
 
 @pytest.mark.parametrize("path", FIELDS)

@@ -24,7 +24,7 @@ from rotorsim.campaign.plan.plan_file import (
     read_table,
     unknown,
 )
-from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, read_parameters, spec_at
+from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, quantity_at, read_parameters
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine, machine_text, shipped_machines
@@ -86,7 +86,7 @@ def _machine(name: str, look: Look, changes: Mapping[str, Value]) -> Machine:
     ask_machine(machine)
     base = Machine.from_text(machine.text)
     for path, value in changes.items():
-        spec_at(machine, path, f"set.{path}")
+        quantity_at(machine, path, f"set.{path}")
         machine = change(machine, path, value, f"set.{path}")
     return base
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.quantity import Quantity, quantities
 from rotorsim.base.unit_table import dimension
 from rotorsim.base.units import Suggest, parse, show
 from rotorsim.campaign.errors import PlanError
@@ -15,10 +16,9 @@ from rotorsim.campaign.plan.plan_file import Value, unknown
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.experiment import check_seed
-from rotorsim.experiments.parameters import Param, checked, parameters
 from rotorsim.machine import Machine
-from rotorsim.machine.effect_tables import spec_of_parameter
-from rotorsim.machine.part import Part, Spec, spec_of
+from rotorsim.machine.part import Part
+from rotorsim.machine.toml import declarations
 
 
 @dataclass(frozen=True)
@@ -79,23 +79,24 @@ def find_target(name: str, machine: Machine, kinds: Mapping[str, type[Experiment
     """Target of an axis by its name; raises PlanError if there is none."""
     if name in ("seed", "machine"):
         return Target(name, name, whole=name == "seed")
-    known = {entry.name: (entry, param) for kind in kinds.values() for entry, param in parameters(kind)}
+    known = {own: quantity for kind in kinds.values() for own, quantity in quantities(kind).items()}
     if name in known:
-        entry, found = known[name]
-        unit, own = None if found.choices else found.unit, entry.default
-        suggest = Spec(found.unit, example=float(own) or None).suggestion if isinstance(own, (int, float)) else None
-        return Target("parameter", name, unit, found.whole, found.samples, suggest)
+        return _target("parameter", name, known[name])
     if "." in name:
-        spec = spec_at(machine, name, f"axes.{name}")
-        suggest = spec.suggestion if spec else None
-        return Target("path", name, spec.unit if spec else None, bool(spec and spec.multiple), suggest=suggest)
+        return _target("path", name, quantity_at(machine, name, f"axes.{name}"))
     raise PlanError(
         f"axes.{name}: {unknown(name, [*known, 'seed', 'machine'], 'axis')}; a path of the machine has dots"
     )
 
 
-def spec_at(machine: Machine, path: str, where: str) -> Spec | None:
-    """Unit and limits of a machine value, None for text; raises PlanError if the path leads to no value."""
+def _target(kind: str, name: str, quantity: Quantity | None) -> Target:
+    if quantity is None or quantity.choices:
+        return Target(kind, name)
+    return Target(kind, name, quantity.unit, bool(quantity.multiple), quantity.samples, quantity.suggestion)
+
+
+def quantity_at(machine: Machine, path: str, where: str) -> Quantity | None:
+    """Declaration of a machine value, None for text; raises PlanError if the path leads to no value."""
     here: Any = machine
     *tables, last = path.split(".")
     for key in tables:
@@ -103,7 +104,7 @@ def spec_at(machine: Machine, path: str, where: str) -> Spec | None:
     names = _names(here)
     if last not in names:
         raise PlanError(f"{where}: {unknown(last, sorted(names), 'value')}")
-    if not isinstance(names[last], (Spec, type(None))):
+    if not isinstance(names[last], (Quantity, type(None))):
         raise PlanError(f"{where}: holds several values; name one of them")
     return names[last]
 
@@ -131,29 +132,26 @@ def _names(here: Any) -> dict[str, Any]:
     """Values below a part or an effect with their unit and limits; a table stands for itself."""
     if isinstance(here, tuple) and len(here) == 1:
         here = here[0]
-    if isinstance(here, Effect) or (isinstance(here, type) and issubclass(here, Effect)):
-        return {f.name: spec_of_parameter(f) for f in fields(here)}
-    if not isinstance(here, Part):
+    kind = here if isinstance(here, type) else type(here)
+    if not issubclass(kind, (Part, Effect)):
         return {}
-    nested = (Part, tuple, dict)
-    return {
-        name: here_value if isinstance(here_value := getattr(here, name), nested) else spec_of(info)
-        for name, info in type(here).model_fields.items()
-    }
+    found: dict[str, Any] = {name: quantity for name, (quantity, _) in declarations(kind).items()}
+    if isinstance(here, Part):
+        found |= {name: value for name in found if isinstance(value := getattr(here, name), (Part, tuple, dict))}
+    return found
 
 
 def read_parameters(kind: type[Experiment], table: Mapping[str, Any], where: str) -> dict[str, Any]:
     """SI values of an experiment's parameters from a plan's table; raises PlanError."""
-    known: dict[str, Param] = {entry.name: param for entry, param in parameters(kind)}
+    known = quantities(kind)
     values = {}
     for name, value in table.items():
         if name not in known:
             raise PlanError(f"{where}.{name}: {unknown(name, known, f'parameter of {kind.name}')}")
-        target = Target("parameter", name, None if known[name].choices else known[name].unit, known[name].whole)
         try:
-            values[name] = checked(name, target.read(value, f"{where}.{name}"), known[name])
-        except DataError as error:
-            raise PlanError(f"{where}: {error}") from error
+            values[name] = known[name].parse(value)
+        except ValueError as error:
+            raise PlanError(f"{where}.{name}: {error}") from error
     return values
 
 

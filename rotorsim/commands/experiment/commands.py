@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.commands.experiment.run import run_experiment
@@ -26,7 +27,7 @@ from rotorsim.commands.options import (
     quantity,
 )
 from rotorsim.experiments import EXPERIMENTS
-from rotorsim.experiments.parameters import Param, parameters
+from rotorsim.experiments.parameters import parameters
 
 EXAMPLES = {
     "runup": "--stop '6000 rpm' --rate '100 rpm/s' --pressure '0.3 MPa'",
@@ -75,7 +76,7 @@ def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
     return example(f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}")(command)
 
 
-def option(entry: Field[Any], known: Param) -> tuple[Any, Any]:
+def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
     """Annotation and default text of a parameter's option."""
     hint = f" One of {', '.join(known.choices)}." if known.choices else ""
     flag = typer.Option(f"--{entry.name.replace('_', '-')}", help=known.doc + hint)
@@ -85,7 +86,7 @@ def option(entry: Field[Any], known: Param) -> tuple[Any, Any]:
     return Annotated[str, flag], default if known.choices else show(default, known.unit)
 
 
-def read(name: str, text: str | None, known: Param) -> Any:
+def read(name: str, text: str | None, known: Quantity) -> Any:
     """Value of an option's text."""
     return text if text is None or known.choices else quantity(name.replace("_", "-"), text, known.unit)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import pi
 
+from rotorsim.base.quantity import quantities
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 
@@ -22,7 +23,7 @@ class Found:
 
     def sizes(self) -> Iterator[tuple[str, str, str]]:
         """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
-        units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[self.effect])}
+        units = {name: known.unit for name, known in quantities(REGISTRY[self.effect]).items()}
         for name, value in self.parameters.items():
             sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
             yield name, _with_unit(value, units[name], 4), sd

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from cmath import phase as argument
 from contextlib import suppress
-from dataclasses import fields
 from difflib import unified_diff
 from math import hypot
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import tomlkit
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.discrepancy.outcome.findings import Findings, Found
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
@@ -72,9 +72,9 @@ def difference(before: Machine, after: Machine) -> str:
 
 
 def _comments(diagnosis: Findings, found: Found) -> list[str]:
-    units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[found.effect])}
+    known = quantities(REGISTRY[found.effect])
     lines = [f"{FOUND}, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
-    lines += [f"{p} +- {_rough(sd, units[p])} (one standard deviation)" for p, sd in found.sd.items()]
+    lines += [f"{p} +- {_rough(sd, known[p].unit)} (one standard deviation)" for p, sd in found.sd.items()]
     evidence = diagnosis.evidence
     if "share_gone" in evidence:
         lines.append(
@@ -95,7 +95,7 @@ def _rough(value: float, unit: str) -> str:
 
 def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
     """A table of an effect: into the one that is there where the effect is single, else a further one."""
-    units = {f.name: f.metadata.get("unit", "") for f in fields(REGISTRY[name])}
+    units = {p: known.unit for p, known in quantities(REGISTRY[name]).items()}
     texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
     present = effects.get(name)
     if present is not None and REGISTRY[name].single:

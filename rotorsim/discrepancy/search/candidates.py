@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.quantity import quantities
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
@@ -105,7 +106,7 @@ def _fit_parameters(twin: Twin, name: str, table: int, recipe: CandidateForm) ->
         stem = f"{name}.{table}.{recipe.parameter}~{recipe.phase}"
         return tuple(FitParameter(f"{stem}.{part}", recipe.step) for part in "cs")
     base = float(getattr(twin.effect(name, table), recipe.parameter))
-    bounds = next(f.metadata["bounds"] for f in fields(REGISTRY[name]) if f.name == recipe.parameter)
+    bounds = quantities(REGISTRY[name])[recipe.parameter].bounds
     low, high = bounds[0] - base, bounds[1] - base
     if not recipe.signed:
         low = max(low, 0.0 if base == 0 else low)
@@ -113,6 +114,6 @@ def _fit_parameters(twin: Twin, name: str, table: int, recipe: CandidateForm) ->
 
 
 def _refine(name: str, table: int, recipe: CandidateForm) -> tuple[FitParameter, ...]:
-    bounds = {f.name: f.metadata["bounds"] for f in fields(REGISTRY[name])}
-    wide = {p: (max(bounds[p][1] - bounds[p][0], 1e-300)) for p, _ in recipe.refine}
+    known = quantities(REGISTRY[name])
+    wide = {p: max(known[p].bounds[1] - known[p].bounds[0], 1e-300) for p, _ in recipe.refine}
     return tuple(FitParameter(f"{name}.{table}.{p}", step, low=-wide[p], high=wide[p]) for p, step in recipe.refine)

@@ -29,10 +29,5 @@ class TorqueRipple(Effect):
     forms = (CandidateForm("amplitude", 0.05, "phase", options=(("order", (1.0, 2.0)),)),)
     in_benchmark = False
     amplitude: float = param("N*m", bounds=(0.0, 1e3), doc="Amplitude of the torque, 0-pk.")
-    order: float = param("1", default=1.0, bounds=(1.0, 60.0), doc="Times a turn, a whole number.")
+    order: float = param("1", default=1.0, bounds=(1.0, 60.0), whole=True, doc="Times a turn, a whole number.")
     phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase on the shaft angle.")
-
-    def problems(self, machine: object) -> dict[str, str]:
-        """Orders are whole."""
-        whole = self.order == round(self.order)
-        return {} if whole else {"order": f"{self.order} is not a whole number; write e.g. {round(self.order)}"}

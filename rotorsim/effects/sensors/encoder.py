@@ -45,13 +45,7 @@ class Encoder(Effect):
     role = "scatter"
     ends_chain = True
     memory = "short"
-    counts: float = param("1", bounds=(0.0, 1e6), doc="Counts a turn; 0 reads the true angle and speed.")
-    window: float = param("1", default=50.0, bounds=(1.0, 511.0), doc="Samples over which the speed is estimated.")
-
-    def problems(self, machine: object) -> dict[str, str]:
-        """Counts and samples are whole."""
-        return {
-            name: f"{value} is not a whole number; write e.g. {round(value)}"
-            for name, value in (("counts", self.counts), ("window", self.window))
-            if value != round(value)
-        }
+    counts: float = param("1", bounds=(0.0, 1e6), whole=True, doc="Counts a turn; 0 reads the true angle and speed.")
+    window: float = param(
+        "1", default=50.0, bounds=(1.0, 511.0), whole=True, doc="Samples over which the speed is estimated."
+    )

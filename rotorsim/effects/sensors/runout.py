@@ -74,13 +74,11 @@ class Runout(Effect):
     amplitude_3x: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 3X, 0-pk.")
     phase_3x: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 3X.")
     roughness: float = param("m", bounds=(0.0, 1e-4), doc="Rms of orders 4 to 24.")
-    surface: float = param("1", default=1.0, bounds=(0.0, 1e6), doc="Number of the rough surface.")
+    surface: float = param("1", default=1.0, bounds=(0.0, 1e6), whole=True, doc="Number of the rough surface.")
 
     def problems(self, machine: Any) -> dict[str, str]:
-        """The surface turns with the true angle; its number is whole."""
+        """The surface turns with the true angle."""
         found = {}
-        if self.surface != round(self.surface):
-            found["surface"] = f"{self.surface} is not a whole number; write e.g. {round(self.surface)}"
         order = list(machine.effects)
         ahead = "encoder" in order[: order.index(self.name)] and machine.effects["encoder"][0].counts > 0.0
         if ahead and max(self.amplitude_1x, self.amplitude_2x, self.amplitude_3x, self.roughness) > 0.0:

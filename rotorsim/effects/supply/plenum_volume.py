@@ -32,7 +32,7 @@ class PlenumVolume(Effect):
     calibration = (CalibrationParameter("change", 0.05, 0.20, -0.7, 3.0, trend=(0.05, 0.05)),)
     places = 2
     change: float = param("1", bounds=(-0.95, 50.0), doc="Relative change of the volume.")
-    injector: float = param("1", bounds=(0.0, 64.0), doc="Number of the injector, from 1; 0 for all.")
+    injector: float = param("1", bounds=(0.0, 64.0), whole=True, doc="Number of the injector, from 1; 0 for all.")
 
     @classmethod
     def neutral(cls, machine: Any, place: int) -> PlenumVolume:

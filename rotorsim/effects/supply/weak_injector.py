@@ -32,7 +32,7 @@ class WeakInjector(Effect):
         CandidateForm("stuck", 0.2, signed=False),
     )
     places = 2
-    injector: float = param("1", default=1.0, bounds=(1.0, 64.0), doc="Number of the injector, from 1.")
+    injector: float = param("1", default=1.0, bounds=(1.0, 64.0), whole=True, doc="Number of the injector, from 1.")
     blocked: float = param("1", bounds=(0.0, 0.99), doc="Blocked share of the seat's area.")
     stuck: float = param("1", bounds=(0.0, 1.0), doc="Share of the travel that is lost; 1 is a pin that has stuck.")
     stuck_opening: float = param("1", default=0.44, bounds=(0.0, 1.0), doc="Opening at which the pin sticks.")

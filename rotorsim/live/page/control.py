@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.quantity import Quantity
+from rotorsim.base.unit_table import dimension
 
 HUGE = 1e300
 
@@ -60,3 +62,13 @@ class Control:
         reach = self.high - self.neutral if place >= 0 else self.neutral - self.low
         away = math.copysign(abs(place) ** self.power * reach, place)
         return float(f"{(self.neutral + away) / self.scale:.3g}") * self.scale
+
+
+def control_of(key: str, quantity: Quantity, neutral: float = 0.0, shown: str = "", power: int = 3) -> Control:
+    """Control of a quantity with both limits, displayed in the unit `shown`, by default people's largest."""
+    kind, (low, high) = dimension(quantity.unit), quantity.bounds
+    unit = shown or (kind.people[-1] if kind.people else "")
+    scale = float(kind.factors[unit]) if unit else 1.0
+    label = key.rpartition(".")[2].replace("_", " ")
+    inside = min(max(neutral, low), high)
+    return Control(key, label, unit, scale, low, high, inside, bool(quantity.multiple), quantity.doc, power)

@@ -7,15 +7,14 @@ as it is. The film is whole, not half, because a tilted journal is one of them.
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.unit_table import dimension
+from rotorsim.base.quantity import quantities
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
-from rotorsim.live.page.control import Control
+from rotorsim.live.page.control import Control, control_of
 from rotorsim.machine import Machine
-from rotorsim.machine.effect_tables import spec_of_parameter
 
 READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
 """Where a slider shows another unit than the machine file's largest."""
@@ -43,25 +42,14 @@ def sliders(machine: Machine) -> dict[str, Control]:
     found = {}
     for name in sorted(machine.effects):
         effect = machine.effects[name][0]
-        for f in fields(effect):
-            spec = spec_of_parameter(f)
-            if f.name == "position" or spec is None or spec.low is None or spec.high is None:
+        for parameter, quantity in quantities(effect).items():
+            if parameter == "position" or quantity.low is None or quantity.high is None:
                 continue
-            high = float(len(machine.injectors)) if f.name == "injector" else spec.high
-            neutral = min(max(float(getattr(type(effect)(), f.name)), spec.low), high)
-            key, label, doc = f"{name}.{f.name}", f.name.replace("_", " "), f.metadata.get("doc", "")
-            found[key] = Control(key, label, *_shown(spec.unit), spec.low, high, neutral, _whole(f.name), doc)
+            if parameter == "injector":
+                quantity = replace(quantity, high=float(len(machine.injectors)))
+            neutral, key = float(getattr(type(effect)(), parameter)), f"{name}.{parameter}"
+            found[key] = control_of(key, quantity, neutral, READ_IN.get(quantity.unit, ""))
     return found
-
-
-def _shown(unit: str) -> tuple[str, float]:
-    kind = dimension(unit)
-    written = READ_IN.get(unit) or (kind.people[-1] if kind.people else "")
-    return written, float(kind.factors[written]) if written else 1.0
-
-
-def _whole(parameter: str) -> bool:
-    return parameter in ("injector", "order", "counts", "window", "surface") or parameter.endswith("_lobes")
 
 
 def with_value(machine: Machine, key: str, value: float) -> Effect:

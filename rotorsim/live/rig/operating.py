@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from rotorsim.base.constants import RPM
-from rotorsim.live.page.control import Control
+from rotorsim.base.quantity import Quantity
+from rotorsim.live.page.control import Control, control_of
 from rotorsim.machine import Machine
 
 OFF, P_LAW, PAUSE = "off", "P", "pause"
@@ -15,6 +16,11 @@ SWITCHES: dict[str, tuple[str, ...]] = {
 }
 """Positions of every switch but `controller`, whose positions are off, P and the laws that were given."""
 START = {"drive": "speed", "sense": "forward", "noise": "on", "pace": "1x", "controller": OFF}
+SPEED = Quantity("rad/s", "Speed the drive holds.", low=0.0, high=30_000 * RPM)
+ACCELERATION = Quantity("rad/s^2", "Limit of the drive.", low=RPM, high=10_000 * RPM)
+TORQUE = Quantity("N*m", "Drive torque, forward.", low=0.0, high=5.0)
+IMPULSE = Quantity("N*s", "Of a hammer's hit on the disc, 1 ms long.", low=0.0, high=0.2)
+PRESSURE = Quantity("Pa", "Gauge pressure.", low=0.0, high=1e6)
 PACES = {"pause": 0.0, "0.1x": 0.1, "1x": 1.0, "fastest": float("inf")}
 
 
@@ -27,14 +33,13 @@ def operating(machine: Machine) -> dict[str, Control]:
     """Operating controls by key."""
     limit = 5.0 if machine.actuators is None else machine.actuators.reference_limit
     found = [
-        Control("speed", "speed", "rpm", RPM, 0.0, 30_000 * RPM, 0.0, doc="Speed the drive holds.", power=1),
-        Control("acceleration", "acceleration", "rpm/s", RPM, RPM, 10_000 * RPM, 500 * RPM, doc="Limit of the drive."),
-        Control("torque", "torque", "N*m", 1.0, 0.0, 5.0, 0.0, doc="Drive torque, forward.", power=1),
-        Control("impulse", "impulse", "mN*s", 1e-3, 0.0, 0.2, 0.01, doc="Of a hammer's hit on the disc, 1 ms long."),
+        control_of("speed", SPEED, power=1),
+        control_of("acceleration", ACCELERATION, 500 * RPM),
+        control_of("torque", TORQUE, power=1),
+        control_of("impulse", IMPULSE, 0.01),
     ]
     if machine.injectors:
-        found.append(Control("pressure", "pressure", "MPa", 1e6, 0.0, 1e6, 0.3e6, doc="Gauge pressure.", power=1))
-    for axis in driven_axes(machine):
-        key = f"reference_{axis}"
-        found.append(Control(key, f"reference {axis}", "V", 1.0, -limit, limit, 0.0, doc="Constant.", power=1))
+        found.append(control_of("pressure", PRESSURE, 0.3e6, "MPa", power=1))
+    reference = Quantity("V", "Constant.", low=-limit, high=limit)
+    found += [control_of(f"reference_{axis}", reference, power=1) for axis in driven_axes(machine)]
     return {control.key: control for control in found}

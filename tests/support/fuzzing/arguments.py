@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
 from rotorsim.base.constants import SAMPLE
+from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.experiments import EXPERIMENTS
-from rotorsim.experiments.parameters import Param, parameters
-from rotorsim.machine.part import Spec
+from rotorsim.experiments.parameters import parameters
 
 KRPM = 1000 * 3.141592653589793 / 30
 
@@ -100,7 +100,7 @@ NO_CHANGES = (
 """What --set, --grid and --out do not take, or take only by luck."""
 
 
-def known(name: str) -> dict[str, Param]:
+def known(name: str) -> dict[str, Quantity]:
     """Parameters of an experiment's command."""
     kind = Setup if name == "controlled" else EXPERIMENTS[name]
     return {entry.name: param for entry, param in parameters(kind)}
@@ -130,7 +130,7 @@ def wrong_options(draw: Any, name: str) -> dict[str, str]:
     elif param.choices:
         given[key] = draw(st.sampled_from(NONSENSE))
     else:
-        given[key] = draw(broken(Spec(param.unit, param.above, param.low, param.high)))
+        given[key] = draw(broken(param))
     return given
 
 

@@ -9,9 +9,10 @@ from dataclasses import fields
 from functools import lru_cache
 from typing import Any
 
+from rotorsim.base.quantity import Quantity
 from rotorsim.effects import FILM_PORTS, REGISTRY
 from rotorsim.machine import load_machine
-from rotorsim.machine.part import Part, Spec
+from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
 from rotorsim.machine.toml import entries
 
@@ -62,7 +63,7 @@ def machines() -> dict[str, Machine]:
     return {name: Machine.from_text(text) for name, text in texts().items()}
 
 
-def quantities(part: Any, path: str = "") -> Iterator[tuple[str, Any, Spec]]:
+def quantities(part: Any, path: str = "") -> Iterator[tuple[str, Any, Quantity]]:
     """Dotted path, SI value, unit and limits of every number in a machine, absent ones of effects included."""
     for name, value, spec, _ in entries(part):
         here = f"{path}.{name}".lstrip(".")
@@ -80,7 +81,7 @@ def quantities(part: Any, path: str = "") -> Iterator[tuple[str, Any, Spec]]:
 
 
 @lru_cache
-def free(name: str) -> tuple[tuple[str, Any, Spec], ...]:
+def free(name: str) -> tuple[tuple[str, Any, Quantity], ...]:
     """The quantities of a machine that are not part of its structure."""
     return tuple(q for q in quantities(machines()[name]) if not q[0].endswith(STRUCTURE))
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
-from rotorsim.machine.part import Spec
 
 NONSENSE = (
     "", " ", "nan", "inf", "-inf m", "1e400 m", "1e-400 m", "abc", "0.05", "-1", "3 kg", "1 furlong", "5 €", "٣ mm",
@@ -18,18 +18,18 @@ NONSENSE = (
 """What people and scripts leave where a value should be."""
 
 
-def text_of(value: float, spec: Spec) -> str:
+def text_of(value: float, spec: Quantity) -> str:
     """A value as it stands in a file or behind an option."""
     return str(round(value)) if spec.multiple else show(float(value), spec.unit)
 
 
-def limits(spec: Spec) -> tuple[float, float]:
+def limits(spec: Quantity) -> tuple[float, float]:
     """Lowest and highest legal value, as far as there are any."""
     low = spec.low if spec.low is not None else spec.above
     return -1e15 if low is None else low, 1e15 if spec.high is None else spec.high
 
 
-def legal(spec: Spec, near: float | None = None) -> st.SearchStrategy[float]:
+def legal(spec: Quantity, near: float | None = None) -> st.SearchStrategy[float]:
     """SI values within the limits: near a value, anywhere, or at a limit."""
     low, high = limits(spec)
     lowest = low if spec.above is None else min(low + max(abs(low), 1e-9) * 1e-6, high)
@@ -52,13 +52,13 @@ def spread(low: float, high: float) -> st.SearchStrategy[float]:
     return size if high > 0 else size.map(lambda value: -value)
 
 
-def beyond(spec: Spec) -> st.SearchStrategy[float]:
+def beyond(spec: Quantity) -> st.SearchStrategy[float]:
     """SI values outside the limits, or absurdly large where there are none."""
     low, high = limits(spec)
     return st.sampled_from([low - max(abs(low), 1.0), high + max(abs(high), 1.0), 1e300, -1e300, 5e-324])
 
 
-def broken(spec: Spec) -> st.SearchStrategy[str]:
+def broken(spec: Quantity) -> st.SearchStrategy[str]:
     """Text that is no value of this kind, mostly."""
     return st.one_of(
         beyond(spec).map(lambda value: show(value, spec.unit)), st.sampled_from(NONSENSE), st.text(max_size=12)

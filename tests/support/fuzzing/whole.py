@@ -7,14 +7,14 @@ import tomlkit
 from hypothesis import strategies as st
 
 from fuzzing.values import legal, text_of
+from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import GasFilm, Grid, Injection, Injector, LinearBearing, Shaft
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.effect_tables import spec_of_parameter
 from rotorsim.machine.film import Gas
 from rotorsim.machine.numerics import Solver
-from rotorsim.machine.part import Part, Spec, spec_of
+from rotorsim.machine.part import Part
 from rotorsim.machine.rotor import Disc, Material
 
 LIKELY = {
@@ -25,7 +25,7 @@ COUNTED = ("lobes", "injector", "order", "surface")
 """Words in the names of numbers of effects that have to be whole."""
 
 
-def value(draw: Any, name: str, spec: Spec) -> Any:
+def value(draw: Any, name: str, spec: Quantity) -> Any:
     """Text or number of a legal value."""
     if spec.unit == "1" and any(word in name for word in COUNTED):
         return draw(st.integers(1, 4))
@@ -37,7 +37,7 @@ def table(draw: Any, part: type[Part], skip: tuple[str, ...] = (), must: tuple[s
     """The quantities of a part: those it must have, and some of the others."""
     drawn = {}
     for name, info in part.model_fields.items():
-        spec = spec_of(info)
+        spec = quantity_of(info)
         if spec and name not in skip and (info.is_required() or name in must or draw(st.integers(0, 3)) == 3):
             drawn[name] = value(draw, name, spec)
     return drawn
@@ -94,7 +94,7 @@ def effect(draw: Any, kind: type[Effect], start: float, length: float) -> dict[s
     """Some of the parameters of an effect."""
     drawn: dict[str, Any] = {}
     for field in fields(kind):
-        spec = spec_of_parameter(field)
+        spec = quantity_of(field)
         if field.name == "position":
             drawn["position"] = show(start + length * draw(st.floats(0.05, 0.95)), "m")
         elif spec and draw(st.booleans()):

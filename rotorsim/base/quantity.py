@@ -1,0 +1,178 @@
+"""Declaration of a quantity: unit, limits, sentence; the same for machine files, effects, experiments, designs.
+
+A declared value is read by `Quantity.parse` from text with a unit and checked by `Quantity.check` as a number; both
+raise ValueError with one sentence that names the value, the limit and the way out. A dataclass carries declarations in
+its fields' metadata (`declared`, `quantities`), a machine part in its pydantic fields (`rotorsim.machine.part`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import Field, dataclass, field, fields
+from math import ceil, inf, isfinite, nextafter
+from numbers import Real
+from typing import Any
+
+from rotorsim.base import units
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.sentences import quote
+from rotorsim.base.unit_table import dimension
+
+UNLIMITED = 1e299
+"""Size of the bounds of a quantity without limits."""
+FAR = 2.0
+"""Beyond a limit by this factor a number is a slip of its unit more likely than of itself."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Unit and limits of a value: `above` is open, `low`, `high` are closed; `multiple` makes it whole.
+
+    `unit` is the one that the number is kept in, SI but for controller designs ('1' for a plain number). `samples`
+    makes it a time of whole samples, `choices` one of some words. `attribute` is its name in a record, `example` the
+    value that messages recommend.
+    """
+
+    unit: str = "1"
+    doc: str = ""
+    above: float | None = None
+    low: float | None = None
+    high: float | None = None
+    multiple: int = 0
+    samples: bool = False
+    choices: tuple[str, ...] = ()
+    attribute: str = ""
+    example: float | None = None
+
+    def parse(self, value: Any) -> Any:
+        """Value of text with a unit (a bare number where there is none); raises ValueError with a sentence."""
+        if self.choices:
+            return self._word(value)
+        number = units.parse(value, self.unit, self.suggestion)
+        return self._checked(number, quote(value), units.split(value)[0] if isinstance(value, str) else "")
+
+    def check(self, value: Any) -> Any:
+        """A number in `unit`, or text for `parse`, as a plain float, int or word; raises ValueError with a sentence."""
+        if isinstance(value, str) or self.choices:
+            return self.parse(value)
+        if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
+            given = quote(float(value) if isinstance(value, Real) and not isinstance(value, bool) else value)
+            kind, example = units.a(dimension(self.unit).name), units.quoted(self.suggestion(), self.unit)
+            raise ValueError(f"{given} is not {kind}; write e.g. {example}")
+        number = float(value)
+        return self._checked(number, units.quoted(units.show(number, self.unit), self.unit))
+
+    def holds(self, number: float) -> bool:
+        """Whether a number is within the limits."""
+        low, high = self.bounds
+        return low <= number <= high and (not self.multiple or number % self.multiple == 0)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Smallest and largest number within the limits; `UNLIMITED` where there is none."""
+        low = -UNLIMITED if self.low is None else self.low
+        if self.above is not None:
+            low = max(low, nextafter(self.above, inf) if self.above else 1e-300)
+        return low, UNLIMITED if self.high is None else self.high
+
+    def suggestion(self, digits: str = "") -> str:
+        """Recommended text: the digits with a unit that fits the limits, else an example."""
+        own = "" if self.example is None else self._show(self.example)
+        text = units.suggestion(self.unit, digits, self.holds, own)
+        return text if self.holds(units.parse(text, self.unit)) else self._show(self._within())
+
+    def _within(self) -> float:
+        """A number within the limits that no example meets."""
+        low = self.low if self.low is not None else self.above or 0.0
+        high = self.high if self.high is not None else max(2 * low, 1.0)
+        return float(high if self.multiple else 0.5 * (low + high))
+
+    def _show(self, number: float) -> str:
+        return str(int(number)) if self.multiple else units.show(number, self.unit)
+
+    def _quoted(self, number: float) -> str:
+        return units.quoted(self._show(number), self.unit)
+
+    def _word(self, value: Any) -> str:
+        if value not in self.choices:
+            raise ValueError(f"{quote(value)} is not known; choose one of {', '.join(self.choices)}")
+        return str(value)
+
+    def _checked(self, number: float, given: str, digits: str = "") -> float:
+        """The number within the limits; `given` is how it was written and `digits` those of a text."""
+        if self.above is not None and number <= self.above:
+            limit = units.show(self.above, self.unit) if self.above else "0"
+            example = self._show(-number) if self.holds(-number) else self.suggestion()
+            raise ValueError(f"{given} must be above {limit}; write e.g. {units.quoted(example, self.unit)}")
+        if self.low is not None and number < self.low:
+            slip = self._slip(digits, number, self.low)
+            raise ValueError(f"{given} is below the limit{slip}; write at least {self._quoted(self.low)}")
+        if self.high is not None and number > self.high:
+            slip = self._slip(digits, number, self.high)
+            raise ValueError(f"{given} is above the limit{slip}; write at most {self._quoted(self.high)}")
+        if self.samples:
+            whole_samples(number)
+        return self._whole(number, given) if self.multiple else number
+
+    def _whole(self, number: float, given: str) -> int:
+        near = max(round(number / self.multiple), 1) * self.multiple
+        if number != int(number):
+            raise ValueError(f"{given} is not a whole number; write e.g. {self.suggestion(str(near))}")
+        if number % self.multiple:
+            kind = "even" if self.multiple == 2 else f"a multiple of {self.multiple}"
+            near = ceil(number / self.multiple) * self.multiple
+            raise ValueError(f"{given} is not {kind}; write e.g. {self.suggestion(str(near))}")
+        return int(number)
+
+    def _slip(self, digits: str, number: float, limit: float) -> str:
+        """The digits of a text with a unit that fits, where a number is far beyond its limit; else empty."""
+        if not digits or limit == 0 or 1 / FAR <= number / limit <= FAR:
+            return ""
+        meant = self.suggestion(digits)
+        return f" (is '{meant}' meant?)" if meant.startswith(f"{digits} ") else ""
+
+
+def declared(default: Any, quantity: Quantity) -> Any:
+    """A dataclass field with a default and its declaration."""
+    return field(default=default, metadata={"quantity": quantity})
+
+
+def quantity_of(entry: Any) -> Quantity | None:
+    """Declaration of a dataclass field or of a pydantic one, None for a field without (text, a table, a list)."""
+    carried = entry.metadata if isinstance(entry, Field) else entry.json_schema_extra
+    return carried.get("quantity") if isinstance(carried, Mapping) else None
+
+
+def quantities(owner: Any) -> dict[str, Quantity]:
+    """Declarations of a dataclass (or an instance) by field."""
+    return {entry.name: found for entry in fields(owner) if (found := quantity_of(entry)) is not None}
+
+
+def check_fields(owner: Any) -> Iterator[str]:
+    """Make every declared value of a frozen dataclass a plain one; the faults, 'field: sentence'.
+
+    None stays where it is the default.
+    """
+    for entry in fields(owner):
+        quantity, value = quantity_of(entry), getattr(owner, entry.name)
+        if quantity is None or (value is None and entry.default is None):
+            continue
+        try:
+            object.__setattr__(owner, entry.name, _each(quantity, value))
+        except ValueError as error:
+            yield f"{entry.name}: {error}"
+
+
+def _each(quantity: Quantity, value: Any) -> Any:
+    return tuple(quantity.check(item) for item in value) if isinstance(value, tuple) else quantity.check(value)
+
+
+def whole_samples(seconds: float) -> int:
+    """Samples in a time [s]; raises ValueError if it is not a whole number of them."""
+    count, given, sample = round(seconds / SAMPLE), units.show(seconds, "s"), units.show(SAMPLE, "s")
+    if count < 1 and seconds > 0:
+        raise ValueError(f"'{given}' is shorter than a sample; write at least '{sample}'")
+    if abs(count * SAMPLE - seconds) > 1e-6 * SAMPLE * max(1.0, 1e-6 * count):
+        better = units.show(float(f"{max(count, 1) * SAMPLE:.12g}"), "s")
+        raise ValueError(f"'{given}' is not a whole number of samples of {sample}; write e.g. '{better}'")
+    return count
