@@ -13,9 +13,8 @@ from rotorsim.signals.record_blocks import blocks
 
 LEAST = 0.1
 """A stretch counts from so many seconds on."""
-LONGEST = 5.0
-"""A rest is averaged over the last half of a stretch, at most so many seconds of it."""
 FEWEST = 3
+"""Levels of a gain."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +31,12 @@ class Holds:
     output: str
 
 
-def find_holds(record: xr.Dataset, least: float = LEAST) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First sample, sample after the last, and reference (step, axis) [V] of stretches of `least` seconds or more."""
-    shortest = max(2, round(least / sampling_time(record)))
+def find_holds(record: xr.Dataset, shortest: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First sample, sample after the last, and reference (step, axis) [V] of stretches of `shortest` samples or more.
+
+    Without `shortest`, those of 0.1 s or more.
+    """
+    shortest = max(2, round(LEAST / sampling_time(record))) if shortest is None else shortest
     found: list[tuple[int, int, np.ndarray]] = []
     begin, last, position = 0, None, 0
     for block in blocks(record, ("reference",)):
@@ -52,31 +54,37 @@ def find_holds(record: xr.Dataset, least: float = LEAST) -> tuple[np.ndarray, np
     return np.array(starts, int), np.array(stops, int), np.array(values, float).reshape(len(found), 2)
 
 
-def rest(record: xr.Dataset, output: str, least: float = LEAST) -> Holds:
-    """Mean positions in the last half of every hold, over whole revolutions where the shaft makes them.
+def rest(record: xr.Dataset, output: str, shortest: int | None = None, share: float = 0.5) -> Holds:
+    """Mean positions in the last `share` of every hold, over whole revolutions where the shaft makes one in it.
 
     Raises
     ------
     MissingError
-        With fewer than three holds of different reference.
+        Without a reference that rests.
     """
     need("reference" in record, "The record has no reference of the actuators.")
-    start, stop, reference = find_holds(record, least)
-    levels = len(np.unique(reference, axis=0)) if len(start) else 0
-    need(levels >= FEWEST, f"The reference rests at {levels} levels for {least:g} s or longer; a gain takes {FEWEST}.")
-    names = [output, "angle", *(["pin"] if "pin" in record else [])]
-    cap = max(2, round(LONGEST / sampling_time(record)))
-    rows = [_settled(record, names, max((a + b) // 2, b - cap), b) for a, b in zip(start, stop, strict=True)]
+    start, stop, reference = find_holds(record, shortest)
+    need(len(start) > 0, "The reference never rests.")
+    names = [output, *(["pin"] if "pin" in record else [])]
+    first = [b - _window(record, a, b, share) for a, b in zip(start, stop, strict=True)]
+    rows = [_settled(record, names, a, b) for a, b in zip(first, stop, strict=True)]
     disc, scatter, pin = (np.array(part) for part in zip(*rows, strict=True))
     return Holds(reference, disc, scatter, pin if "pin" in record else None, start, stop, output)
+
+
+def _window(record: xr.Dataset, start: int, stop: int, share: float) -> int:
+    """Samples to average at the end of a hold."""
+    n = max(round((stop - start) * share), 1)
+    if "speed" not in record:
+        return n
+    speed = abs(float(np.asarray(record["speed"].isel(time=slice(start, stop)).values, float).mean()))
+    turn = 2 * np.pi / (speed * round(sampling_time(record), 12)) if speed > 0 else np.inf
+    return round(n // turn * turn) if n >= turn else n
 
 
 def _settled(record: xr.Dataset, names: list[str], start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean and scatter (axis,) of the disc and mean (injector,) of the pins between two samples."""
     part = record[names].isel(time=slice(start, stop))
-    angle = np.asarray(part["angle"].values, float)
-    whole = np.floor(abs(angle[-1] - angle[0]) / (2 * np.pi) + 1e-9) * 2 * np.pi
-    kept = np.abs(angle[-1] - angle) < whole - 1e-9 if whole else np.ones(len(angle), bool)
-    disc = np.asarray(part[names[0]].values, float)[kept]
-    pin = np.asarray(part["pin"].values, float)[kept].mean(axis=0) if "pin" in part else np.zeros(0)
+    disc = np.asarray(part[names[0]].values, float)
+    pin = np.asarray(part["pin"].values, float).mean(axis=0) if "pin" in part else np.zeros(0)
     return disc.mean(axis=0), disc.std(axis=0), pin

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.signals.gain import Branches, branch_distance
 from rotorsim.signals.holds import Holds
+from rotorsim.signals.static_gain import Branches, branch_distance
 
 STILL = 1e-9
 """Pins that travel less [m] are left out."""
@@ -42,5 +42,5 @@ def loops(holds: Holds, gains: list[Branches]) -> list[Loop]:
 def _loop(holds: Holds, gain: Branches, k: int) -> Loop:
     assert holds.pin is not None
     pin = holds.pin[gain.steps, k]
-    opening = float(branch_distance(gain.reference, pin[:, None], gain.rising)[0])
+    opening = float(branch_distance(gain.reference, pin[:, None])[0])
     return Loop(k + 1, gain.axis, gain.reference, pin, gain.rising, float(np.ptp(pin)), opening)

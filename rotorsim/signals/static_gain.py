@@ -1,19 +1,21 @@
-"""Static gain from a staircase: rest position of the disc at each reference (thesis C.3.1, figure C.5).
+r"""Static gain from the rest positions of a staircase: linear fit per input, deviations and hysteresis.
 
-Rest is the mean over the last part of a step, over whole revolutions where the shaft turns and one fits. For each
-driven axis a line is fitted to all its steps; what is left is the deviation, and the difference between the ways up and
-down is the hysteresis. Works on any record of the schema, so also on one of a rig.
+.. math:: d_i = d_{i0} + G_{ij} r_j
+
+fitted by least squares over the rests of input j with the other input at its usual value. Source: thesis, section C.3.1
+and figure C.5. Works on any record of the schema, so also on one of a rig.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.signals.holds import FEWEST, Holds, rest
+from rotorsim.signals.missing import MissingError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +30,28 @@ NAMES = {
     "deviation_rms": "rms deviation from linear",
     "hysteresis": "largest opening between up and down",
 }
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Rests of one input, numbers `steps` of all holds, in order: `reference` (step,) [V], `position` (step, output)
+    [m], `rising` (step,) whether the reference rose to the step; fitted `gain` (output,) [m/V], `offset` (output,) [m],
+    `deviation` (step, output) [m]."""
+
+    axis: int
+    steps: np.ndarray
+    reference: np.ndarray
+    position: np.ndarray
+    rising: np.ndarray
+    gain: np.ndarray
+    offset: np.ndarray
+    deviation: np.ndarray
+    other_moves: bool
+
+    @property
+    def opening(self) -> np.ndarray:
+        """Largest distance (output,) [m] between rising and falling branch at one reference; NaN without both."""
+        return branch_distance(self.reference, self.position)
 
 
 def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None = None) -> xr.Dataset:
@@ -47,7 +71,7 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
     Dataset
         reference (step, axis) [V] and disc (step, axis) [m]; gain (output, input) [m/V], offset (output, input) [m],
         deviation_max, deviation_rms and hysteresis (output, input) [m] for the driven inputs: the largest and the rms
-        distance from the line, and the largest opening between the ways up and down.
+        distance from the line, and the largest opening between the ways up and down, 0 without both.
 
     Raises
     ------
@@ -58,66 +82,81 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
 
     if not 0 < share <= 1:
         raise DataError(f"share = {share}: must be above 0 and at most 1; give e.g. 0.5")
-    levels, rest = rests(record, share, variable)
-    driven = [axis for axis in range(2) if len(np.unique(levels[:, axis])) >= 3]
-    if not driven:
-        raise DataError("record: no axis of its reference has three levels; give the record of a staircase")
-    fits = [fit_axis(levels, rest, axis) for axis in driven]
-    length, gain = {"units": "m"}, {"units": "m/V"}
-    columns = {name: np.stack([fit[name] for fit in fits], axis=1) for name in fits[0]}
-    variables = {
-        name: (("output", "input"), columns[name], (gain if name == "gain" else length) | {"long_name": label})
-        for name, label in NAMES.items()
-    }
-    steps = {"reference": (("step", "axis"), levels, {"units": "V", "long_name": "reference of a step"}),
-             "disc": (("step", "axis"), rest, length | {"long_name": "disc at rest"})}  # fmt: skip
-    coords = {"axis": list(AXIS), "output": list(AXIS), "input": [AXIS[axis] for axis in driven]}
-    return xr.Dataset(steps | variables, coords, {"share": share})
-
-
-def rests(record: xr.Dataset, share: float, variable: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Levels (n, 2) [V] and rests of the disc (n, 2) [m] of all steps that are long enough."""
     wanted = ("disc_measured", "disc") if variable is None else (variable,)
     disc = next((name for name in wanted if name in record), None)
     if disc is None or "reference" not in record:
         raise DataError(f"record: lacks 'reference' or '{wanted[0]}'; give the record of a staircase")
-    reference, position = (np.asarray(record[name].values, float) for name in ("reference", disc))
-    speed = np.asarray(record["speed"].values, float) if "speed" in record else np.zeros(len(reference))
-    jumps = np.flatnonzero(np.any(np.diff(reference, axis=0) != 0, axis=1)) + 1
-    steps = [(a, b) for a, b in pairwise([0, *jumps, len(reference)]) if b - a >= SHORTEST]
-    if not steps:
-        raise DataError("record: the reference never rests; give the record of a staircase")
-    windows = [window(a, b, share, abs(float(speed[a:b].mean()))) for a, b in steps]
-    rest = np.array([position[b - n : b].mean(axis=0) for (_, b), n in zip(steps, windows, strict=True)])
-    return reference[[a for a, _ in steps]], rest
+    try:
+        holds = rest(record, disc, SHORTEST, share)
+    except MissingError as error:
+        raise DataError(f"record: {error} Give the record of a staircase") from error
+    fits = static_gain(holds)
+    if not fits:
+        raise DataError("record: no axis of its reference has three levels; give the record of a staircase")
+    length, gain = {"units": "m"}, {"units": "m/V"}
+    columns = {name: np.stack([_numbers(fit)[name] for fit in fits], axis=1) for name in NAMES}
+    variables = {
+        name: (("output", "input"), columns[name], (gain if name == "gain" else length) | {"long_name": label})
+        for name, label in NAMES.items()
+    }
+    steps = {"reference": (("step", "axis"), holds.reference, {"units": "V", "long_name": "reference of a step"}),
+             "disc": (("step", "axis"), holds.disc, length | {"long_name": "disc at rest"})}  # fmt: skip
+    coords = {"axis": list(AXIS), "output": list(AXIS), "input": [AXIS[fit.axis] for fit in fits]}
+    return xr.Dataset(steps | variables, coords, {"share": share})
 
 
-def window(a: int, b: int, share: float, speed: float) -> int:
-    """Samples to average at the end of a step: whole revolutions where one fits."""
-    n = max(round((b - a) * share), 1)
-    turn = 2 * np.pi / (speed * SAMPLE) if speed > 0 else np.inf
-    return round(n // turn * turn) if n >= turn else n
+def _numbers(fit: Branches) -> dict[str, np.ndarray]:
+    """Variables (output,) of one input."""
+    left = fit.deviation
+    return {"gain": fit.gain, "offset": fit.offset, "deviation_max": np.abs(left).max(axis=0),
+            "deviation_rms": np.sqrt((left**2).mean(axis=0)), "hysteresis": np.nan_to_num(fit.opening)}  # fmt: skip
 
 
-def fit_axis(levels: np.ndarray, rest: np.ndarray, axis: int) -> dict[str, np.ndarray]:
-    """Line, deviations and hysteresis (2,) of both outputs over the steps that drive one axis."""
-    mine = levels[:, 1 - axis] == 0
-    r, p = levels[mine, axis], rest[mine]
-    if len(np.unique(levels[:, 1 - axis])) > 1:  # without the rests at 0 V of the other axis' staircase
-        swept = np.flatnonzero(r != 0)
-        r, p = r[max(swept[0] - 1, 0) : swept[-1] + 2], p[max(swept[0] - 1, 0) : swept[-1] + 2]
-    slope, offset = np.polyfit(r, p, 1)
-    left = p - np.outer(r, slope) - offset
-    return {"gain": slope, "offset": offset, "deviation_max": np.abs(left).max(axis=0),
-            "deviation_rms": np.sqrt((left**2).mean(axis=0)), "hysteresis": opening(r, p)}  # fmt: skip
+def static_gain(holds: Holds) -> list[Branches]:
+    """Branches of every input that takes three levels or more; the disc's positions are the outputs.
+
+    Test: ``test_signals.py::test_a_known_gain_with_a_loop_is_found``.
+    """
+    chosen = [(axis, *_steps_of(holds, axis)) for axis in (0, 1)]
+    return [_fit(holds, *c) for c in chosen if len(np.unique(holds.reference[c[1], c[0]])) >= FEWEST]
 
 
-def opening(r: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Largest difference (2,) between rests at the same level reached from below and from above; 0 without both."""
+def _steps_of(holds: Holds, axis: int) -> tuple[np.ndarray, bool]:
+    """Steps to or from which this input moves with the other at its usual value; all if these are too few."""
+    other, length = holds.reference[:, 1 - axis], holds.stop - holds.start
+    levels, index = np.unique(other, return_inverse=True)
+    usual = levels[np.bincount(index, weights=length).argmax()]
+    own = holds.reference[:, axis]
+    changes = np.concatenate(([False], np.diff(own) != 0, [False]))
+    steps = np.flatnonzero((other == usual) & (changes[:-1] | changes[1:]))
+    if len(np.unique(holds.reference[steps, axis])) >= FEWEST:
+        return steps, False
+    return np.arange(len(other)), len(levels) > 1
+
+
+def _fit(holds: Holds, axis: int, steps: np.ndarray, other_moves: bool) -> Branches:
+    r, d = holds.reference[steps, axis], holds.disc[steps]
+    slope, offset = np.polyfit(r, d, 1)
+    left = d - np.outer(r, slope) - offset
+    return Branches(axis, steps, r, d, directions(r), slope, offset, left, other_moves)
+
+
+def directions(r: np.ndarray) -> np.ndarray:
+    """Whether each value (n,) was reached from below; where nothing changes, as before."""
+    change = np.sign(np.diff(r))
+    moved = np.flatnonzero(change)
+    if not moved.size:
+        return np.ones(r.shape, bool)
+    last = np.maximum.accumulate(np.where(change != 0, np.arange(change.size), moved[0]))
+    return np.append(change[moved[0]] > 0, change[last] > 0)
+
+
+def branch_distance(r: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Largest distance (output,) between rests d (n, output) at one r (n,) reached from below and from above, else NaN.
+
+    The first rest was reached from neither.
+    """
     way = np.sign(np.diff(r, prepend=r[0]))
-    widest = np.zeros(2)
-    for level in np.unique(r):
-        up, down = p[(r == level) & (way > 0)], p[(r == level) & (way < 0)]
-        if len(up) and len(down):
-            widest = np.maximum(widest, np.abs(up[:, None] - down[None]).max(axis=(0, 1)))
-    return widest
+    pairs = [(d[(r == level) & (way > 0)], d[(r == level) & (way < 0)]) for level in np.unique(r)]
+    widest = [np.abs(up[:, None] - down[None]).max(axis=(0, 1)) for up, down in pairs if len(up) and len(down)]
+    return np.max(widest, axis=0) if widest else np.full(d.shape[1], np.nan)

@@ -10,7 +10,6 @@ from scipy.signal import lfilter
 from identification import make_record
 from rotorsim.signals.decay import decay_of
 from rotorsim.signals.deceleration import deceleration_of
-from rotorsim.signals.gain import branch_distance, directions, static_gain
 from rotorsim.signals.holds import find_holds, rest
 from rotorsim.signals.hysteresis import loops
 from rotorsim.signals.impact import impact_transfer, ring_downs
@@ -20,6 +19,7 @@ from rotorsim.signals.pulses import find_pulses, steady_motion
 from rotorsim.signals.runout import runout_of
 from rotorsim.signals.sensors import difference_of
 from rotorsim.signals.spectrum import spectrum_of
+from rotorsim.signals.static_gain import branch_distance, directions, static_gain
 from rotorsim.signals.stretch import eventful_stretch
 from rotorsim.signals.transfer import welch_transfer
 
@@ -149,7 +149,7 @@ def _small_blocks(record: xr.Dataset, names: tuple[str, ...], size: int) -> list
 
 def test_branches_without_a_way_back_have_no_distance() -> None:
     r = np.arange(4.0)
-    assert np.isnan(branch_distance(r, r[:, None], directions(r))).all()
+    assert np.isnan(branch_distance(r, r[:, None])).all()
 
 
 @pytest.mark.parametrize(("frequency", "zeta"), [(60.0, 0.02), (35.0, 0.1)])

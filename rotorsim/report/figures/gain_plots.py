@@ -8,8 +8,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
-from rotorsim.signals.gain import Branches
 from rotorsim.signals.hysteresis import Loop
+from rotorsim.signals.static_gain import Branches
 
 SYMBOLS = {True: "triangle-up", False: "triangle-down-open"}
 

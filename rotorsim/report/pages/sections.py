@@ -22,7 +22,6 @@ from rotorsim.report.pages.run import Run
 from rotorsim.report.text import captions as c, experiment_captions as e
 from rotorsim.signals import hysteresis, impact
 from rotorsim.signals.deceleration import deceleration_of
-from rotorsim.signals.gain import static_gain
 from rotorsim.signals.holds import rest
 from rotorsim.signals.missing import need
 from rotorsim.signals.prepare import sampling_time
@@ -30,6 +29,7 @@ from rotorsim.signals.record_blocks import displacement_name
 from rotorsim.signals.runout import runout_of
 from rotorsim.signals.sensors import difference_of
 from rotorsim.signals.spectrum import spectrum_of
+from rotorsim.signals.static_gain import static_gain
 from rotorsim.signals.transfer import Transfer, welch_transfer
 
 RESPONSE_REACH = 500.0

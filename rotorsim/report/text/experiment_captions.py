@@ -9,12 +9,12 @@ from rotorsim.report.figures.filtered_orbit_plots import mean_orders
 from rotorsim.report.figures.transfer_plots import NAMES, UNITS
 from rotorsim.report.pages.run import Run
 from rotorsim.signals.deceleration import Deceleration
-from rotorsim.signals.gain import Branches
 from rotorsim.signals.hysteresis import Loop
 from rotorsim.signals.impact import RingDown
 from rotorsim.signals.runout import Runout
 from rotorsim.signals.sensors import Difference
 from rotorsim.signals.spectrum import Spectrum
+from rotorsim.signals.static_gain import Branches
 from rotorsim.signals.transfer import Transfer, peak_of
 
 MANY_MODES = 0.15
