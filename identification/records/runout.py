@@ -60,11 +60,16 @@ def estimate_runout(
             f"runout: the shaft turns {turns:.2g} times, the filter needs 2 turns or more; record longer at speed"
         )
     if kind == "harmonic":
-        basis = np.column_stack([np.ones(len(angle)), harmonics(angle, fitting_count(angle, count))])
-        return Runout(kind, np.linalg.lstsq(basis, y, rcond=1e-8)[0][1:])
+        return Runout(kind, fit_harmonics(angle, y, fitting_count(angle, count)))
     if kind == "table":
         return Runout(kind, _table(angle, y, bins))
     raise UnfitError(f"runout: kind {kind!r}; choose 'harmonic' or 'table'")
+
+
+def fit_harmonics(angle: np.ndarray, y: np.ndarray, count: int) -> np.ndarray:
+    """Coefficients (2 count, 2) [m] of cosines and sines of y (n, 2) [m] over angles (n,) [rad], next to a mean."""
+    basis = np.column_stack([np.ones(len(angle)), harmonics(angle, count)])
+    return np.asarray(np.linalg.lstsq(basis, y, rcond=1e-8)[0][1:])
 
 
 def fitting_count(angle: np.ndarray, count: int) -> int:

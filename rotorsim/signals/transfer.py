@@ -1,11 +1,12 @@
-r"""Frequency response of the disc to its inputs: H1 estimate and coherence from averaged spectra.
+r"""Frequency response for a figure: H1 estimate and coherence at the driven frequencies of a record of any length.
 
 .. math:: H_1 = S_{yu} S_{uu}^{-1}, \qquad
           \gamma_i^2 = \frac{(S_{yu} S_{uu}^{-1} S_{uy})_{ii}}{S_{y_i y_i}}
 
 with the (multiple) coherence :math:`\gamma_i^2`: the share of the motion along axis i that follows linearly from the
 inputs. Source: Bendat and Piersol, Random Data (2010), chapters 6 and 7. Assumes: noise at the output only, inputs
-that do not follow the output (no feedback).
+that do not follow the output (no feedback). An identification starts from `identification.records.frf`: every line,
+regularised, from samples in memory.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from rotorsim.signals.impact import impact_transfer, ring_downs
 from rotorsim.signals.missing import MissingError
 from rotorsim.signals.prepare import prepared
 from rotorsim.signals.pulses import find_pulses, steady_motion
-from rotorsim.signals.runout import runout_of
+from rotorsim.signals.runout_profile import runout_of
 from rotorsim.signals.sensors import difference_of
 from rotorsim.signals.spectrum import spectrum_of
 from rotorsim.signals.static_gain import branch_distance, directions, static_gain

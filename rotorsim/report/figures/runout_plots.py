@@ -8,10 +8,10 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, compact, faint, style
-from rotorsim.signals.runout import Runout
+from rotorsim.signals.runout_profile import RunoutProfile
 
 
-def runout_figure(runout: Runout) -> go.Figure:
+def runout_figure(runout: RunoutProfile) -> go.Figure:
     """Mean per angle [um] with a band of one standard deviation, next to the harmonics' amplitudes 0-pk [um]."""
     figure = make_subplots(1, 2, column_widths=[0.66, 0.34], horizontal_spacing=0.1,
                            subplot_titles=["mean over the revolutions", "harmonics"])  # fmt: skip
@@ -26,7 +26,7 @@ def runout_figure(runout: Runout) -> go.Figure:
     return style(figure, 440, barmode="group")
 
 
-def _profile(runout: Runout, k: int, axis: str) -> list[go.Scatter]:
+def _profile(runout: RunoutProfile, k: int, axis: str) -> list[go.Scatter]:
     degrees, mean, spread = np.degrees(runout.angle), runout.mean[:, k] * TO_UM, runout.scatter[:, k] * TO_UM
     edge = {"x": compact(degrees), "mode": "lines", "line": {"width": 0}, "showlegend": False, "hoverinfo": "skip"}
     return [
@@ -38,7 +38,7 @@ def _profile(runout: Runout, k: int, axis: str) -> list[go.Scatter]:
     ]  # fmt: skip
 
 
-def _bars(runout: Runout, k: int, axis: str) -> go.Bar:
+def _bars(runout: RunoutProfile, k: int, axis: str) -> go.Bar:
     size = np.abs(runout.harmonic[:, k]) * TO_UM
     return go.Bar(x=np.arange(1, size.size + 1), y=compact(size), marker={"color": AXIS_COLOURS[axis]},
                   name=f"disc {axis}", legendgroup=axis, showlegend=False,

@@ -26,7 +26,7 @@ from rotorsim.signals.holds import rest
 from rotorsim.signals.missing import need
 from rotorsim.signals.prepare import sampling_time
 from rotorsim.signals.record_blocks import displacement_name
-from rotorsim.signals.runout import runout_of
+from rotorsim.signals.runout_profile import runout_of
 from rotorsim.signals.sensors import difference_of
 from rotorsim.signals.spectrum import spectrum_of
 from rotorsim.signals.static_gain import static_gain

@@ -11,7 +11,7 @@ from rotorsim.report.pages.run import Run
 from rotorsim.signals.deceleration import Deceleration
 from rotorsim.signals.hysteresis import Loop
 from rotorsim.signals.impact import RingDown
-from rotorsim.signals.runout import Runout
+from rotorsim.signals.runout_profile import RunoutProfile
 from rotorsim.signals.sensors import Difference
 from rotorsim.signals.spectrum import Spectrum
 from rotorsim.signals.static_gain import Branches
@@ -134,7 +134,7 @@ def _whirl(run: Run, forward: bool) -> str:
     return "forward" if forward == (run.mean_speed >= 0) else "backward"
 
 
-def runout_caption(run: Run, runout: Runout) -> str:
+def runout_caption(run: Run, runout: RunoutProfile) -> str:
     """Peak-to-peak runout, its harmonics and the scatter."""
     parts = []
     for k, axis in enumerate("xy"):

@@ -1,8 +1,9 @@
-r"""Runout over the shaft angle from displacement sensors at slow roll.
+r"""Runout profile for a figure: mean and scatter over the shaft angle at slow roll, from a record of any length.
 
 .. math:: d(\alpha) = d_0 + \sum_n \Re\{R_n e^{i n \alpha}\}
 
-Mean and scatter in bins of the shaft angle, and the harmonics of the mean.
+Mean and scatter in bins of the shaft angle, in one pass, and the harmonics of the mean. What a prefilter subtracts is
+`identification.records.runout`: a function of the angle, without gaps and of zero mean, from samples in memory.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from identification.records.runout import fit_harmonics
 from rotorsim.signals.missing import need
 from rotorsim.signals.record_blocks import blocks
 
@@ -19,7 +21,7 @@ BINS, HARMONICS = 180, 8
 
 
 @dataclass(frozen=True)
-class Runout:
+class RunoutProfile:
     """Over `angle` (bin,) [rad]: `mean` (bin, axis) [m] about its own mean and standard deviation `scatter` (bin,
     axis) [m]; `harmonic` (order, axis) complex 0-pk [m] of 1X, 2X ...; number of `revolutions`."""
 
@@ -30,7 +32,7 @@ class Runout:
     revolutions: float
 
 
-def runout_of(record: xr.Dataset, name: str, revolutions: float, bins: int = BINS) -> Runout:
+def runout_of(record: xr.Dataset, name: str, revolutions: float, bins: int = BINS) -> RunoutProfile:
     """Runout profile of a variable (time, axis) [m] over `angle`, in one pass; empty bins are NaN.
 
     Test: ``test_signals.py::test_a_runout_of_known_harmonics_is_found``.
@@ -50,14 +52,11 @@ def runout_of(record: xr.Dataset, name: str, revolutions: float, bins: int = BIN
     mean = sums / held
     scatter = np.sqrt(np.maximum(squares / held - mean**2, 0))
     angle = (np.arange(bins) + 0.5) * 2 * np.pi / bins
-    return Runout(angle, mean - np.nanmean(mean, axis=0), scatter, _harmonics(angle, mean), revolutions)
+    return RunoutProfile(angle, mean - np.nanmean(mean, axis=0), scatter, _harmonics(angle, mean), revolutions)
 
 
 def _harmonics(angle: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """Complex amplitudes (order, axis) of the profile by least squares over the bins that hold samples."""
-    orders = np.arange(1, HARMONICS + 1)
+    """Complex amplitudes (order, axis) of the profile over the bins that hold samples."""
     seen = np.isfinite(mean[:, 0])
-    waves = np.outer(angle[seen], orders)
-    basis = np.column_stack((np.ones(seen.sum()), np.cos(waves), np.sin(waves)))
-    c, *_ = np.linalg.lstsq(basis, mean[seen], rcond=None)
-    return np.asarray(c[1 : HARMONICS + 1] - 1j * c[HARMONICS + 1 :])
+    c = fit_harmonics(angle[seen], mean[seen], HARMONICS)
+    return np.asarray(c[:HARMONICS] - 1j * c[HARMONICS:])
