@@ -148,19 +148,19 @@ def quantities(owner: Any) -> dict[str, Quantity]:
     return {entry.name: found for entry in fields(owner) if (found := quantity_of(entry)) is not None}
 
 
-def check_fields(owner: Any) -> Iterator[str]:
-    """Make every declared value of a frozen dataclass a plain one; the faults, 'field: sentence'.
+def check_fields(owner: Any) -> Iterator[tuple[str, str]]:
+    """Make every declared value of a frozen dataclass a plain one; fields with faults and their sentences.
 
-    None stays where it is the default.
+    None stays where the annotation allows it.
     """
     for entry in fields(owner):
         quantity, value = quantity_of(entry), getattr(owner, entry.name)
-        if quantity is None or (value is None and entry.default is None):
+        if quantity is None or (value is None and "None" in str(entry.type)):
             continue
         try:
             object.__setattr__(owner, entry.name, _each(quantity, value))
         except ValueError as error:
-            yield f"{entry.name}: {error}"
+            yield entry.name, str(error)
 
 
 def _each(quantity: Quantity, value: Any) -> Any:

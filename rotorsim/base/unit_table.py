@@ -46,6 +46,7 @@ TABLE: dict[str, Dimension] = {
         {"rad/s": "1", "rpm": _RPM, "krpm": _KRPM, "Hz": _TURN, "deg/s": _DEG},
     ),
     "1/s": Dimension("angular frequency", "101 rad/s", ("rad/s",), {"rad/s": "1", "1/s": "1"}),
+    "Hz": Dimension("frequency", "50 Hz", ("Hz",), {"Hz": "1", "kHz": "1e3", "MHz": "1e6", "mHz": "1e-3"}),
     "rad/s^2": Dimension(
         "rotational acceleration",
         "100 rpm/s",
@@ -83,7 +84,7 @@ TABLE: dict[str, Dimension] = {
     "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),
 }
 
-CLOSED = frozenset({"rad", "rad/s", "rad/s^2", "1/s"})
+CLOSED = frozenset({"rad", "rad/s", "rad/s^2", "1/s", "Hz"})
 """Dimensions whose units are these and no others: pint takes radians for a number and 1 Hz for 1 rad/s."""
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import Field, fields, is_dataclass, replace
 from typing import Any
 
+from rotorsim.base.quantity import quantity_of
+from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
-from rotorsim.base.units import parse
 from rotorsim.control import designs
 from rotorsim.control.designs.plants import Model
+from rotorsim.control.designs.specification import explained
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 
@@ -31,10 +33,6 @@ def module_of(name: str) -> Any:
     if name not in DESIGNS:
         raise DesignError(f"design: '{name}' is not known; {did_you_mean(name, DESIGNS)}")
     return getattr(designs, name)
-
-
-UNITS = {"speed": ("rad/s", "4000 rpm"), "slowest": ("rad/s", "1000 rpm"), "pressure": ("Pa", "0.5 MPa")}
-"""Fields that are read with a unit: the one they are kept in, and an example."""
 
 
 def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
@@ -62,38 +60,35 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
 
 
 def _changed(spec: Any, path: list[str], value: str, setting: str) -> Any:
-    names = [field.name for field in fields(spec)]
-    if path[0] not in names:
-        raise DesignError(f"--spec: '{setting}': no field '{path[0]}'; known are {', '.join(names)}")
+    known = {entry.name: entry for entry in fields(spec)}
+    if path[0] not in known:
+        raise DesignError(f"--spec: '{setting}': no field '{path[0]}'; known are {', '.join(known)}")
     old = getattr(spec, path[0])
     if len(path) > 1:
         if not is_dataclass(old):
             raise DesignError(f"--spec: '{setting}': '{path[0]}' has no fields of its own; write {path[0]}=VALUE")
         return replace(spec, **{path[0]: _changed(old, path[1:], value, setting)})
-    return replace(spec, **{path[0]: _value(old, path[0], value, setting)})
-
-
-def _value(old: Any, name: str, text: str, setting: str) -> Any:
-    """The text as a value of the kind that the field holds; speeds and pressures have units."""
-    if name in UNITS:
-        return _quantity(text, setting, *UNITS[name])
+    if is_dataclass(old):
+        raise DesignError(f"--spec: '{setting}': '{path[0]}' has several fields; write {path[0]}.FIELD=VALUE")
     try:
-        if isinstance(old, bool):
-            return {"true": True, "false": False}[text.lower()]
-        if name == "order" and text.lower() in ("none", "auto"):
-            return None
-        if isinstance(old, tuple):
-            numbers = tuple(type(old[0])(part) for part in text.replace("x", ",").split(","))
-            if len(numbers) != len(old) and name != "orders":
-                raise ValueError
-            return numbers
-        return type(old)(text) if old is not None else int(text)
-    except (ValueError, KeyError) as error:
-        raise DesignError(f"--spec: '{setting}': '{text}' is not a value like {old}; give another") from error
+        read = _value(known[path[0]], value)
+    except ValueError as error:
+        raise DesignError(f"--spec: '{setting}': {explained(spec, path[0], str(error))}") from error
+    return replace(spec, **{path[0]: read})
 
 
-def _quantity(text: str, setting: str, unit: str, example: str) -> float:
-    try:
-        return float(parse(text, unit))
-    except (ValueError, KeyError) as error:
-        raise DesignError(f"--spec: '{setting}': '{text}' is not a number with a unit; write e.g. {example}") from error
+def _value(entry: Field[Any], text: str) -> Any:
+    """The text as a value of a field; raises ValueError with a sentence."""
+    quantity, kind = quantity_of(entry), str(entry.type)
+    if quantity is None:
+        if text.lower() not in ("true", "false"):
+            raise ValueError(f"{quote(text)} is neither true nor false; write one of them")
+        return text.lower() == "true"
+    if "None" in kind and text.lower() in ("none", "auto"):
+        return None
+    if not isinstance(entry.default, tuple):
+        return quantity.parse(text)
+    parts = [part.strip() for part in text.replace("x", ",").split(",")]
+    if len(parts) != len(entry.default) and "..." not in kind:
+        raise ValueError(f"{quote(text)} is not {len(entry.default)} values; write them with commas between")
+    return tuple(quantity.parse(part) for part in parts)

@@ -43,8 +43,8 @@ def check_parameters(experiment: Any) -> None:
 
     Warns Unusual of one far from all that is done.
     """
-    for fault in check_fields(experiment):
-        raise DataError(fault)
+    for name, sentence in check_fields(experiment):
+        raise DataError(f"{name}: {sentence}")
     for entry, known in parameters(experiment):
         value = getattr(experiment, entry.name)
         if value is not None:

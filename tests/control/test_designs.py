@@ -1,9 +1,12 @@
 """Controller designs on the rig's identified model: stable sampled loops, specified damping, refusals."""
 
+from dataclasses import fields, is_dataclass
+
 import numpy as np
 import pytest
 
 from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.quantity import quantities
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, p, placement, youla
@@ -96,7 +99,7 @@ def test_the_disk_margin_is_met_by_gain_and_phase(model):
 def test_tustin_refuses_poles_beyond_its_reach(model):
     with pytest.raises(DesignError, match=r"fastest pole.*exceeds 10/Ts"):
         p.design(model, p.Spec(low_pass=1e5))
-    with pytest.raises(DesignError, match="is not a sampling time"):
+    with pytest.raises(DesignError, match=r"p\.Ts: '0 ms' must be above 0; write e\.g\. '0\.2 ms'"):
         p.design(model, p.Spec(Ts=0.0))
 
 
@@ -170,6 +173,20 @@ def test_a_mode_that_cannot_be_moved_or_seen_is_named(model, name, word):
         lqr.design(replace(one, A=A, B=B, C=C))
 
 
+@pytest.mark.parametrize("name", ["y", "u", "force", "noise"])
+def test_a_weight_that_is_not_positive_is_refused_with_its_meaning(name):
+    with pytest.raises(DesignError, match=rf"lqr\.{name}: .* must be above 0; .*without it there is no optimum\)"):
+        lqr.Spec(**{name: 0.0})
+
+
+def test_every_number_of_a_specification_is_declared():
+    for name in DESIGNS:
+        spec = module_of(name).Spec()
+        for one in (spec, getattr(spec, "weights", spec)):
+            loose = [f.name for f in fields(one) if f.name not in quantities(one)]
+            assert all(isinstance(getattr(one, f), bool) or is_dataclass(getattr(one, f)) for f in loose)
+
+
 def test_every_design_has_a_name_and_text_changes_its_specification():
     for name in DESIGNS:
         assert module_of(name).Spec() == make_spec(name)
@@ -177,7 +194,11 @@ def test_every_design_has_a_name_and_text_changes_its_specification():
     assert spec.speed == pytest.approx(4 * KRPM)
     assert (spec.pressure, spec.weights.k_0, spec.order) == (0.4e6, 0.7, None)
     assert make_spec("lpv", ["grid=4x3"]).grid == (4, 3)
-    for text, word in (("k_0=1", "no field"), ("speed", "is not FIELD=VALUE"), ("backoff=x", "is not a value like")):
+    for text, word in (
+        ("k_0=1", "no field"),
+        ("speed", "is not FIELD=VALUE"),
+        ("backoff=x", "'x' is not a number; write e.g. 1.02"),
+    ):
         with pytest.raises(DesignError, match=word):
             make_spec("hinf", [text])
     with pytest.raises(DesignError, match="did you mean 'hinf'"):

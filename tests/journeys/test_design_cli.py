@@ -31,17 +31,20 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         (("hinf", "nothing.json"), "is not there"),
         (("hinf", MODEL, "--spec", "speed=12000 rpm"), "lies outside the 0 to 6 krpm"),
         (("hinf", MODEL, "--spec", "weights.k_1=3"), "no field 'k_1'"),
-        (("hinf", MODEL, "--spec", "Ts=1e-2"), "exceeds 10/Ts"),
+        (("hinf", MODEL, "--spec", "Ts=10 ms"), "exceeds 10/Ts"),
         (("p", MODEL, "--spec", "kappa_x=-1.125"), "the loop with the model is unstable"),
         (("p", MODEL, "--bias", "9,0"), "leaves no room below the limit"),
         (("p", MODEL, "--bias", "nan,0"), "is not a pair of voltages"),
         (("p", MODEL, "--bias", "much"), "is not a pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
         (("lqr", MODEL, "--preset", "mild"), "it has none, use --spec"),
-        (("hinf", MODEL, "--spec", "speed=4000"), "is not a number with a unit; write e.g. 4000 rpm"),
+        (("hinf", MODEL, "--spec", "speed=4000"), "'4000' has no unit; write e.g. '4000 rpm'"),
         (("hinf", BROKEN), "is not a model (it has no 'A')"),
-        (("lqr", MODEL, "--spec", "Ts=0"), "is not a sampling time"),
-        (("hinf", MODEL, "--spec", "weights.zeta_1=-3"), "weighting filter unstable"),
+        (("lqr", MODEL, "--spec", "Ts=0 s"), "'0 s' must be above 0; write e.g. '0.2 ms'"),
+        (
+            ("hinf", MODEL, "--spec", "weights.zeta_1=-3"),
+            "W_p and its inverse are stable above 0",
+        ),
         (("hinf", MODEL, "--spec", "weights.over_M_b=0"), "some reference costs nothing at high frequency"),
         (("lpv", MODEL, "--spec", "grid=2x2", "--spec", "bound=1e-3"), "no Y keeps its inequality"),
     ],
@@ -83,7 +86,7 @@ def test_a_law_for_three_channels_is_refused(run, tmp_path):
 
 
 def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
-    run("design", "p", MODEL, "--spec", "Ts=1e-4", "--spec", "check=false", "--out", tmp_path / "p.json")
+    run("design", "p", MODEL, "--spec", "Ts=0.1 ms", "--spec", "check=false", "--out", tmp_path / "p.json")
     code, _, err = run("verify", tmp_path / "p.json", "--out", tmp_path / "v")
     assert code == 2
     assert "the plant samples every 0.2 ms" in err

@@ -14,28 +14,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.control.designs.mixed import Generalised
+from rotorsim.control.designs.specification import Specification, number
 from rotorsim.control.designs.weights import high_pass, notch
 from rotorsim.control.numerics.systems import System, block_diag, series, side_by_side
 
 
 @dataclass(frozen=True)
-class Weights:
-    """Thesis section G.3.1; W_i is per ms, W_n in um ms, the force in um/ms^2.
+class Weights(Specification):
+    """Thesis section G.3.1.
 
     The thesis leaves the imbalance gain B_delta and the units of W_i and W_n open; `force`, `W_i` and `W_n` are
     chosen here.
     """
 
-    zeta_1: float = 0.3
-    zeta_2: float = 0.01
-    k_0: float = 0.5
-    level: float = 0.5
-    A_b: float = 10 / 11
-    over_M_b: float = 165.0
-    omega_b: float = 22000 * np.pi
-    W_i: float = 1e-3
-    W_n: float = 0.5
-    force: float = 1.0
+    zeta_1: float = number(0.3, "1", "Damping ratio of W_p's zeros.")
+    zeta_2: float = number(0.01, "1", "Damping ratio of W_p's poles.")
+    k_0: float = number(0.5, "1", "W_p at rest over its level.")
+    level: float = number(0.5, "1", "W_p at high frequency.")
+    A_b: float = number(10 / 11, "1", "Inverse of W_u at rest.")
+    over_M_b: float = number(165.0, "1", "1/M_b: W_u at high frequency.")
+    omega_b: float = number(22000 * np.pi, "rad/s", "Corner of W_u.")
+    W_i: float = number(1e-3, "1/ms", "Weight of the integral of the displacement.")
+    W_n: float = number(0.5, "um*ms", "Level of the noise on the integral.")
+    force: float = number(1.0, "um/ms^2", "Level of the force on the rotor.")
 
 
 def scheduled_plant(plant: System, speed: float, weights: Weights) -> Generalised:

@@ -16,6 +16,7 @@ from rotorsim.control.designs.h2_local import h2_controller
 from rotorsim.control.designs.h2_plant import Weights, scheduled_plant, with_integrator
 from rotorsim.control.designs.interpolation import Surfaces, fit, held_out
 from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant, sampled_plant
+from rotorsim.control.designs.specification import Specification, count, loop_delay, number, sampling_time
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
@@ -24,23 +25,19 @@ from rotorsim.control.numerics.systems import System, response
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Weights; grid of local designs from `slowest` [rad/s] up; orders of interpolation that are tried, in turn.
-
-    delay [s] is the loop delay in the design model; `fine` is the grid of the stability gate; `table` that of the
-    law; `refresh` [s] how often the law reads it.
-    """
+class Spec(Specification):
+    """Weights, grids and the orders of interpolation that are tried, in turn."""
 
     weights: Weights = field(default_factory=Weights)
-    grid: tuple[int, int] = (10, 10)
-    slowest: float = 1 * KRPM
-    orders: tuple[int, ...] = (2, 3, 4, 5)
-    tolerance: float = 0.1
-    delay: float = LOOP_DELAY
-    fine: tuple[int, int] = (40, 15)
-    table: tuple[int, int] = (21, 9)
-    refresh: float = 0.01
-    Ts: float = SAMPLE
+    grid: tuple[int, int] = count((10, 10), "Speeds and pressures of the local designs.")
+    slowest: float = number(1 * KRPM, "rad/s", "Lowest speed of the grids.")
+    orders: tuple[int, ...] = count((2, 3, 4, 5), "Orders of interpolation that are tried, in turn.", low=0)
+    tolerance: float = number(0.1, "1", "Excess of the imbalance response over the local designs' that passes.")
+    delay: float = loop_delay(LOOP_DELAY)
+    fine: tuple[int, int] = count((40, 15), "Speeds and pressures of the stability check.")
+    table: tuple[int, int] = count((21, 9), "Speeds and pressures of the law's table.")
+    refresh: float = number(0.01, "s", "How often the law reads its table.")
+    Ts: float = sampling_time()
 
 
 def design(model: Model, spec: Spec | None = None) -> Law:

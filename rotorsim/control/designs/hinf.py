@@ -10,10 +10,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
 from rotorsim.control.designs.plants import LOOP_DELAY, Model, check_modes, design_plant, sampled_plant
-from rotorsim.control.errors import DesignError
+from rotorsim.control.designs.specification import (
+    Specification,
+    count,
+    loop_delay,
+    number,
+    sampling_time,
+    shaft_speed,
+    supply_pressure,
+)
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
@@ -23,17 +31,17 @@ from rotorsim.control.numerics.systems import peak_gain
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Operating point [rad/s, Pa]; weights; delay [s] of the design model; order (0: all, None: judged by S)."""
+class Spec(Specification):
+    """Operating point, weights, order."""
 
-    speed: float = 3 * KRPM
-    pressure: float = 0.5 * MPA
+    speed: float = shaft_speed(3 * KRPM)
+    pressure: float = supply_pressure(0.5 * MPA)
     weights: Weights = field(default_factory=Weights)
-    backoff: float = 1.02
-    delay: float = 0.0
-    order: int | None = 0
-    tolerance: float = 0.1
-    Ts: float = SAMPLE
+    backoff: float = number(1.02, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", low=1.001)
+    delay: float = loop_delay(0.0)
+    order: int | None = count(0, "Order of the reduced law; 0 keeps all states, None is judged by S.", low=0)
+    tolerance: float = number(0.1, "1", "Change of S that a reduction may make.")
+    Ts: float = sampling_time()
 
 
 PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD)}
@@ -50,8 +58,6 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         keep its gamma, a pole is too fast for Ts, or a mode cannot be moved or seen.
     """
     spec = spec or Spec()
-    if not spec.backoff >= 1.001:
-        raise DesignError(f"hinf.backoff = {spec.backoff}: the optimum itself cannot be run; give 1.02")
     plant = design_plant(model, spec.speed, spec.pressure, spec.delay)
     check_modes(plant, "hinf")
     P = mixed_sensitivity(plant, spec.weights)

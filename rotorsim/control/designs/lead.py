@@ -14,9 +14,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, SAMPLE
+from rotorsim.base.constants import MPA
 from rotorsim.control.designs.p import low_pass
 from rotorsim.control.designs.plants import MILLI, Model
+from rotorsim.control.designs.specification import (
+    Specification,
+    count,
+    number,
+    sampling_time,
+    shaft_speed,
+    supply_pressure,
+)
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
@@ -24,18 +32,18 @@ from rotorsim.control.numerics.systems import System, gain, series, side_by_side
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Gains [V/um], time constants [ms], alpha by axis; low-pass [Hz]; checked at `speed`, `pressure` [rad/s, Pa]."""
+class Spec(Specification):
+    """Gains, time constants and alpha by axis; the loop is checked at one operating point."""
 
-    kappa: tuple[float, float] = (-0.132, -0.090)
-    tau: tuple[float, float] = (0.30, 0.0200)
-    alpha: tuple[float, float] = (0.0077, 0.0077)
-    low_pass: float = 1000.0
-    order: int = 2
-    scale: float = 1.0
-    speed: float = 0.0
-    pressure: float = 0.5 * MPA
-    Ts: float = SAMPLE
+    kappa: tuple[float, float] = number((-0.132, -0.090), "V/um", "Gain by axis; positive hardens.")
+    tau: tuple[float, float] = number((0.30, 0.0200), "ms", "Time constant of the lead by axis.", above=0)
+    alpha: tuple[float, float] = number((0.0077, 0.0077), "1", "Ratio of lag to lead by axis.", above=0)
+    low_pass: float = number(1000.0, "Hz", "Corner of the low-pass.", above=0)
+    order: int = count(2, "Order of the low-pass.", low=0)
+    scale: float = number(1.0, "1", "Factor on both gains.")
+    speed: float = shaft_speed(0.0)
+    pressure: float = supply_pressure(0.5 * MPA)
+    Ts: float = sampling_time()
     check: bool = True
 
 

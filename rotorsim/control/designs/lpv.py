@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.rounding import definite
 from rotorsim.control.designs.lpv_controller import controller_at, inequalities
 from rotorsim.control.designs.lpv_problem import EXPONENTS, Grid, Solution, synthesise
 from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
 from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant
+from rotorsim.control.designs.specification import Specification, count, loop_delay, number, sampling_time
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
@@ -28,25 +28,21 @@ from rotorsim.control.numerics.scaling import balance, rescaled
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Thesis section E.3: weights, design grid; see the module for the rest.
-
-    delay [s] is the loop delay in the design model; `constant_X` takes X independent of q; `validation` is the
-    grid of the check, `table` that of the law; `refresh` [s] how often the law reads its table (the rig: 0.1 s).
-    """
+class Spec(Specification):
+    """Thesis section E.3: weights, design grid; `constant_X` takes X independent of q; see the module for the rest."""
 
     weights: Weights = field(default_factory=Weights)
-    grid: tuple[int, int] = (8, 8)
-    backoff: float = 1.02
-    eps: float = 1e-6
-    margin: float = 0.01
-    bound: float = 1e3
+    grid: tuple[int, int] = count((8, 8), "Speeds and pressures of the design grid.")
+    backoff: float = number(1.02, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", above=1)
+    eps: float = number(1e-6, "1", "Margin by which the inequalities are strict.")
+    margin: float = number(0.01, "1", "Margin in the inequality of X.")
+    bound: float = number(1e3, "1", "Bound on X and Y.")
     constant_X: bool = False
-    delay: float = 0.0
-    validation: tuple[int, int] = (16, 16)
-    table: tuple[int, int] = (13, 9)
-    refresh: float = 0.01
-    Ts: float = SAMPLE
+    delay: float = loop_delay(0.0)
+    validation: tuple[int, int] = count((16, 16), "Speeds and pressures of the check.")
+    table: tuple[int, int] = count((13, 9), "Speeds and pressures of the law's table.")
+    refresh: float = number(0.01, "s", "How often the law reads its table (the rig: 0.1 s).")
+    Ts: float = sampling_time()
 
 
 class Designed(NamedTuple):
@@ -73,8 +69,6 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         solver reported), a pole is too fast for Ts, or the sampled loop is unstable somewhere.
     """
     spec = spec or Spec()
-    if not spec.backoff > 1:
-        raise DesignError(f"lpv.backoff = {spec.backoff}: the optimum itself cannot be run; give e.g. 1.02")
     speeds, pressures = table_axes(model, spec.table)
     made = synthesis(model, spec)
     gamma = validated(model, spec, made, spec.validation)

@@ -12,38 +12,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.plants import Model, check_modes, design_plant, sampled_plant
-from rotorsim.control.errors import DesignError
+from rotorsim.control.designs.specification import Specification, number, sampling_time, shaft_speed, supply_pressure
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import check_period, constant_law
+from rotorsim.control.law_from_system import constant_law
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.riccati import sampled_riccati
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Operating point [rad/s, Pa]; y_0 [um], u_0 [V]; standard deviations of velocity [um/ms] and noise [um]."""
+class Spec(Specification):
+    """Operating point; the regulator's weights and the Kalman filter's levels, without any of which is no optimum."""
 
-    speed: float = 3 * KRPM
-    pressure: float = 0.5 * MPA
-    y: float = 1.0
-    u: float = 0.5
-    force: float = 0.3
-    noise: float = 0.33
-    Ts: float = SAMPLE
+    speed: float = shaft_speed(3 * KRPM)
+    pressure: float = supply_pressure(0.5 * MPA)
+    y: float = number(1.0, "um", "Displacement y_0 that costs as much as u_0; without it there is no optimum.", above=0)
+    u: float = number(0.5, "V", "Reference u_0 that costs as much as y_0; without it there is no optimum.", above=0)
+    force: float = number(
+        0.3, "um/ms", "Standard deviation of the velocities' disturbance; without it there is no optimum.", above=0
+    )
+    noise: float = number(
+        0.33, "um", "Standard deviation of the sensors' noise; without it there is no optimum.", above=0
+    )
+    Ts: float = sampling_time()
 
 
 def design(model: Model, spec: Spec | None = None) -> Law:
-    """The law; raises DesignError if a weight is not positive, two are too far apart, or a mode not moved or seen."""
+    """The law; raises DesignError if two weights are too far apart, or a mode is not moved or seen."""
     spec = spec or Spec()
-    for name in ("y", "u", "force", "noise"):
-        if not getattr(spec, name) > 0:
-            raise DesignError(
-                f"lqr.{name} = {getattr(spec, name)}: a weight without this part has no optimum; give > 0"
-            )
-    check_period(spec.Ts)
     check_modes(design_plant(model, spec.speed, spec.pressure), "lqr")
     plant = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     n = plant.order

@@ -15,22 +15,22 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.control.designs.plants import axis_modes
+from rotorsim.control.designs.specification import Specification, number
 from rotorsim.control.designs.weights import high_pass, notch
-from rotorsim.control.errors import DesignError
 from rotorsim.control.numerics.systems import System, block_diag, side_by_side
 
 
 @dataclass(frozen=True)
-class Weights:
-    """Thesis section E.3: zeta_1, zeta_2, k_0 of W_p; A_b, 1/M_b and omega_b [rad/s] of W_u; the force's level."""
+class Weights(Specification):
+    """Weights of thesis section E.3."""
 
-    zeta_1: float = 0.3
-    zeta_2: float = 0.05
-    k_0: float = 1 / 3
-    A_b: float = 10.0
-    over_M_b: float = 15.0
-    omega_b: float = 2000 * np.pi
-    force: float = 0.0
+    zeta_1: float = number(0.3, "1", "Damping ratio of W_p's zeros; W_p and its inverse are stable above 0.", above=0)
+    zeta_2: float = number(0.05, "1", "Damping ratio of W_p's poles; W_p and its inverse are stable above 0.", above=0)
+    k_0: float = number(1 / 3, "1", "W_p at rest; W_p and its inverse are stable above 0.", above=0)
+    A_b: float = number(10.0, "1", "Inverse of W_u at rest; W_u and its inverse are stable above 0.", above=0)
+    over_M_b: float = number(15.0, "1", "1/M_b: W_u at high frequency.")
+    omega_b: float = number(2000 * np.pi, "rad/s", "Corner of W_u; W_u and its inverse are stable above 0.", above=0)
+    force: float = number(0.0, "1", "Level of the force among the disturbances.", low=0)
 
 
 RIG = Weights(zeta_2=0.1, k_0=0.9, force=0.3)
@@ -65,8 +65,7 @@ class Generalised(NamedTuple):
 
 
 def mixed_sensitivity(plant: System, weights: Weights) -> Generalised:
-    """The generalised plant of a continuous plant in um, V and ms; raises DesignError for weights that are none."""
-    check_weights(weights)
+    """The generalised plant of a continuous plant in um, V and ms."""
     wx, wy = axis_modes(plant)
     Wp = side_by_side(*(notch(w, weights.zeta_1, weights.zeta_2, weights.k_0) for w in (wx, wy)))
     one = high_pass(weights.omega_b / 1e3, weights.A_b, weights.over_M_b)
@@ -86,15 +85,6 @@ def mixed_sensitivity(plant: System, weights: Weights) -> Generalised:
     C2 = np.hstack([plant.C, np.zeros((2, p + u))])
     D11 = np.vstack([Wp.D @ W1, np.zeros((2, nw))])
     return Generalised(A, B1, B2, C1, C2, D11, np.vstack([np.zeros((2, 2)), Wu.D]), W1)
-
-
-def check_weights(weights: Weights) -> None:
-    """Raise DesignError unless W_p and W_u are stable and can be inverted."""
-    for name in ("zeta_1", "zeta_2", "k_0", "A_b", "omega_b"):
-        if not getattr(weights, name) > 0:
-            raise DesignError(f"weights.{name} = {getattr(weights, name)}: weighting filter unstable; give more than 0")
-    if not weights.force >= 0:
-        raise DesignError(f"weights.force = {weights.force}: is not a level of force; give 0 or more")
 
 
 def closed(P: Generalised, K: System) -> System:

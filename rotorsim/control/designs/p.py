@@ -12,8 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.plants import MILLI, Model
+from rotorsim.control.designs.specification import (
+    Specification,
+    count,
+    number,
+    sampling_time,
+    shaft_speed,
+    supply_pressure,
+)
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
@@ -21,17 +29,17 @@ from rotorsim.control.numerics.systems import System, gain, series, side_by_side
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Gains of Paper C; positive pushes outwards. The loop is checked at `speed` [rad/s] and `pressure` [Pa]."""
+class Spec(Specification):
+    """Gains of Paper C; positive pushes outwards. The loop is checked at one operating point."""
 
-    kappa_x: float = 1.125
-    kappa_y: float = 0.99
-    low_pass: float = 1000.0
-    order: int = 1
-    transducer: float = 4.5
-    speed: float = 0.0
-    pressure: float = 0.5 * MPA
-    Ts: float = SAMPLE
+    kappa_x: float = number(1.125, "1", "Reference x per displacement x, over the transducer.")
+    kappa_y: float = number(0.99, "1", "Reference y per displacement y, over the transducer.")
+    low_pass: float = number(1000.0, "Hz", "Corner of the low-pass.", above=0)
+    order: int = count(1, "Order of the low-pass.", low=0)
+    transducer: float = number(4.5, "um/V", "Displacement per volt of the transducer.", above=0)
+    speed: float = shaft_speed(0.0)
+    pressure: float = supply_pressure(0.5 * MPA)
+    Ts: float = sampling_time()
     check: bool = True
 
 

@@ -10,27 +10,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import ALIKE
 from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.plants import Model, check_modes, design_plant, short_sampled_plant
+from rotorsim.control.designs.specification import Specification, number, sampling_time, shaft_speed, supply_pressure
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import check_period, constant_law
+from rotorsim.control.law_from_system import constant_law
 from rotorsim.control.loop.stability_check import check_loop
 from rotorsim.control.numerics.systems import System
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Operating point [rad/s, Pa]; share of the imaginary part that stays; how much faster the observer is."""
+class Spec(Specification):
+    """Operating point, where the poles go and how much faster the observer is."""
 
-    speed: float = 4.1 * KRPM
-    pressure: float = 0.5 * MPA
-    share: float = 0.5
-    observer: float = 4.0
-    light: float = 0.3
-    Ts: float = SAMPLE
+    speed: float = shaft_speed(4.1 * KRPM)
+    pressure: float = supply_pressure(0.5 * MPA)
+    share: float = number(0.5, "1", "Share of the imaginary part of lightly damped poles that stays.", above=0, high=1)
+    observer: float = number(4.0, "1", "Power of the observer's poles: how much faster they are.")
+    light: float = number(0.3, "1", "Damping ratio below which a pole is lightly damped.")
+    Ts: float = sampling_time()
 
 
 def target(poles: np.ndarray, share: float, light: float) -> np.ndarray:
@@ -45,9 +46,6 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     from scipy.signal import place_poles
 
     spec = spec or Spec()
-    if not 0 < spec.share <= 1:
-        raise DesignError(f"placement.share = {spec.share}: give a number above 0, at most 1")
-    check_period(spec.Ts)
     check_modes(design_plant(model, spec.speed, spec.pressure), "placement")
     plant = short_sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     poles = np.linalg.eigvals(plant.A)

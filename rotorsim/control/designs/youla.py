@@ -15,10 +15,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_plant import with_integrator
 from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.designs.specification import Specification, sampling_time, shaft_speed, supply_pressure
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
@@ -27,13 +28,13 @@ from rotorsim.control.numerics.systems import System, added, feedback, gain
 
 
 @dataclass(frozen=True)
-class Spec:
-    """Operating point [rad/s, Pa], by default a cell's centre as in figure G.6; the local designs' specification."""
+class Spec(Specification):
+    """Operating point, by default a cell's centre as in figure G.6; the local designs' specification."""
 
-    speed: float = 5.72 * KRPM
-    pressure: float = 0.678 * MPA
+    speed: float = shaft_speed(5.72 * KRPM)
+    pressure: float = supply_pressure(0.678 * MPA)
     local: h2_scheduled.Spec = field(default_factory=h2_scheduled.Spec)
-    Ts: float = SAMPLE
+    Ts: float = sampling_time()
 
 
 def design(model: Model, spec: Spec | None = None) -> Law:

@@ -1,0 +1,61 @@
+"""Specifications of controllers: dataclasses whose numbers are declared with unit, limits and sentence.
+
+A number is kept in the unit in which its design computes (um, V, ms, Hz, ...), which is the declared one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.quantity import Quantity, check_fields, declared, quantities
+from rotorsim.control.errors import DesignError
+
+
+@dataclass(frozen=True)
+class Specification:
+    """Base of specifications; raises DesignError with one sentence for a number beyond its limits."""
+
+    def __post_init__(self) -> None:
+        kind = type(self)
+        name = kind.__module__.rpartition(".")[2] if kind.__name__ == "Spec" else kind.__name__.lower()
+        for field, sentence in check_fields(self):
+            raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
+
+
+def explained(spec: Any, field: str, sentence: str) -> str:
+    """A sentence about a field with the meaning of that."""
+    known = quantities(spec).get(field)
+    return f"{sentence} ({known.doc.rstrip('.')})" if known else sentence
+
+
+def number(default: Any, unit: str, doc: str, **limits: Any) -> Any:
+    """A number (or tuple of numbers) of a specification."""
+    first = default[0] if isinstance(default, tuple) else default
+    return declared(default, Quantity(unit, doc, example=first or None, **limits))
+
+
+def count(default: Any, doc: str, low: int = 1) -> Any:
+    """A whole number (or tuple of them) of a specification."""
+    return number(default, "1", doc, low=low, multiple=1)
+
+
+def shaft_speed(default: float) -> Any:
+    """Speed [rad/s] of the operating point."""
+    return number(default, "rad/s", "Shaft speed of the operating point.")
+
+
+def supply_pressure(default: float) -> Any:
+    """Gauge pressure [Pa] of the operating point."""
+    return number(default, "Pa", "Injection pressure of the operating point, gauge.")
+
+
+def sampling_time() -> Any:
+    """Sampling time [s] of the law."""
+    return number(SAMPLE, "s", "Sampling time of the law.", above=0, high=1)
+
+
+def loop_delay(default: float) -> Any:
+    """Delay [s] of the loop in the design model."""
+    return number(default, "s", "Loop delay in the design model.", low=0)
