@@ -1,17 +1,17 @@
 """Machines and input rows shared by the tests of the plant."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import pytest
 import tomlkit
 
 from rotorsim.effects import FILM_PORTS, REGISTRY
 from rotorsim.machine import load_machine, machine_text
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from shared import shared
 
 SILENT = {
     "effects.unbalance.me": "0 g*mm",
@@ -49,22 +49,9 @@ def held_inputs(samples: int, speed: float, pressure: float) -> np.ndarray:
     return rows
 
 
-@pytest.fixture(scope="session")
-def changed() -> Callable[..., Machine]:
-    """Return what changes values of a machine."""
-    return change
-
-
-@pytest.fixture(scope="session")
-def rig() -> Callable[..., Plant]:
-    """Return the builder of the rig."""
-    return build_rig
-
-
-@pytest.fixture(scope="session")
-def held() -> Callable[..., np.ndarray]:
-    """Return the builder of constant inputs."""
-    return held_inputs
+changed = shared(change)
+rig = shared(build_rig)
+held = shared(held_inputs)
 
 
 @lru_cache
@@ -93,7 +80,4 @@ def build_neutral(values: Mapping[str, Any] | None = None, name: str = "dtu_gas_
     return Plant(change(machine, values or {}), **({"n_theta": 32, "n_z": 8, "dt": 2e-4} | numerics))
 
 
-@pytest.fixture(scope="session")
-def neutral() -> Callable[..., Plant]:
-    """Return the builder of machines with every effect in them, switched off."""
-    return build_neutral
+neutral = shared(build_neutral)

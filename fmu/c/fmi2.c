@@ -119,40 +119,23 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n
     return n ? not_here(c, "fmi2SetString") : fmi2OK;
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    if (!c || !state) return fmi2Error;
-    State *saved = unit_save(c, *state);
-    if (saved) *state = saved;
-    return done(saved != NULL);
-}
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) { return done(unit_save(c, state)); }
 
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return done(c && unit_restore(c, state)); }
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return done(unit_restore(c, state)); }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    if (!c || !state) return fmi2Error;
-    free(*state);
-    *state = NULL;
-    return fmi2OK;
-}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) { return done(unit_drop(c, state)); }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
     (void)state;
-    if (!c || !size) return fmi2Error;
-    *size = sizeof(State);
-    return fmi2OK;
+    return done(unit_state_size(c, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    return done(c && unit_serialise(c, state, bytes, size));
+    return done(unit_serialise(c, state, bytes, size));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (!c || !state) return fmi2Error;
-    State *read = unit_deserialise(c, bytes, size);
-    if (!read) return fmi2Error;
-    free(*state);
-    *state = read;
-    return fmi2OK;
+    return done(unit_deserialise(c, bytes, size, state));
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],

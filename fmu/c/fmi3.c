@@ -303,40 +303,23 @@ NO(GetDirectionalDerivative, REFS, const fmi3ValueReference k[], size_t nk, cons
    fmi3Float64 d[], size_t nd)
 #endif
 
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
-    if (!c || !state) return fmi3Error;
-    State *saved = unit_save(c, *state);
-    if (saved) *state = saved;
-    return done(saved != NULL);
-}
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) { return done(unit_save(c, state)); }
 
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return done(c && unit_restore(c, state)); }
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return done(unit_restore(c, state)); }
 
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
-    if (!c || !state) return fmi3Error;
-    free(*state);
-    *state = NULL;
-    return fmi3OK;
-}
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) { return done(unit_drop(c, state)); }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
     (void)state;
-    if (!c || !size) return fmi3Error;
-    *size = sizeof(State);
-    return fmi3OK;
+    return done(unit_state_size(c, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    return done(c && unit_serialise(c, state, bytes, size));
+    return done(unit_serialise(c, state, bytes, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    if (!c || !state) return fmi3Error;
-    State *read = unit_deserialise(c, bytes, size);
-    if (!read) return fmi3Error;
-    free(*state);
-    *state = read;
-    return fmi3OK;
+    return done(unit_deserialise(c, bytes, size, state));
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 length, fmi3Boolean no_way_back, fmi3Boolean *event,

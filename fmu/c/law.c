@@ -140,11 +140,7 @@ bool unit_refresh(Unit *u) {
 }
 
 bool unit_initialise(Unit *u) {
-    if (u->has_refused) {
-        unit_fail(u, FAILED, "%s", u->refusal);
-        return false;
-    }
-    if (unit_check_inputs(u) != OK) return false;
+    if (!unit_may_begin(u)) return false;
     memcpy(u->s.w, u->initial, sizeof u->s.w);
     u->s.settled = 1;
     return true;

@@ -32,11 +32,7 @@ static void hold_inputs(const Unit *u, double row[6]) {
 bool unit_initialise(Unit *u) {
     double row[6];
     if (u->s.settled) return true;
-    if (u->has_refused) {
-        unit_fail(u, FAILED, "%s", u->refusal);
-        return false;
-    }
-    if (unit_check_inputs(u) != OK) return false;
+    if (!unit_may_begin(u)) return false;
     hold_inputs(u, row);
     int64_t status = serve(u, SETTLE, row);
     if (status == BEYOND_STROKE) {

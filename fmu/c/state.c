@@ -24,25 +24,39 @@ static bool belongs(Unit *u, const State *s) {
     return true;
 }
 
-State *unit_save(Unit *u, State *into) {
-    if (!into) into = malloc(sizeof *into);
-    if (!into) {
-        unit_fail(u, FAILED, "state: no memory for %lu bytes; free other states", (unsigned long)sizeof *into);
-        return NULL;
+bool unit_save(Unit *u, void **state) {
+    if (!u || !state) return false;
+    if (!*state) *state = malloc(sizeof u->s);
+    if (!*state) {
+        unit_fail(u, FAILED, "state: no memory for %lu bytes; free other states", (unsigned long)sizeof u->s);
+        return false;
     }
-    memcpy(into, &u->s, sizeof *into);
-    return into;
+    memcpy(*state, &u->s, sizeof u->s);
+    return true;
+}
+
+bool unit_drop(Unit *u, void **state) {
+    if (!u || !state) return false;
+    free(*state);
+    *state = NULL;
+    return true;
+}
+
+bool unit_state_size(Unit *u, size_t *size) {
+    if (!u || !size) return false;
+    *size = sizeof u->s;
+    return true;
 }
 
 bool unit_restore(Unit *u, const State *from) {
-    if (!from || !belongs(u, from)) return false;
+    if (!u || !from || !belongs(u, from)) return false;
     memcpy(&u->s, from, sizeof u->s);
     u->has_refused = false;
     return true;
 }
 
 bool unit_serialise(Unit *u, const State *from, void *bytes, size_t size) {
-    if (!from || !belongs(u, from)) return false;
+    if (!u || !from || !belongs(u, from)) return false;
     if (!bytes || size < sizeof *from) {
         unit_fail(u, FAILED, "state: %lu bytes are too few; give %lu", (unsigned long)size, (unsigned long)sizeof *from);
         return false;
@@ -53,14 +67,15 @@ bool unit_serialise(Unit *u, const State *from, void *bytes, size_t size) {
     return true;
 }
 
-State *unit_deserialise(Unit *u, const void *bytes, size_t size) {
+bool unit_deserialise(Unit *u, const void *bytes, size_t size, void **state) {
+    if (!u || !state) return false;
     if (!bytes || size != sizeof(State)) {
         unit_fail(u, FAILED, "state: %lu bytes, a state of this model has %lu; give all of them", (unsigned long)size,
                   (unsigned long)sizeof(State));
-        return NULL;
+        return false;
     }
     State *s = malloc(sizeof *s);
-    if (!s) return NULL;
+    if (!s) return false;
     memcpy(s, bytes, sizeof *s);
     bool good = belongs(u, s);
     if (good && s->check != fingerprint(s)) {
@@ -69,8 +84,10 @@ State *unit_deserialise(Unit *u, const void *bytes, size_t size) {
     }
     if (!good) {
         free(s);
-        return NULL;
+        return false;
     }
     s->check = 0;
-    return s;
+    free(*state);
+    *state = s;
+    return true;
 }

@@ -152,6 +152,12 @@ Outcome unit_check_inputs(Unit *u) {
     return OK;
 }
 
+/* Whether no value was refused and all inputs make sense; else a sentence. */
+bool unit_may_begin(Unit *u) {
+    if (u->has_refused) unit_fail(u, FAILED, "%s", u->refusal);
+    return !u->has_refused && unit_check_inputs(u) == OK;
+}
+
 /* Samples in a communication step, 0 after a sentence about one that is refused. */
 int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
     double n = round(length / SAMPLE);

@@ -89,6 +89,7 @@ Outcome unit_check_end(Unit *u, double time);
 bool unit_set_states(Unit *u, const double x[]);
 double unit_time(const Unit *u);
 Outcome unit_check_inputs(Unit *u);
+bool unit_may_begin(Unit *u);
 int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome);
 
 /* What a unit holds, in plant.c or linear.c: outputs as they are now, a communication step, and what not all have. */
@@ -99,9 +100,11 @@ bool unit_film_pressure(Unit *u, double *values);
 bool unit_directional(Unit *u, const uint32_t unknowns[], size_t n_unknowns, const uint32_t knowns[], size_t n_knowns,
                       const double seed[], double sensitivity[]);
 
-State *unit_save(Unit *u, State *into);
+bool unit_save(Unit *u, void **state);
+bool unit_drop(Unit *u, void **state);
+bool unit_state_size(Unit *u, size_t *size);
 bool unit_restore(Unit *u, const State *from);
 bool unit_serialise(Unit *u, const State *from, void *bytes, size_t size);
-State *unit_deserialise(Unit *u, const void *bytes, size_t size);
+bool unit_deserialise(Unit *u, const void *bytes, size_t size, void **state);
 
 #endif

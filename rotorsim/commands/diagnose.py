@@ -21,7 +21,7 @@ from rotorsim.base.files import write_json, write_text
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, WithReport, a_folder, resumable
+from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, diagnose as find
 from rotorsim.discrepancy.identifiability import alias_matrix, markdown
@@ -52,7 +52,7 @@ STAGES = {
 @example("rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis")
 @resumable
 def diagnose(
-    machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
+    machine: GivenMachine,
     records: Annotated[
         list[Path] | None, typer.Argument(metavar="RECORDS", help="Records to fit: files, or a folder of .nc.")
     ] = None,

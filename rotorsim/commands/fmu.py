@@ -18,7 +18,7 @@ from fmu.ssp import export_system
 from fmu.targets import choose
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, Changes, GridSize, MachineName, TimeStep, make_plant, quantity
+from rotorsim.commands.options import AsJson, MachineName, PlantOptions, quantity
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
@@ -49,16 +49,15 @@ def export(
         str | None,
         typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa; the middle of the range]"),
     ] = None,
-    grid: GridSize = None,
-    time_step: TimeStep = None,
-    changes: Changes = None,
+    *,
+    settings: PlantOptions,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Write the plant, an identified model or a control law as .fmu files that run without Python."""
     if law is not None and model != "plant":
         raise DataError("--law and --model: a unit holds one of them; give one")
-    if (law is not None or model != "plant") and (grid or time_step or changes):
+    if (law is not None or model != "plant") and settings != PlantOptions():
         raise DataError(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
@@ -71,7 +70,7 @@ def export(
         if law is not None:
             unit: Unit = law_unit(law, *start)
         elif model == "plant":
-            plant = make_plant(machine, grid, time_step, changes or [])
+            plant = settings.plant(machine)
             unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
         else:
             unit = linear_unit(Path(model), *start)
@@ -97,9 +96,8 @@ def system(
     cpu: Annotated[str, typer.Option(help="'portable', or 'native'.")] = "portable",
     speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
     pressure: Annotated[str, typer.Option(help="Gauge injection pressure at which it starts.")] = "0.3 MPa",
-    grid: GridSize = None,
-    time_step: TimeStep = None,
-    changes: Changes = None,
+    *,
+    settings: PlantOptions,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
@@ -110,7 +108,7 @@ def system(
     start = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     with files(out, force=force):
         held = law_unit(law, *start)
-        plant = plant_unit(make_plant(machine, grid, time_step, changes or []), *start)
+        plant = plant_unit(settings.plant(machine), *start)
         path = export_system(plant, held, out, chosen, choose(targets), cpu, partial(typer.echo, err=True))
     if as_json:
         typer.echo(json.dumps({"ssp": str(path)}, indent=2))

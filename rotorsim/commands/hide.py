@@ -11,7 +11,7 @@ import typer
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import line
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, a_folder, note_compiling
+from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compiling
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import hide as record_hidden
 from rotorsim.discrepancy.blind_test.hide import truth_twin
@@ -20,7 +20,7 @@ from rotorsim.machine import load_machine
 
 @example("rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle")
 def hide(
-    machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
+    machine: GivenMachine,
     effect: Annotated[
         list[str] | None,
         typer.Option("--effect", help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated."),

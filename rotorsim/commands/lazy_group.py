@@ -5,10 +5,12 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from dataclasses import fields, is_dataclass
+from functools import cache, wraps
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, ClassVar, TypeVar
+from inspect import Parameter, Signature, signature
+from typing import Any, ClassVar, TypeVar, get_type_hints
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -74,10 +76,39 @@ def load(name: str, place: str) -> Any:
 
 
 def click_command(name: str, function: Callable[..., None]) -> Any:
-    """Click command of a function that may be marked with `example`."""
+    """Click command of a function marked with `example`; a parameter that is a dataclass stands for its fields."""
     made = typer.Typer(add_completion=False)
-    made.command(name, epilog=f"Example: {vars(function)['example']}")(function)
+    made.command(name, epilog=f"Example: {vars(function)['example']}")(_of_single_options(function))
     return typer.main.get_command(made)
+
+
+def _of_single_options(function: Callable[..., None]) -> Callable[..., None]:
+    """The function with the fields of its dataclasses as options of its own."""
+    hints = get_type_hints(function, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+
+    @wraps(function)
+    def command(**values: Any) -> None:
+        for name, kind in groups.items():
+            values[name] = kind(**{field.name: values.pop(field.name) for field in fields(kind)})
+        function(**values)
+
+    options: dict[str, tuple[Any, Any]] = {}
+    for name, given in signature(function).parameters.items():
+        if name in groups:
+            own = get_type_hints(groups[name], include_extras=True)
+            options |= {field.name: (own[field.name], field.default) for field in fields(groups[name])}
+        else:
+            options[name] = hints[name], given.default
+    return with_options(command, options)
+
+
+def with_options(command: Callable[..., None], options: Mapping[str, tuple[Any, Any]]) -> Callable[..., None]:
+    """A function of keywords with the signature that typer reads: by name an annotation and a default."""
+    command.__annotations__ = {name: kind for name, (kind, _) in options.items()}
+    parameters = [Parameter(n, Parameter.KEYWORD_ONLY, annotation=a, default=d) for n, (a, d) in options.items()]
+    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return command
 
 
 def docstring(place: str) -> str:

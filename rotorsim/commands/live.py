@@ -10,7 +10,7 @@ import typer
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import Changes, GridSize, MachineName, TimeStep, make_plant, note_compiling
+from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
 from rotorsim.live.desk import Desk
 from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.replay import Replay
@@ -30,9 +30,8 @@ UNVISITED = 60.0
 def live(
     machine: MachineName = "dtu_gas_bearing",
     law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,
-    grid: GridSize = None,
-    time_step: TimeStep = None,
-    changes: Changes = None,
+    *,
+    settings: PlantOptions,
     seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
     out: Annotated[Path, typer.Option(help="Folder for scenes and records.")] = Path("live"),
     port: Annotated[int, typer.Option(help="Port on this machine; the next free one if it is taken.")] = 8750,
@@ -61,7 +60,7 @@ def live(
             typer.echo(str(error), err=True)
             serve(complaint(machine, error.problems), port, _tell_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
-    plant = make_plant(name, grid, time_step, changes or [])
+    plant = settings.plant(name)
     laws = read_laws(law or [], plant.machine)
     note_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
     desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)

@@ -14,16 +14,7 @@ from rotorsim.analysis import mode_shapes
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import (
-    Changes,
-    GridSize,
-    MachineName,
-    a_folder,
-    make_plant,
-    note_compiling,
-    print_table,
-    quantity,
-)
+from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
 from rotorsim.commands.results import results
 from rotorsim.machine.rim_speed import ask_rim_speed
 
@@ -37,8 +28,8 @@ def modes(
     speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",
     pressure: Annotated[str, typer.Option(help="Gauge supply pressure.")] = "0.5 MPa",
     count: Annotated[int, typer.Option(help="Modes to draw, the lowest first.", min=1)] = 4,
-    grid: GridSize = None,
-    changes: Changes = None,
+    *,
+    settings: GridOptions,
     show: Annotated[bool, typer.Option("--show", help="Open a window to turn the modes in.")] = False,
     pictures: Annotated[
         bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
@@ -51,7 +42,7 @@ def modes(
     from rotorsim.report.figures.mode_pictures import lacking
 
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
-    plant = make_plant(machine, grid, None, changes or [])
+    plant = settings.plant(machine)
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show
     missing = lacking() if wanted else ""

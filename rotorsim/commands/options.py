@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import wraps
 from math import pi
 from pathlib import Path
@@ -27,9 +28,7 @@ from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
 MachineName = Annotated[str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.")]
-GridSize = Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 64x16.")]
-TimeStep = Annotated[str | None, typer.Option("--time-step", help="Step of the solver, e.g. '0.2 ms'.")]
-Changes = Annotated[list[str] | None, typer.Option("--set", help="Change the machine: PATH=VALUE; may be repeated.")]
+GivenMachine = Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace a run that is in the folder.")]
 WithReport = Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
@@ -38,16 +37,44 @@ ANGULAR = ("rpm", "rad", "deg", "turn", "rev")
 """What tells a speed from a frequency: by way of radians 60 rpm would be 6.28 Hz."""
 
 
-def make_plant(machine: str | Machine, grid: str | None, time_step: str | None, changes: list[str]) -> Plant:
-    """Plant of a machine, machine name or path, with the changes given on the command line."""
+@dataclass(frozen=True)
+class GridOptions:
+    """Options that change a machine: its grid and any of its values."""
+
+    grid: Annotated[str | None, typer.Option(help="Film grid n_theta x n_z, e.g. 64x16.")] = None
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", help="Change the machine: PATH=VALUE; may be repeated.")
+    ] = None
+
+    def plant(self, machine: str | Machine) -> Plant:
+        """Plant of a machine, machine name or path, with the changes given on the command line."""
+        return plant_of(machine, *self.settings(), *(self.changes or ()))
+
+    def settings(self) -> Iterator[str]:
+        """Changes PATH=VALUE of the options that have a name of their own; raises MachineFileError."""
+        if self.grid is not None:
+            sizes = self.grid.lower().split("x")
+            if len(sizes) != 2 or not all(size.isdecimal() for size in sizes):
+                raise MachineFileError(f"--grid: '{self.grid}' is not n_theta x n_z; write e.g. --grid 64x16")
+            yield from (f"grid.n_theta={sizes[0]}", f"grid.n_z={sizes[1]}")
+
+
+@dataclass(frozen=True)
+class PlantOptions(GridOptions):
+    """Options that change a machine for a simulation: those of the grid and the solver's step."""
+
+    time_step: Annotated[str | None, typer.Option(help="Step of the solver, e.g. '0.2 ms'.")] = None
+
+    def settings(self) -> Iterator[str]:
+        """Those of the grid, behind the solver's step."""
+        if self.time_step is not None:
+            yield f"solver.time_step={self.time_step}"
+        yield from super().settings()
+
+
+def plant_of(machine: str | Machine, *changes: str) -> Plant:
+    """Plant of a machine, machine name or path, with changes PATH=VALUE."""
     loaded = load_machine(machine) if isinstance(machine, str) else machine
-    if grid is not None:
-        sizes = grid.lower().split("x")
-        if len(sizes) != 2 or not all(size.isdecimal() for size in sizes):
-            raise MachineFileError(f"--grid: '{grid}' is not n_theta x n_z; write e.g. --grid 64x16")
-        changes = [f"grid.n_theta={sizes[0]}", f"grid.n_z={sizes[1]}", *changes]
-    if time_step is not None:
-        changes = [f"solver.time_step={time_step}", *changes]
     for change in changes:
         path, equals, value = change.partition("=")
         if not equals:

@@ -12,16 +12,13 @@ from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import (
     AsJson,
-    Changes,
     Force,
-    GridSize,
     MachineName,
-    TimeStep,
+    PlantOptions,
     WithReport,
     a_folder,
     leave_if_cut,
     leave_if_empty,
-    make_plant,
     note_compiling,
     print_table,
     quantity,
@@ -45,9 +42,8 @@ def runup(
     stop: Annotated[str, typer.Option(help="Speed at the end; below the start it is a coast-down.")] = "6000 rpm",
     rate: Annotated[str, typer.Option(help="Acceleration of the shaft.")] = "0.1 krpm/s",
     pressure: Annotated[str, typer.Option(help="Injection pressure, gauge.")] = "0.3 MPa",
-    grid: GridSize = None,
-    time_step: TimeStep = None,
-    changes: Changes = None,
+    *,
+    settings: PlantOptions,
     out: Annotated[
         Path | None, typer.Option(callback=a_folder, help="Folder for record and report; default a new folder 'runup'.")
     ] = None,
@@ -61,7 +57,7 @@ def runup(
     ramp["pressure"] = quantity("pressure", pressure, "Pa")
     if ramp["pressure"] < 0:
         raise DataError(f"--pressure: '{pressure}' is negative; give the gauge pressure of the supply, e.g. '0.3 MPa'")
-    plant = make_plant(machine, grid, time_step, changes or [])
+    plant = settings.plant(machine)
     experiment = Runup(**ramp)
     ask_speeds(plant.machine, experiment)
     names = (RECORD, REPORT) if report else (RECORD,)

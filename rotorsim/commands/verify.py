@@ -17,16 +17,7 @@ from rotorsim.base.constants import TO_RPM
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import on_terminal
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import (
-    Changes,
-    Force,
-    GridSize,
-    MachineName,
-    TimeStep,
-    a_folder,
-    make_plant,
-    note_compiling,
-)
+from rotorsim.commands.options import Force, MachineName, PlantOptions, a_folder, note_compiling
 from rotorsim.commands.results import results
 from rotorsim.control import load_law
 from rotorsim.verify import Verification, closed_loop, safe_speed
@@ -41,15 +32,14 @@ def verify(
     quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
     safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
     out: Annotated[Path | None, typer.Option("--out", callback=a_folder, help="Folder for report and table.")] = None,
-    grid: GridSize = None,
-    time_step: TimeStep = None,
-    changes: Changes = None,
+    *,
+    settings: PlantOptions,
     force: Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
     """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
     loaded = load_law(law)
-    plant = make_plant(machine, grid, time_step, changes or [])
+    plant = settings.plant(machine)
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         note_compiling(plant.assembly, "settle", "run")
         result = closed_loop(loaded, plant, quick=quick, progress=_progress())

@@ -30,16 +30,17 @@ def test_a_good_record_is_fit_for_everything():
     assert [c.name for c in found.channels[:2]] == ["reference x", "reference y"]
 
 
-@pytest.mark.parametrize(
-    ("missing", "use", "lacks"),
-    [
-        ("reference", "identification", "reference"),
-        ("angle", "runout filter", "angle_measured or angle"),
-        ("disc_measured", "run-up analysis", "disc_measured or disc"),
-        ("pressure", "scheduled models", "pressure_measured or pressure"),
-    ],
-)
-def test_each_use_names_what_it_lacks(missing, use, lacks):
+LACKS = {
+    "reference": ("identification", "reference"),
+    "angle": ("runout filter", "angle_measured or angle"),
+    "disc_measured": ("run-up analysis", "disc_measured or disc"),
+    "pressure": ("scheduled models", "pressure_measured or pressure"),
+}
+
+
+@pytest.mark.parametrize("missing", LACKS)
+def test_each_use_names_what_it_lacks(missing):
+    use, lacks = LACKS[missing]
     found = idn.examine(made(**{missing: None}))
     assert found.uses[use] == lacks and not found.problems
     assert found.usable is (missing != "disc_measured")

@@ -14,12 +14,8 @@ PLAN = """
 name = "small"
 machine = "plain_rotor"
 repeats = 4
-[experiment]
-kind = "steady"
-duration = "0.2 s"
-[axes.speed]
-grid = ["600 rpm", "1200 rpm"]
-points = 2
+experiment = {kind = "steady", duration = "0.2 s"}
+axes.speed = {grid = ["600 rpm", "1200 rpm"], points = 2}
 """
 
 

@@ -13,21 +13,12 @@ MAPPING = """
 [time]
 column = "t"
 unit = "ms"
-[channels.disc_measured.x]
-column = "X probe"
-unit = "um"
-[channels.disc_measured.y]
-column = "Y probe"
-unit = "um"
-[channels.reference.x]
-column = "U1"
-unit = "V"
-[channels.reference.y]
-column = "U2"
-unit = "V"
-[channels.speed]
-column = "n"
-unit = "rpm"
+[channels]
+disc_measured.x = {column = "X probe", unit = "um"}
+disc_measured.y = {column = "Y probe", unit = "um"}
+reference.x = {column = "U1", unit = "V"}
+reference.y = {column = "U2", unit = "V"}
+speed = {column = "n", unit = "rpm"}
 [constants]
 pressure = "0.3 MPa"
 """

@@ -136,12 +136,8 @@ def test_a_window_needs_a_display_and_reports_it(run, tmp_path, monkeypatch):
 
 
 TARGETS = """
-[operating_points]
-speeds = ["0 rpm"]
-pressures = ["0.5 MPa"]
-[parameters."injection.pin_discharge"]
-low = 0.1
-high = 0.15
+operating_points = {speeds = ["0 rpm"], pressures = ["0.5 MPa"]}
+parameters."injection.pin_discharge" = {low = 0.1, high = 0.15}
 [[targets]]
 name = "f"
 quantity = "wn_x"

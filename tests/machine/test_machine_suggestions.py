@@ -67,20 +67,21 @@ def test_a_missing_value_is_advised_in_the_size_of_the_field():
         Machine.from_text(text)
 
 
-@pytest.mark.parametrize(
-    ("field", "value", "advice"),
-    [
-        ("clearance", "25", "'25 um'"),
-        ("clearance", "0.000025", "'2.5e-05 m'"),
-        ("clearance", '"-5 mm"', "'25 um'"),
-        ("clearance", '"25 bananas"', "'25 um'"),
-        ("youngs_modulus", "210", "'210 GPa'"),
-        ("mass", "1500", "'1500 g'"),
-        ("n_theta", "511", "512"),
-    ],
-)
-def test_bare_numbers_get_the_unit_that_makes_sense_of_them(field, value, advice):
-    text = re.sub(rf"(?m)^{field} = [^#\n]*", f"{field} = {value} ", machine_text("dtu_gas_bearing"), count=1)
+ADVICE = {
+    "clearance = 25": "'25 um'",
+    "clearance = 0.000025": "'2.5e-05 m'",
+    'clearance = "-5 mm"': "'25 um'",
+    'clearance = "25 bananas"': "'25 um'",
+    "youngs_modulus = 210": "'210 GPa'",
+    "mass = 1500": "'1500 g'",
+    "n_theta = 511": "512",
+}
+
+
+@pytest.mark.parametrize(("line", "advice"), ADVICE.items())
+def test_bare_numbers_get_the_unit_that_makes_sense_of_them(line, advice):
+    field = line.partition(" =")[0]
+    text = re.sub(rf"(?m)^{field} = [^#\n]*", f"{line} ", machine_text("dtu_gas_bearing"), count=1)
     with pytest.raises(MachineFileError) as caught:
         Machine.from_text(text)
     assert caught.value.problems[0].endswith(f"write e.g. {advice}")
@@ -150,16 +151,17 @@ def test_the_unit_of_a_question_is_the_one_nearest_to_what_is_typical(given, mea
     assert f"; '{meant}' would be usual" in question("pressure", parse(given, "Pa"), "Pa", given)
 
 
-@pytest.mark.parametrize(
-    ("field", "given", "meant"),
-    [
-        ("bearings.1.clearance", "25 mm", "25 um"),
-        ("injection.pin_bias", "22.5 mm", "22.5 um"),
-        ("effects.unbalance.me", "25 kg*m", "25 g*mm"),
-        ("shaft.sections.0.length", "600 m", "600 mm"),
-    ],
-)
-def test_a_value_beyond_its_limit_is_answered_with_the_unit_that_was_meant(field, given, meant):
+BEYOND = {
+    "bearings.1.clearance": ("25 mm", "25 um"),
+    "injection.pin_bias": ("22.5 mm", "22.5 um"),
+    "effects.unbalance.me": ("25 kg*m", "25 g*mm"),
+    "shaft.sections.0.length": ("600 m", "600 mm"),
+}
+
+
+@pytest.mark.parametrize("field", BEYOND)
+def test_a_value_beyond_its_limit_is_answered_with_the_unit_that_was_meant(field):
+    given, meant = BEYOND[field]
     with pytest.raises(
         MachineFileError,
         match=rf"'{re.escape(given)}' is above the limit \(is '{re.escape(meant)}' meant\?\); write at most",

@@ -1,24 +1,15 @@
 """The rig against an independent calculation of the same model, and its grid convergence.
 
-The table is of a separate implementation with plain footprint averages on 256 x 64 intervals: f1 [Hz], zeta1, f2,
+REFERENCE is of a separate implementation with plain footprint averages on 256 x 64 intervals: f1 [Hz], zeta1, f2,
 zeta2, static gains xx and yy [um/V], delays x and y [ms]. Its own grid error is about .05 % in f.
 """
 
 import numpy as np
 import pytest
 
+from rotorsim.bench.accuracy import REFERENCE
+
 RPM = np.pi / 30
-TABLE = {
-    (0.3, 0): (112.63, 0.0960, 118.93, 0.0689, 3.007, 2.777, 0.375, 0.455),
-    (0.3, 3000): (112.70, 0.0946, 118.82, 0.0657, 2.957, 2.725, 0.373, 0.451),
-    (0.3, 6000): (112.85, 0.0918, 118.61, 0.0556, 2.819, 2.583, 0.367, 0.442),
-    (0.5, 0): (119.26, 0.0568, 123.78, 0.0396, 3.070, 2.914, 0.340, 0.389),
-    (0.5, 3000): (118.88, 0.0575, 124.13, 0.0373, 3.044, 2.887, 0.339, 0.388),
-    (0.5, 6000): (117.94, 0.0589, 125.00, 0.0314, 2.966, 2.811, 0.335, 0.382),
-    (0.7, 0): (123.90, 0.0390, 126.75, 0.0303, 3.100, 2.991, 0.316, 0.345),
-    (0.7, 3000): (123.01, 0.0399, 127.60, 0.0285, 3.081, 2.973, 0.315, 0.343),
-    (0.7, 6000): (121.38, 0.0417, 129.16, 0.0242, 3.028, 2.920, 0.312, 0.340),
-}
 PUBLISHED_CROSS_GAIN = 0.755
 """Largest cross gain of the rig, .75 um/V as printed with two digits (DTU thesis, Table E.2)."""
 
@@ -27,11 +18,11 @@ def hertz(model):
     return model.wn[:2] / (2 * np.pi)
 
 
-@pytest.mark.parametrize(("pressure", "rpm"), list(TABLE))
+@pytest.mark.parametrize(("pressure", "rpm"), list(REFERENCE))
 def test_modes_gains_and_delays_of_the_rig_agree_with_the_independent_calculation(rig, pressure, rpm):
     """Demanded: f and gain 1 %, zeta .003, delay .005 ms. Met: .15 %, .0002, .2 %, .002; asked for is twice that."""
     model = rig(n_z=16).linearise(rpm * RPM, pressure * 1e6)
-    f1, zeta1, f2, zeta2, gain_x, gain_y, delay_x, delay_y = TABLE[pressure, rpm]
+    f1, zeta1, f2, zeta2, gain_x, gain_y, delay_x, delay_y = REFERENCE[pressure, rpm]
     assert hertz(model) == pytest.approx([f1, f2], rel=0.003)
     assert model.zeta[:2] == pytest.approx([zeta1, zeta2], abs=0.0005)
     assert np.diag(model.static_gain) * 1e6 == pytest.approx([gain_x, gain_y], rel=0.005)
@@ -79,7 +70,7 @@ def test_natural_frequencies_converge_with_the_grid(rig):
     """
     grids = ((32, 8), (32, 16), (64, 16), (128, 32))
     found = np.array([hertz(rig(n_theta=t, n_z=z).linearise(6000 * RPM, 0.3e6)) for t, z in grids])
-    reference = np.array([TABLE[0.3, 6000][0], TABLE[0.3, 6000][2]])
+    reference = np.array([REFERENCE[0.3, 6000][0], REFERENCE[0.3, 6000][2]])
     errors = np.abs(found / reference - 1)
     assert np.all(np.diff(errors.max(axis=1)) < 0)
     assert np.all(np.diff(errors[[0, 2, 3]], axis=0) < 0)

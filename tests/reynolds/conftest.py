@@ -1,11 +1,11 @@
 """Bearings shared by the film tests, and the fit of an order of convergence."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-import pytest
 
 from reynolds import GasBearing, Injector
+from shared import shared
 
 RADIUS, LENGTH, CLEARANCE = 0.02, 0.04, 25e-6
 
@@ -27,19 +27,6 @@ def fitted_order(sizes: Sequence[float], errors: Sequence[float]) -> float:
     return -float(np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0])
 
 
-@pytest.fixture(scope="session")
-def plain() -> Callable[..., GasBearing]:
-    """Return the builder of plain bearings."""
-    return build_plain
-
-
-@pytest.fixture(scope="session")
-def injected() -> Callable[..., GasBearing]:
-    """Return the builder of injected bearings."""
-    return build_injected
-
-
-@pytest.fixture(scope="session")
-def order() -> Callable[..., float]:
-    """Return the fit of an order of convergence."""
-    return fitted_order
+plain = shared(build_plain)
+injected = shared(build_injected)
+order = shared(fitted_order)

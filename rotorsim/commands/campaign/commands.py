@@ -6,70 +6,81 @@ Exit code 0: all cases are done. 2: cannot be run; one sentence gives the reason
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
-from rotorsim.campaign.run import retry as retry_failed, run_campaign
+from rotorsim.campaign.run import Settings, retry as retry_failed, run_campaign
+from rotorsim.campaign.workers.cluster import Tls
 from rotorsim.commands.campaign.output import (
     collect_into,
     note_compiling_of_plan,
     print_outcome,
     print_plan,
     print_status,
-    settings,
 )
 from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import AsJson, quantity
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign.")]
-Workers = Annotated[int | None, typer.Option("--workers", help="Processes on this machine; default one per core.")]
-Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Dask scheduler to use, e.g. tcp://host:8786.")]
-TimeLimit = Annotated[str | None, typer.Option("--time-limit", help="Longest time of a case, instead of the plan's.")]
-Mixed = Annotated[bool, typer.Option("--mixed", help="Go on with other versions than the campaign was begun with.")]
-TlsCa = Annotated[Path | None, typer.Option("--tls-ca", help="Certificate of the authority (PEM), for tls:// only.")]
-TlsCert = Annotated[Path | None, typer.Option("--tls-cert", help="Certificate of this client (PEM).")]
-TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="Key of this client (PEM).")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print numbers as JSON.")]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Options of the commands that run cases."""
+
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine; default one per core.")] = None
+    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler to use, e.g. tcp://host:8786.")] = None
+    time_limit: Annotated[str | None, typer.Option(help="Longest time of a case, instead of the plan's.")] = None
+    mixed: Annotated[
+        bool, typer.Option("--mixed", help="Go on with other versions than the campaign was begun with.")
+    ] = False
+    tls_ca: Annotated[Path | None, typer.Option(help="Certificate of the authority (PEM), for tls:// only.")] = None
+    tls_cert: Annotated[Path | None, typer.Option(help="Certificate of this client (PEM).")] = None
+    tls_key: Annotated[Path | None, typer.Option(help="Key of this client (PEM).")] = None
+    as_json: AsJson = False
+
+    def settings(self) -> Settings:
+        """Settings of a run; raises DataError for incompatible options."""
+        tls = self.tls_ca, self.tls_cert, self.tls_key
+        if self.workers is not None and self.scheduler is not None:
+            raise DataError("--workers: a scheduler has its own workers; leave out --workers or --scheduler")
+        if self.workers is not None and self.workers < 1:
+            raise DataError(f"--workers: {self.workers} is below 1; give the number of processes, e.g. 2")
+        if any(tls) and self.scheduler is None:
+            raise DataError("--tls-ca, --tls-cert, --tls-key: are for a scheduler; add --scheduler tls://host:port")
+        limit = None if self.time_limit is None else quantity("time-limit", self.time_limit, "s")
+        if limit is not None and limit <= 0:
+            raise DataError(f"--time-limit: '{self.time_limit}' is not above 0; give e.g. '10 min'")
+        return Settings(
+            self.workers, self.scheduler, Tls(*tls) if any(tls) else None, limit, self.mixed, not self.as_json
+        )
 
 
 @example("rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign")
 def run_plan(
     plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    time_limit: TimeLimit = None,
-    mixed: Mixed = False,
-    tls_ca: TlsCa = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
-    as_json: AsJson = False,
+    options: RunOptions,
 ) -> None:
     """Run a plan, or what is left of it; the word `run` may be left out."""
-    chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
-    loaded = load_plan(plan)
-    if scheduler is None:
+    chosen, loaded = options.settings(), load_plan(plan)
+    if chosen.scheduler is None:
         note_compiling_of_plan(loaded)
-    print_outcome(run_campaign(loaded, out, chosen), out, as_json)
+    print_outcome(run_campaign(loaded, out, chosen), out, options.as_json)
 
 
 @example("rotorsim campaign retry my_campaign --time-limit '30 min'")
 def retry(
     folder: Folder,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    time_limit: TimeLimit = None,
-    mixed: Mixed = False,
-    tls_ca: TlsCa = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
-    as_json: AsJson = False,
+    options: RunOptions,
 ) -> None:
     """Run the failed cases again, and those that are left."""
-    chosen = settings(workers, scheduler, time_limit, mixed, (tls_ca, tls_cert, tls_key), not as_json)
-    print_outcome(retry_failed(folder, chosen), folder, as_json)
+    print_outcome(retry_failed(folder, options.settings()), folder, options.as_json)
 
 
 @example("rotorsim campaign status my_campaign --failed 10")

@@ -17,12 +17,11 @@ from rotorsim.base.units import show
 from rotorsim.campaign import load_plan
 from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.progress import spell
-from rotorsim.campaign.run import Outcome, Settings
+from rotorsim.campaign.run import Outcome
 from rotorsim.campaign.store.collect import collect, write_table
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING
 from rotorsim.campaign.store.store import open_store
-from rotorsim.campaign.workers.cluster import Tls
-from rotorsim.commands.options import note_compiling, quantity
+from rotorsim.commands.options import note_compiling
 from rotorsim.commands.results import files
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
@@ -30,27 +29,6 @@ from rotorsim.plant import Plant
 SOME_FAILED = 3
 BYTES_PER_SAMPLE = 21 * 8
 """Of a whole record of a machine with a gas film."""
-
-
-def settings(
-    workers: int | None,
-    scheduler: str | None,
-    time_limit: str | None,
-    mixed: bool,
-    tls: tuple[Path | None, Path | None, Path | None],
-    show: bool,
-) -> Settings:
-    """Run settings from the command line; raises DataError for incompatible options."""
-    if workers is not None and scheduler is not None:
-        raise DataError("--workers: a scheduler has its own workers; leave out --workers or --scheduler")
-    if workers is not None and workers < 1:
-        raise DataError(f"--workers: {workers} is below 1; give the number of processes, e.g. 2")
-    if any(tls) and scheduler is None:
-        raise DataError("--tls-ca, --tls-cert, --tls-key: are for a scheduler; add --scheduler tls://host:port")
-    limit = None if time_limit is None else quantity("time-limit", time_limit, "s")
-    if limit is not None and limit <= 0:
-        raise DataError(f"--time-limit: '{time_limit}' is not above 0; give e.g. '10 min'")
-    return Settings(workers, scheduler, Tls(*tls) if any(tls) else None, limit, mixed, show)
 
 
 def note_compiling_of_plan(plan: Plan) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from dataclasses import Field
 from pathlib import Path
@@ -14,18 +13,8 @@ from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
 from rotorsim.commands.experiment.controlled import Setup
 from rotorsim.commands.experiment.run import run_experiment
-from rotorsim.commands.lazy_group import click_command, example
-from rotorsim.commands.options import (
-    AsJson,
-    Changes,
-    Force,
-    GridSize,
-    MachineName,
-    TimeStep,
-    WithReport,
-    a_folder,
-    quantity,
-)
+from rotorsim.commands.lazy_group import click_command, example, with_options
+from rotorsim.commands.options import AsJson, Force, MachineName, PlantOptions, WithReport, a_folder, quantity
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import parameters
 
@@ -46,9 +35,7 @@ Out = Annotated[
 ]
 Seed = Annotated[str, typer.Option("--seed", help="Seed of noise and random inputs.")]
 COMMON: dict[str, tuple[Any, Any]] = {
-    "grid": (GridSize, None),
-    "time_step": (TimeStep, None),
-    "changes": (Changes, None),
+    "settings": (PlantOptions, PlantOptions()),
     "seed": (Seed, "0"),
     "out": (Out, None),
     "force": (Force, False),
@@ -67,13 +54,8 @@ def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
         given = {entry.name: read(entry.name, values.pop(entry.name), known) for entry, known in entries}
         run_experiment(name, kind, given, **values)
 
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-        [inspect.Parameter(key, keyword, annotation=kind, default=value) for key, (kind, value) in table.items()]
-    )
-    command.__annotations__ = {key: annotation for key, (annotation, _) in table.items()}
     command.__doc__ = doc
-    return example(f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}")(command)
+    return example(f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}")(with_options(command, table))
 
 
 def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:

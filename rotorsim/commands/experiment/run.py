@@ -11,9 +11,9 @@ import typer
 from rotorsim.base.errors import DataError
 from rotorsim.commands.experiment.table import result_rows
 from rotorsim.commands.options import (
+    PlantOptions,
     leave_if_cut,
     leave_if_empty,
-    make_plant,
     note_compiling,
     print_table,
     reporting_kept_samples,
@@ -26,13 +26,13 @@ from rotorsim.signals.record_blocks import open_record
 
 
 def run_experiment(
-    name: str, kind: Any, given: dict[str, Any], machine: str, grid: str | None, time_step: str | None,
-    changes: list[str] | None, seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
+    name: str, kind: Any, given: dict[str, Any], machine: str, settings: PlantOptions,
+    seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Run an experiment, write its record and print the result table."""
     number = read_seed(seed)
     setup = kind(**given)
-    plant = make_plant(machine, grid, time_step, changes or [])
+    plant = settings.plant(machine)
     ask_speeds(plant.machine, setup)
     names = (f"{name}.nc", f"{name}.html") if report else (f"{name}.nc",)
     with results(out, name, names, force) as folder:

@@ -17,7 +17,7 @@ from rotorsim.analysis.figures import UNITS
 from rotorsim.base.files import write_text
 from rotorsim.base.progress import end_line, line
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import make_plant
+from rotorsim.commands.options import GivenMachine, GridOptions, plant_of
 from rotorsim.commands.results import files
 from rotorsim.machine import Machine
 from rotorsim.machine.edit import remarked, with_value
@@ -25,7 +25,7 @@ from rotorsim.machine.edit import remarked, with_value
 
 @example("rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml")
 def calibrate_command(
-    machine: Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")],
+    machine: GivenMachine,
     targets: Annotated[str, typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.")],
     grid: Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
     passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
@@ -39,10 +39,10 @@ def calibrate_command(
     directions that the targets do not determine are named: numbers along them are not to be believed one by one.
     """
     asked = read_targets(targets)
-    loaded = make_plant(machine, None, None, []).machine
+    loaded = plant_of(machine).machine
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
-        coarse = loaded if grid is None else make_plant(machine, grid, None, []).machine
+        coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
         found = calibrate(coarse, asked, passes, None if as_json else _show_passes)
         if not as_json:
             end_line()

@@ -22,16 +22,7 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import Update, bar
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.map.tables import LISTED, tables
-from rotorsim.commands.options import (
-    Changes,
-    GridSize,
-    MachineName,
-    a_folder,
-    make_plant,
-    note_compiling,
-    print_table,
-    quantity,
-)
+from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
 from rotorsim.commands.results import results
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.machine.usual import ask_machine
@@ -69,8 +60,8 @@ def map_command(
     least_film: Annotated[str, typer.Option(help="Film that counts as lift-off; 0: what the plant runs on.")] = "0 um",
     with_onset: Annotated[bool, typer.Option("--whirl-onset", help="Find the onset of whirl by pressure.")] = False,
     campbell: Annotated[bool, typer.Option("--campbell", help="Find the critical speeds of orders 1, 2, 3.")] = False,
-    grid: GridSize = None,
-    changes: Changes = None,
+    *,
+    settings: GridOptions,
     jobs: Annotated[int | None, typer.Option(help="Processes; default as many as pay.")] = None,
     out: Annotated[
         Path | None, typer.Option(callback=a_folder, help="Folder for map and report; default a new folder 'map'.")
@@ -83,7 +74,7 @@ def map_command(
     speeds, pressures = read_axis("speed", speed, "rad/s"), read_axis("pressure", pressure, "Pa")
     fields = [read_field(text) for text in over or []]
     whirl = [2 * pi * quantity("frequency", text, "Hz") for text in frequency or []] or None
-    plant = make_plant(machine, grid, None, changes or [])
+    plant = settings.plant(machine)
     _check(plant, with_lift_off, with_onset)
     ask_rim_speed(plant.machine, max(speeds, key=abs), "--speed")
     for end in (0, -1):

@@ -15,7 +15,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, MachineName, a_folder, make_plant, resumable
+from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import print_claims, stage_bar
 from rotorsim.plant import Plant
@@ -47,7 +47,7 @@ def control(
     loaded = load_model(model)
     if not isinstance(loaded, LpvModel):
         raise DataError(f"{model}: holds for one operating point; give a model of several, e.g. from a campaign")
-    plant = make_plant(machine, None, None, [])
+    plant = plant_of(machine)
     identified = key_of(json.dumps(loaded.to_dict(), sort_keys=True))
     with study_folder(out, _inputs("control", plant, quick) | {"model": identified}):
         found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
@@ -80,7 +80,7 @@ def whole(
     from rotorsim.reproduction.whole import whole_study
 
     refuse_campaign(out)
-    plant = make_plant(machine, None, None, [])
+    plant = plant_of(machine)
     with study_folder(out, _inputs("whole", plant, quick)):
         found = whole_study(plant, out, stage_bar(), jobs, quick)
         numbers = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,

@@ -12,7 +12,7 @@ from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import counter
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import MachineName, a_folder, make_plant, resumable
+from rotorsim.commands.options import MachineName, a_folder, plant_of, resumable
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import numbers_of, print_claims, write_page
 from rotorsim.reproduction.claims.identification_numbers import identification_numbers
@@ -48,7 +48,7 @@ def identification_vs_physics(
     The records are campaigns below --out; they are kept, and the same command continues with them.
     """
     refuse_campaign(out)
-    plant = make_plant(machine, None, None, [])
+    plant = plant_of(machine)
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
     with study_folder(out, inputs | {"grid": "quick" if quick else "whole"}):
