@@ -7,39 +7,22 @@ unit but another quantity. `Hz` of a shaft speed is revolutions per second.
 from __future__ import annotations
 
 import re
-from math import isfinite, pi, sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 from identification.errors import ReadError
 from rotorsim.base.sentences import quote
+from rotorsim.base.unit_table import TABLE
 
-FACTORS: dict[str, dict[str, float]] = {
-    "m": {
-        **{"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "micron": 1e-6, "microns": 1e-6, "nm": 1e-9},
-        **{"mil": 25.4e-6, "mils": 25.4e-6, "in": 25.4e-3, "inch": 25.4e-3},
-    },
-    "V": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3},
-    "rad/s": {
-        **{"rad/s": 1.0, "rpm": pi / 30, "RPM": pi / 30, "r/min": pi / 30, "1/min": pi / 30, "krpm": 1000 * pi / 30},
-        **{"Hz": 2 * pi, "rev/s": 2 * pi, "deg/s": pi / 180},
-    },
-    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180, "°": pi / 180, "rev": 2 * pi, "turn": 2 * pi},
-    "Pa": {
-        **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
-        **{"barg": 1e5, "psig": 6894.757293168361},
-    },
-    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
-    "s": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
-    "kg/s": {"kg/s": 1.0, "g/s": 1e-3, "mg/s": 1e-6, "kg/min": 1 / 60, "g/min": 1e-3 / 60, "kg/h": 1 / 3600},
-    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
-    "1": {"1": 1.0, "-": 1.0, "": 1.0},
+KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "1")
+"""SI units of recorded quantities."""
+FACTORS = {
+    si: {unit: float(factor) for unit, factor in (TABLE[si].factors | TABLE[si].recorded).items()} for si in KINDS
 }
+"""Factors to the SI unit by unit and SI unit."""
 PEAK = {"pp": 0.5, "p-p": 0.5, "pk-pk": 0.5, "pkpk": 0.5, "pk": 1.0, "0-pk": 1.0, "0-p": 1.0, "rms": sqrt(2.0)}
 """Suffixes of an amplitude's unit, with their factors to 0-pk; rms is that of a sine."""
-_NAMES = {
-    **{"m": "length", "V": "voltage", "rad/s": "speed", "rad": "angle", "Pa": "gauge pressure", "N": "force"},
-    **{"s": "time", "kg/s": "mass flow", "Hz": "sample rate", "1": "plain number"},
-}
+_NAMES = {si: TABLE[si].name for si in KINDS} | {"Pa": "gauge pressure", "Hz": "sample rate"}
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
 
 

@@ -1,4 +1,4 @@
-"""Table of units accepted in machine files, by SI unit, with quantity, example and factors.
+"""Table of units of machine files and of recorded data, by SI unit, with quantity, example and factors.
 
 Factors are decimal strings, so that '25 um' is the double nearest to 25e-6. A test compares every entry with
 pint, which `rotorsim.base.units` asks for whatever is not listed here.
@@ -6,26 +6,38 @@ pint, which `rotorsim.base.units` asks for whatever is not listed here.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import pi
-from typing import NamedTuple
 
 
-class Dimension(NamedTuple):
-    """One kind of quantity; `people` are the units in which values are shown, from small to large."""
+@dataclass(frozen=True)
+class Dimension:
+    """One kind of quantity; `people` are the units in which values are shown, from small to large.
+
+    `recorded` are further spellings that files of measured data use and machine files do not.
+    """
 
     name: str
     example: str
     people: tuple[str, ...]
     factors: dict[str, str]
+    recorded: dict[str, str] = field(default_factory=dict)
 
 
 _TURN = repr(2 * pi)
 _RPM, _KRPM = repr(2 * pi / 60), repr(2000 * pi / 60)
 _DEG = repr(pi / 180)
+_INCH, _MIL, _PSI = "0.0254", "25.4e-6", "6894.757293168361"
 
 TABLE: dict[str, Dimension] = {
-    "1": Dimension("number", "0.5", (), {}),
-    "m": Dimension("length", "25 mm", ("um", "mm"), {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9"}),
+    "1": Dimension("number", "0.5", (), {}, {"1": "1", "-": "1", "": "1"}),
+    "m": Dimension(
+        "length",
+        "25 mm",
+        ("um", "mm"),
+        {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9"},
+        {"micron": "1e-6", "microns": "1e-6", "mil": _MIL, "mils": _MIL, "in": _INCH, "inch": _INCH},
+    ),
     "m^3": Dimension("volume", "1 mm^3", ("mm^3",), {"m^3": "1", "mm^3": "1e-9", "cm^3": "1e-6"}),
     "kg": Dimension("mass", "1.5 kg", ("g", "kg"), {"kg": "1", "g": "1e-3"}),
     "kg*m": Dimension("mass*length", "10 g*mm", ("g*mm",), {"kg*m": "1", "g*mm": "1e-6", "kg*mm": "1e-3"}),
@@ -36,14 +48,27 @@ TABLE: dict[str, Dimension] = {
         {"kg*m^2": "1", "kg*mm^2": "1e-6", "g*mm^2": "1e-9"},
     ),
     "kg/m^3": Dimension("density", "7850 kg/m^3", ("kg/m^3",), {"kg/m^3": "1", "g/cm^3": "1e3"}),
-    "s": Dimension("time", "0.1 ms", ("us", "ms", "s"), {"s": "1", "ms": "1e-3", "us": "1e-6", "min": "60"}),
+    "s": Dimension(
+        "time",
+        "0.1 ms",
+        ("us", "ms", "s"),
+        {"s": "1", "ms": "1e-3", "us": "1e-6", "min": "60"},
+        {"sec": "1", "ns": "1e-9"},
+    ),
     "K": Dimension("temperature", "293.15 K", ("K",), {"K": "1"}),
-    "rad": Dimension("angle", "90 deg", ("deg",), {"rad": "1", "mrad": "1e-3", "deg": _DEG, "turn": _TURN}),
+    "rad": Dimension(
+        "angle",
+        "90 deg",
+        ("deg",),
+        {"rad": "1", "mrad": "1e-3", "deg": _DEG, "turn": _TURN},
+        {"°": _DEG, "rev": _TURN},
+    ),
     "rad/s": Dimension(
         "rotational speed",
         "6000 rpm",
         ("rpm",),
         {"rad/s": "1", "rpm": _RPM, "krpm": _KRPM, "Hz": _TURN, "deg/s": _DEG},
+        {"RPM": _RPM, "r/min": _RPM, "1/min": _RPM, "rev/s": _TURN},
     ),
     "1/s": Dimension("angular frequency", "101 rad/s", ("rad/s",), {"rad/s": "1", "1/s": "1"}),
     "Hz": Dimension("frequency", "50 Hz", ("Hz",), {"Hz": "1", "kHz": "1e3", "MHz": "1e6", "mHz": "1e-3"}),
@@ -56,12 +81,13 @@ TABLE: dict[str, Dimension] = {
     "m/s": Dimension("velocity", "1 mm/s", ("mm/s", "m/s"), {"m/s": "1", "mm/s": "1e-3", "um/s": "1e-6"}),
     "m/s^2": Dimension("acceleration", "9.81 m/s^2", ("m/s^2",), {"m/s^2": "1", "mm/s^2": "1e-3"}),
     "s/m": Dimension("time/length", "1 s/m", ("s/m",), {"s/m": "1"}),
-    "N": Dimension("force", "0.5 N", ("N",), {"N": "1", "mN": "1e-3", "kN": "1e3"}),
+    "N": Dimension("force", "0.5 N", ("N",), {"N": "1", "mN": "1e-3", "kN": "1e3"}, {"lbf": "4.4482216152605"}),
     "Pa": Dimension(
         "pressure",
         "0.3 MPa",
         ("Pa", "kPa", "MPa", "GPa"),
         {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9", "bar": "1e5", "mbar": "1e2"},
+        {"hPa": "1e2", "psi": _PSI, "barg": "1e5", "psig": _PSI},
     ),
     "Pa*s": Dimension("viscosity", "18.5 uPa*s", ("uPa*s",), {"Pa*s": "1", "uPa*s": "1e-6", "mPa*s": "1e-3"}),
     "N*s": Dimension("impulse", "10 mN*s", ("mN*s",), {"N*s": "1", "mN*s": "1e-3"}),
@@ -78,7 +104,14 @@ TABLE: dict[str, Dimension] = {
     "Pa*s/kg": Dimension(
         "pressure/flow", "1e8 Pa*s/kg", ("Pa*s/kg",), {"Pa*s/kg": "1", "kPa*s/kg": "1e3", "MPa*s/kg": "1e6"}
     ),
-    "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}),
+    "kg/s": Dimension(
+        "mass flow",
+        "1e-4 kg/s",
+        ("kg/s",),
+        {"kg/s": "1", "g/s": "1e-3", "mg/s": "1e-6"},
+        {"kg/min": repr(1 / 60), "g/min": repr(1e-3 / 60), "kg/h": repr(1 / 3600)},
+    ),
+    "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}, {"uV": "1e-6", "kV": "1e3"}),
     "m/V": Dimension("length/voltage", "4.2 um/V", ("um/V",), {"m/V": "1", "um/V": "1e-6", "mm/V": "1e-3"}),
     "J/(kg*K)": Dimension("gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}),
     "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),

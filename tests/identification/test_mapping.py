@@ -61,7 +61,7 @@ BAD = {
         "channels.speed: no column 'RPM'; the file has 't'",
     ),
     "column number": (changed("column = 3", "column = 9"), "no column 9; the file has columns 1 to 4"),
-    "unknown unit": (changed('unit = "rpm"', 'unit = "krpms"'), "speed: unit 'krpms' is not a known unit of speed"),
+    "unknown unit": (changed('unit = "rpm"', 'unit = "krpms"'), "'krpms' is not a known unit of rotational speed"),
     "no unit": (changed('unit = "rpm"', ""), "channels.speed: no unit, neither here nor in the file"),
     "other unit": (changed("column = 3", 'column = 3\nunit = "V"'), "unit 'V', but the file states 'mV'"),
     "needless sensitivity": (changed('unit = "V"', 'unit = "mm"'), "is in 'mm' already, a length; write 'scale'"),

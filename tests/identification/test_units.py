@@ -6,6 +6,7 @@ import pytest
 
 from identification import ReadError
 from identification.records.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
+from rotorsim.base.units import parse
 
 
 @pytest.mark.parametrize(
@@ -18,6 +19,43 @@ from identification.records.units import FACTORS, amplitude_factor, factor, quan
 )
 def test_factors_are_those_of_the_si_brochure(unit, si, expected):
     assert factor(unit, si) == pytest.approx(expected, rel=1e-15)
+
+
+EXACT = {
+    "m": {
+        **{"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "micron": 1e-6, "microns": 1e-6, "nm": 1e-9},
+        **{"mil": 25.4e-6, "mils": 25.4e-6, "in": 25.4e-3, "inch": 25.4e-3},
+    },
+    "V": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3},
+    "rad/s": {
+        **dict.fromkeys(("rpm", "RPM", "r/min", "1/min"), math.pi / 30),
+        **{"rad/s": 1.0, "krpm": 1000 * math.pi / 30},
+        **{"Hz": 2 * math.pi, "rev/s": 2 * math.pi, "deg/s": math.pi / 180},
+    },
+    "rad": {
+        **{"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180},
+        **{"rev": 2 * math.pi, "turn": 2 * math.pi},
+    },
+    "Pa": {
+        **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "barg": 1e5},
+        **{"psi": 6894.757293168361, "psig": 6894.757293168361},
+    },
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
+    "s": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
+    "kg/s": {"kg/s": 1.0, "g/s": 1e-3, "mg/s": 1e-6, "kg/min": 1 / 60, "g/min": 1e-3 / 60, "kg/h": 1 / 3600},
+    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
+    "1": {"1": 1.0, "-": 1.0, "": 1.0},
+}
+
+
+def test_factors_of_the_table_are_exact_to_the_last_bit():
+    assert all(FACTORS[si][unit] == value for si, kind in EXACT.items() for unit, value in kind.items())
+
+
+def test_machine_files_do_not_take_the_spellings_of_recorded_speeds():
+    for text in ("100 1/min", "100 RPM", "100 r/min"):
+        with pytest.raises(ValueError, match=r"'100 .*' (is not a rotational speed|has an unknown unit)"):
+            parse(text, "rad/s")
 
 
 def test_every_kind_of_unit_begins_with_its_si_unit():

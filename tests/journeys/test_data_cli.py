@@ -130,7 +130,7 @@ def test_a_bad_mapping_and_a_missing_folder_are_named(run, rig, tmp_path):
     file, mapping = rig
     mapping.write_text(MAPPING.replace('unit = "rpm"', 'unit = "furlong"'))
     code, _, err = run("check", file, "--mapping", mapping)
-    assert code == 2 and "channels.speed: unit 'furlong' is not a known unit of speed" in err
+    assert code == 2 and "channels.speed: unit 'furlong' is not a known unit of rotational speed" in err
     mapping.write_text(MAPPING)
     code, _, err = run("convert", file, tmp_path / "none" / "a.nc", "--mapping", mapping)
     assert code == 2 and "cannot be written: its folder is not there; make the folder" in err
