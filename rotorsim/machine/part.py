@@ -13,6 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 from rotorsim.base.quantity import Quantity, quantity_of
 
+SI = {"values": "SI"}
+"""Context of a validation whose values are SI floats already, not text with units."""
+
 
 class PartError(ValueError):
     """Several problems of one part: pairs of a path below it and a sentence."""
@@ -59,4 +62,6 @@ class Part(BaseModel):
     @classmethod
     def _to_si(cls, value: Any, info: ValidationInfo) -> Any:
         known = quantity_of(cls.model_fields[cast(str, info.field_name)])
-        return known.parse(value) if known else value
+        if known is None or (value is None and info.context is SI):
+            return value
+        return known.check(value) if info.context is SI else known.parse(value)

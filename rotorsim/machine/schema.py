@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from rotorsim.machine import edit, toml
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.readable import every_problem
 from rotorsim.machine.tables import MachineTables
+from rotorsim.machine.values import branches, changed
 
 
 class Machine(MachineTables):
@@ -54,6 +55,14 @@ class Machine(MachineTables):
             If the path leads nowhere or the machine would not be valid.
         """
         return type(self).from_text(edit.with_value(self._source or self.text, path, value))
+
+    def with_(self, values: Mapping[str, Any]) -> Machine:
+        """The machine with other SI values at dotted paths: ``with_({"bearings.1.clearance": 25e-6})``.
+
+        A whole part or the dict of effects can be a value too. Raises MachineFileError as `replace`.
+        """
+        machine: Machine = changed(self, branches(values))
+        return machine
 
     def save(self, path: str | Path) -> None:
         """Write the machine file, with the comments it was read with; the file is complete or untouched."""

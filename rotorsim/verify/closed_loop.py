@@ -13,7 +13,7 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law, check_sampling
-from rotorsim.machine import Machine, load_machine
+from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.verify import transients
 from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, holds
@@ -183,14 +183,14 @@ def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
     """
     fine = {"grid": plant.machine.grid, "solver": plant.machine.solver}
     if plant.machine.name in SHIPPED:
-        shipped = {name: Machine.from_text(load_machine(name).model_copy(update=fine).text) for name in SHIPPED}
+        shipped = {name: load_machine(name).with_(fine) for name in SHIPPED}
         differs = shipped.pop(plant.machine.name) != plant.machine
         for name, machine in shipped.items():
             yield f"{name} as shipped" if differs else name, Plant(machine)
     gas = next(i for i, one in enumerate(plant.machine.bearings) if getattr(one, "kind", "") == "gas_film")
     clearance = float(plant.machine.bearings[gas].clearance)  # type: ignore[union-attr]
     for factor in (0.9, 1.1):
-        changed = plant.machine.replace(f"bearings.{gas}.clearance", f"{clearance * factor * 1e6:.9g} um")
+        changed = plant.machine.with_({f"bearings.{gas}.clearance": float(f"{clearance * factor:.9g}")})
         yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)
 
 

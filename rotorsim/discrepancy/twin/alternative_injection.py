@@ -48,12 +48,8 @@ def exchanged(machine: Machine) -> Machine:
     each = choked * common.seat_gap / (0.75 * high)
     if common.law == "orifice":
         size = (common.pin_discharge or 0.0) * each
-        return machine.replace("injection.loss_factor", f"{size:.6g} kg/(s*Pa^2)").replace(
-            "injection.law", "loss_factor"
-        )
-    return machine.replace("injection.pin_discharge", (common.loss_factor or 0.0) / each).replace(
-        "injection.law", "orifice"
-    )
+        return machine.with_({"injection.loss_factor": float(f"{size:.6g}"), "injection.law": "loss_factor"})
+    return machine.with_({"injection.pin_discharge": (common.loss_factor or 0.0) / each, "injection.law": "orifice"})
 
 
 def _drift(twin: Twin, other: Twin, key: str) -> float:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
 from rotorsim.machine import Machine
-from rotorsim.machine.toml import dumps
 
 
 def without_scatter(machine: Machine) -> Machine:
@@ -18,7 +17,7 @@ def without_scatter(machine: Machine) -> Machine:
 
 def with_effects(machine: Machine, effects: dict[str, tuple[Effect, ...]]) -> Machine:
     """Machine with other effects; raises MachineFileError if they do not fit."""
-    return Machine.from_text(dumps(machine.model_copy(update={"effects": effects})))
+    return machine.with_({"effects": effects})
 
 
 def fits(effect: Effect, machine: Machine) -> bool:

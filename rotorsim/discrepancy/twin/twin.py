@@ -44,8 +44,8 @@ class Twin:
     def equipped(self) -> tuple[Machine, dict[str, int]]:
         """The machine that is simulated, and the table number of every candidate."""
         machine, slots = equip(self.machine, self.also, self.scatter, self.only)
-        machine = machine.replace("grid.n_theta", self.grid[0]).replace("grid.n_z", self.grid[1])
-        return machine.replace("solver.time_step", f"{self.step!r} s"), slots
+        n_theta, n_z = self.grid
+        return machine.with_({"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": self.step}), slots
 
     @property
     def slots(self) -> dict[str, int]:

@@ -106,5 +106,5 @@ def stops(machine: Machine, lowest: float, critical: float) -> tuple[Stop, ...]:
 def is_shipped(machine: Machine) -> bool:
     """True if a machine is the shipped rig apart from its numerics."""
     rig = load_machine("dtu_gas_bearing")
-    shaft = machine.shaft.model_copy(update={"max_element_length": rig.shaft.max_element_length})
-    return machine.model_copy(update={"grid": rig.grid, "solver": rig.solver, "shaft": shaft}) == rig
+    numerics = {"grid": rig.grid, "solver": rig.solver, "shaft.max_element_length": rig.shaft.max_element_length}
+    return machine.with_(numerics) == rig

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import quantities
@@ -52,13 +51,10 @@ def sliders(machine: Machine) -> dict[str, Control]:
     return found
 
 
-def with_value(machine: Machine, key: str, value: float) -> Effect:
-    """Effect of an equipped machine with a parameter [SI] changed; raises DataError if it does not fit."""
+def with_value(machine: Machine, key: str, value: float) -> Machine:
+    """An equipped machine with a parameter [SI] of an effect changed; raises DataError if it does not fit."""
     name, _, parameter = key.partition(".")
-    effect: Any = replace(machine.effects[name][0], **{parameter: value})
-    changed = machine.model_copy(update={"effects": machine.effects | {name: (effect, *machine.effects[name][1:])}})
-    for other, tables in changed.effects.items():
-        for one in tables:
-            for where, sentence in one.problems(changed).items():
-                raise DataError(f"{other}{'.' if where else ''}{where}: {sentence}")
-    return effect
+    try:
+        return machine.with_({f"effects.{name}.0.{parameter}": value})
+    except MachineFileError as error:
+        raise DataError(str(error).removeprefix("effects.")) from error

@@ -266,9 +266,8 @@ class Rig:
     def _set_effect(self, key: str, value: float) -> None:
         """Change an effect's parameter in machine, parameter record and workspace."""
         name, _, parameter = key.partition(".")
-        effect = with_value(self.machine, key, value)
-        tables = (effect, *self.machine.effects[name][1:])
-        self.machine = self.machine.model_copy(update={"effects": self.machine.effects | {name: tables}})
+        self.machine = with_value(self.machine, key, value)
+        effect: Any = self.machine.effects[name][0]
         silent = key in SCATTER and self.settings.positions["noise"] == "off"
         write_effect(self.assembly, f"{name}_0", replace(effect, **{parameter: 0.0}) if silent else effect, parameter)
         update_derived(self.assembly, self.assembly.w)

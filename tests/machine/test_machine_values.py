@@ -1,0 +1,48 @@
+"""Change of a machine's values in SI: exact, checked, and the file's text left alone."""
+
+import pytest
+
+from rotorsim.base.errors import MachineFileError
+from rotorsim.machine import Machine, load_machine
+
+
+def test_values_are_those_given_to_the_last_bit_and_text_follows():
+    machine = load_machine("dtu_gas_bearing")
+    changed = machine.with_(
+        {"bearings.1.clearance": 2.4999999999e-05, "grid.n_theta": 16, "effects.unbalance.me": 3e-6}
+    )
+    assert changed.film.clearance == 2.4999999999e-05
+    assert changed.grid.n_theta == 16
+    assert changed.effects["unbalance"][0].me == 3e-6
+    assert Machine.from_text(changed.text) == changed
+    assert load_machine("dtu_gas_bearing") == machine
+
+
+def test_values_that_fit_only_together_are_changed_together():
+    machine = load_machine("dtu_gas_bearing").with_({"injection.law": "loss_factor", "injection.loss_factor": 4e-16})
+    assert machine.injection.law == "loss_factor"
+
+
+def test_a_changed_machine_is_saved_with_its_changes(tmp_path):
+    """A copy that kept the text it was read from saved the old values."""
+    load_machine("plain_rotor").with_({"discs.0.mass": 2.5}).save(tmp_path / "m.toml")
+    assert load_machine(tmp_path / "m.toml").discs[0].mass == 2.5
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"shaft.damping_ratio": 3.0}, "shaft.damping_ratio: 3 is above the limit; write at most 0.5"),
+        ({"discs.0.mass": -1.0}, "discs.0.mass: '-1 kg' must be above 0; write e.g. '1 kg'"),
+        ({"discs.4.mass": 1.0}, "discs.4: is not there; known are 0"),
+        ({"shaft.dampingratio": 0.1}, "shaft.dampingratio: is not there; did you mean 'damping_ratio'?"),
+        ({"effects.unbalance.mee": 1.0}, "effects.unbalance.0.mee: is not there; did you mean 'me'?"),
+        ({"effects.unbalance.me": 1e9}, "effects.unbalance.0.me: "),
+        ({"discs.0.position": 9.0}, "discs.0.position: "),
+        ({"grid.n_theta": 33}, "grid.n_theta: 33 is not a multiple of 4; write e.g. "),
+    ],
+)
+def test_a_value_that_does_not_fit_is_one_sentence(values, sentence):
+    with pytest.raises(MachineFileError) as error:
+        load_machine("plain_rotor").with_(values)
+    assert str(error.value).startswith(sentence), str(error.value)
