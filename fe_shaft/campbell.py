@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
 from fe_shaft import krylov, modal
 from fe_shaft.assembly import AssembledRotor
@@ -159,6 +158,8 @@ def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.Moda
 
 def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:
     """Branch of every mode of every run; the runs are ascending in speed."""
+    from scipy.optimize import linear_sum_assignment  # slow to import, and no run-up needs it
+
     weight = np.sqrt(np.diag(rotor.parts.M))[:, None]
     shapes = [weight * run.shapes for run in runs]
     shapes = [s / np.linalg.norm(s, axis=0) for s in shapes]

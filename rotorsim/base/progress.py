@@ -11,17 +11,17 @@ from itertools import count
 from typing import Any, TypeVar
 
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
 Block = TypeVar("Block", bound=tuple)
 Update = Callable[..., None]
+BAR, LEFT = "bar", "time left"
+"""Columns of a bar that are not text."""
 RUN = (
     "{task.fields[simulated]:.1f} s simulated",
-    BarColumn(),
+    BAR,
     "{task.percentage:.0f} %",
     "{task.fields[factor]:.0f} x real time",
-    TimeRemainingColumn(),
+    LEFT,
 )
 """Columns of a run: simulated time, real-time factor, time left."""
 
@@ -32,9 +32,7 @@ def on_terminal() -> bool:
 
 
 @contextmanager
-def bar(
-    columns: Sequence[str | ProgressColumn] = (), text: str = "", show: bool = True, **fields: Any
-) -> Iterator[Update | None]:
+def bar(columns: Sequence[str] = (), text: str = "", show: bool = True, **fields: Any) -> Iterator[Update | None]:
     """Progress bar of these columns, by default those of rich after a text; `fields` are their first values.
 
     Gives a function that updates fields, such as `completed` and `total`; None where nothing is shown.
@@ -42,7 +40,11 @@ def bar(
     if not (show and on_terminal()):
         yield None
         return
-    shown = [TextColumn(column) if isinstance(column, str) else column for column in columns]
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    drawn = {BAR: BarColumn, LEFT: TimeRemainingColumn}
+    shown = [drawn[column]() if column in drawn else TextColumn(column) for column in columns]
     with Progress(*shown, console=Console(stderr=True)) as progress:
         yield partial(progress.update, progress.add_task(text, **{"total": None} | fields))
 

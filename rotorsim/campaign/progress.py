@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import time
 
-from rich.progress import BarColumn
-
-from rotorsim.base.progress import Update
+from rotorsim.base.progress import BAR, Update
 
 RECENT = 60.0
 """Time [s] over which the rate is averaged."""
 COMPILING = "the first case compiles its machine, if it is new"
 COLUMNS = (
     "{task.completed} of {task.total} cases",
-    BarColumn(),
+    BAR,
     "{task.percentage:.0f} %",
     "{task.fields[rate]}",
     "{task.fields[left]}",
