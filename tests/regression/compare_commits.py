@@ -40,11 +40,15 @@ def sources(commit: str | None) -> Iterator[Path]:
             subprocess.run(["git", "-C", root, "worktree", "remove", "--force", tree], check=True)
 
 
-def numbers(tree: Path, parts: list[str]) -> dict[str, np.ndarray]:
-    """What the sources in `tree` compute."""
+def numbers(tree: Path, parts: list[str], records: Path) -> dict[str, np.ndarray]:
+    """What the sources in `tree` compute; `records` is the folder of those that are diagnosed."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "numbers.npz"
-        environment = os.environ | {"PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
+        environment = os.environ | {
+            "PYTHONPATH": str(tree),
+            "OPENBLAS_NUM_THREADS": "1",
+            "ROTORSIM_RECORDS": str(records),
+        }
         command = [sys.executable, str(HERE / "sampled_runs.py"), str(out), *parts]
         subprocess.run(command, check=True, env=environment, cwd=folder)
         with np.load(out) as stored:
@@ -75,9 +79,14 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS))
     chosen = parser.parse_args()
     results = []
-    for commit in (chosen.before, chosen.after):
-        with sources(commit) as tree:
-            results.append(numbers(tree, chosen.parts))
+    with tempfile.TemporaryDirectory() as folder:
+        records = Path(folder) / "records"
+        if "diagnosis" in chosen.parts:
+            with sources(chosen.after) as tree:
+                numbers(tree, ["hidden"], records)
+        for commit in (chosen.before, chosen.after):
+            with sources(commit) as tree:
+                results.append(numbers(tree, chosen.parts, records))
     lines = differences(*results)
     print("\n".join(lines) if lines else f"{len(results[0])} series: no bit differs")
     sys.exit(1 if lines else 0)
