@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
-
-if TYPE_CHECKING:
-    pass
 
 OSCILLATING = 0.9
 """A pole pair counts as a mode below this damping ratio."""

@@ -10,7 +10,7 @@ response could not be separated.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, NYQUIST, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

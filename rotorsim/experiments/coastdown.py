@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import Experiment, samples_in
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.runup import Runup, ramp_time
-
-if TYPE_CHECKING:
-    pass
 
 OFF = np.nan
 """End speed of a row that leaves the shaft to itself."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, floor
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.experiments.experiment import AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
-
-if TYPE_CHECKING:
-    pass
 
 KEY = 3
 """First key of this experiment's random numbers."""

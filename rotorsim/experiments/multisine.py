@@ -11,16 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, floor
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT, AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
-
-if TYPE_CHECKING:
-    pass
 
 KEY = 2
 """First key of this experiment's random numbers."""

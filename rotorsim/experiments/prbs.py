@@ -12,16 +12,13 @@ The bits are drawn in groups of 256 with as many of either sign, so a record is 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator, samples_in
 from rotorsim.experiments.parameters import param, sequence
-
-if TYPE_CHECKING:
-    pass
 
 GROUP = 256
 """Bits drawn together."""

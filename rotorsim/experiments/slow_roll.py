@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.experiments.experiment import AtPoint
 from rotorsim.experiments.parameters import param
-
-if TYPE_CHECKING:
-    pass
 
 SLOW = 2 * np.pi * 100 / 60
 """100 rpm [rad/s]."""

@@ -7,16 +7,13 @@ direction; on both axes one after the other. `static_gain_map` makes the static 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

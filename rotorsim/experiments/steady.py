@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from rotorsim.experiments.experiment import AtPoint, samples_in
 from rotorsim.experiments.parameters import param
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

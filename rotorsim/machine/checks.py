@@ -7,6 +7,7 @@ from itertools import chain
 from math import inf
 from typing import Any
 
+from rotorsim.base.quantity import check_fields
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
@@ -150,7 +151,9 @@ def _places(machine: MachineTables) -> Problems:
 
 
 def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
-    """Problems that an effect itself finds."""
+    """Values beyond an effect's limits, in an effect made in Python, and problems that an effect itself finds."""
+    for field, sentence in check_fields(effect):
+        yield f"{path}.{field}", sentence
     if _misplaced(machine, effect) is None:
         for field, sentence in effect.problems(machine).items():
             yield f"{path}.{field}".rstrip("."), sentence

@@ -3,6 +3,7 @@
 import pytest
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 
@@ -27,6 +28,12 @@ def test_a_changed_machine_is_saved_with_its_changes(tmp_path):
     """A copy that kept the text it was read from saved the old values."""
     load_machine("plain_rotor").with_({"discs.0.mass": 2.5}).save(tmp_path / "m.toml")
     assert load_machine(tmp_path / "m.toml").discs[0].mass == 2.5
+
+
+def test_an_effect_made_in_python_is_checked_as_one_of_a_file():
+    machine, effect = load_machine("dtu_gas_bearing"), REGISTRY["weak_injector"]
+    with pytest.raises(MachineFileError, match=r"effects\.weak_injector.*injector: 1.5 is not a whole number"):
+        machine.with_({"effects": {"weak_injector": (effect(injector=1.5),)}})
 
 
 @pytest.mark.parametrize(
