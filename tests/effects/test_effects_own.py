@@ -131,9 +131,18 @@ def own_module(tmp_path, monkeypatch):
 @pytest.fixture
 def documented(own_module):
     """The effects of the page on machine files, exactly as they stand there."""
-    (block,) = re.findall(r"```python\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = (text for text in blocks if "@register" in text)
     own_module("documented_effects", block)
     return block
+
+
+def test_changes_of_a_machine_run_as_the_docs_have_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = (text for text in blocks if "with_" in text)
+    exec(block, {})
+    assert load_machine(tmp_path / "wider.toml").film.clearance == 26e-6
 
 
 def test_an_effect_of_the_docs_takes_under_forty_lines(documented):
