@@ -189,9 +189,8 @@ def diagnosed() -> Numbers:
     """
     from rotorsim import discrepancy
 
-    found = discrepancy.diagnose(
-        rs.load_machine("plain_rotor"), [idn.read(path) for path in sorted(RECORDS.glob("*.nc"))]
-    )
+    records = sorted(RECORDS.rglob("*.nc"))
+    found = discrepancy.diagnose(rs.load_machine("plain_rotor"), [str(path) for path in records])
     yield "diagnosis/status", np.frombuffer(found.status.encode(), np.uint8)
     for number, effect in enumerate(found.effects):
         values = [float(v) for v in json.loads(json.dumps(effect.parameters)).values()]
