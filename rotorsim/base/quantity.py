@@ -55,12 +55,19 @@ class Quantity:
         """A number in `unit`, or text for `parse`, as a plain float, int or word; raises ValueError with a sentence."""
         if isinstance(value, str) or self.choices:
             return self.parse(value)
-        if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
-            given = quote(float(value) if isinstance(value, Real) and not isinstance(value, bool) else value)
+        number = _plain(value)
+        if number is None or not isfinite(number):
             kind, example = units.a(dimension(self.unit).name), units.quoted(self.suggestion(), self.unit)
-            raise ValueError(f"{given} is not {kind}; write e.g. {example}")
-        number = float(value)
+            raise ValueError(f"{quote(value if number is None else number)} is not {kind}; write e.g. {example}")
         return self._checked(number, units.quoted(units.show(number, self.unit), self.unit))
+
+    def fault(self, value: Any) -> str:
+        """What is wrong with a value, in a sentence; empty for a good one."""
+        try:
+            self.check(value)
+        except ValueError as error:
+            return str(error)
+        return ""
 
     def holds(self, number: float) -> bool:
         """Whether a number is within the limits."""
@@ -130,6 +137,16 @@ class Quantity:
             return ""
         meant = self.suggestion(digits)
         return f" (is '{meant}' meant?)" if meant.startswith(f"{digits} ") else ""
+
+
+def _plain(value: Any) -> float | None:
+    """A number as a float, infinite where it is too large for one; None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
 
 
 def declared(default: Any, quantity: Quantity) -> Any:

@@ -7,7 +7,7 @@ from itertools import chain
 from math import inf
 from typing import Any
 
-from rotorsim.base.quantity import check_fields
+from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
@@ -152,8 +152,10 @@ def _places(machine: MachineTables) -> Problems:
 
 def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
     """Values beyond an effect's limits, in an effect made in Python, and problems that an effect itself finds."""
-    for field, sentence in check_fields(effect):
-        yield f"{path}.{field}", sentence
+    for field, declared in quantities(effect).items():
+        value = getattr(effect, field)
+        if value is not None and (sentence := declared.fault(value)):
+            yield f"{path}.{field}", sentence
     if _misplaced(machine, effect) is None:
         for field, sentence in effect.problems(machine).items():
             yield f"{path}.{field}".rstrip("."), sentence

@@ -6,6 +6,14 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
+HASHES = {
+    "dtu_gas_bearing": "c91704f2a4beaa2a",
+    "dtu_gas_bearing_b": "e4590e2b6d8aad91",
+    "dtu_gas_bearing_c": "07a1c02c5becd435",
+    "dtu_gas_bearing_d": "9eb7262e7ae74183",
+    "plain_rotor": "1bae3d01cefe9354",
+}
+
 
 def test_values_are_those_given_to_the_last_bit_and_text_follows():
     machine = load_machine("dtu_gas_bearing")
@@ -53,3 +61,17 @@ def test_a_value_that_does_not_fit_is_one_sentence(values, sentence):
     with pytest.raises(MachineFileError) as error:
         load_machine("plain_rotor").with_(values)
     assert str(error.value).startswith(sentence), str(error.value)
+
+
+def test_a_machine_takes_an_effect_as_it_is():
+    """A check that turned 2000.0 into 2000 changed the hash of a machine, by which stores of campaigns know it."""
+    machine, effect = load_machine("plain_rotor"), REGISTRY["encoder"](counts=2000.0)
+    assert type(effect.counts) is float
+    assert machine.with_({"effects": {"encoder": (effect,)}}).effects["encoder"][0] is effect
+    assert type(effect.counts) is float
+
+
+@pytest.mark.parametrize("name", sorted(HASHES))
+def test_shipped_machines_keep_their_hash(name):
+    """Stores of campaigns and folders of studies know a machine by it: another one makes them useless."""
+    assert load_machine(name).hash == HASHES[name]

@@ -96,7 +96,7 @@ def open_store(folder: Path) -> Store:
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise StoreError(f"{path}: is damaged ({error!r}); restore it from a copy") from error
     if plan.digest != manifest.get("digest"):
-        wrong = mismatch(known, versions(), physics_only=True) or "the same versions"
+        wrong = mismatch(versions(), known, physics_only=True) or "the same versions"
         raise StoreError(
             f"{path}: was changed, or means other cases in this version ({wrong}); use the version it was made with"
         )
