@@ -154,7 +154,8 @@ def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
     """Values beyond an effect's limits, in an effect made in Python, and problems that an effect itself finds."""
     for field, declared in quantities(effect).items():
         value = getattr(effect, field)
-        if value is not None and (sentence := declared.fault(value)):
+        absent = value is None and getattr(type(effect), field, None) is None
+        if not absent and (sentence := declared.fault(value)):
             yield f"{path}.{field}", sentence
     if _misplaced(machine, effect) is None:
         for field, sentence in effect.problems(machine).items():

@@ -35,12 +35,17 @@ def readable_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
     return found
 
 
+def unknown_effect(name: str) -> str:
+    """Sentence about a name that is no effect's; one of earlier versions has a new name."""
+    renamed = next((effect.name for effect in REGISTRY.values() if name == effect.earlier_name), "")
+    if renamed:
+        return f"is called '{renamed}' now; rename it"
+    return f"unknown effect; {did_you_mean(name, sorted(REGISTRY))}"
+
+
 def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:
-    known = sorted(REGISTRY)
     if name not in REGISTRY:
-        renamed = next((e.name for e in REGISTRY.values() if name == e.earlier_name), "")
-        remedy = f"is called '{renamed}' now; rename it" if renamed else f"unknown effect; {did_you_mean(name, known)}"
-        problems.append((name, remedy))
+        problems.append((name, unknown_effect(name)))
         return ()
     if isinstance(value, (list, tuple)) and value:
         return tuple(_read_one(name, f"{name}.{i}", entry, problems) for i, entry in enumerate(value))

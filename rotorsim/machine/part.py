@@ -61,7 +61,8 @@ class Part(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _to_si(cls, value: Any, info: ValidationInfo) -> Any:
-        known = quantity_of(cls.model_fields[cast(str, info.field_name)])
-        if known is None or (value is None and info.context is SI):
+        field = cls.model_fields[cast(str, info.field_name)]
+        known = quantity_of(field)
+        if known is None or (value is None and field.default is None and info.context is SI):
             return value
         return known.check(value) if info.context is SI else known.parse(value)

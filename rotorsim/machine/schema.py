@@ -59,7 +59,8 @@ class Machine(MachineTables):
     def with_(self, values: Mapping[str, Any]) -> Machine:
         """The machine with other SI values at dotted paths: ``with_({"bearings.1.clearance": 25e-6})``.
 
-        A whole part or the dict of effects can be a value too. Raises MachineFileError as `replace`.
+        A whole part or effect can be a value too, also one that is absent, and the dict of effects; None removes an
+        optional part. Raises MachineFileError as `replace`, and for a path that lies below another.
         """
         machine: Machine = changed(self, branches(values))
         return machine

@@ -1,14 +1,15 @@
 """Settings of the live rig: same effect on the plant as in a machine file; none ends the rig."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from coarse_rig import RPM, coarse, make_rig
-from rotorsim.base.errors import MachineFileError
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.live.frame import AT
-from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.effects import equip, with_value
 from rotorsim.live.rig.rig import SCATTER
 from rotorsim.plant import Plant
 
@@ -155,3 +156,12 @@ def test_values_that_a_machine_file_refuses_together_are_refused_here():
 def test_a_machine_file_with_an_error_names_the_field(tmp_path):
     with pytest.raises(MachineFileError, match=r"effects\.unbalance\.me"):
         coarse().replace("effects.unbalance.me", "20 g")
+
+
+def test_a_value_that_does_not_fit_is_one_sentence_with_the_sliders_name():
+    machine = equip(coarse())
+    with pytest.raises(DataError, match=r"^unbalance\.me: .* is above the limit; write at most '10000 g\*mm'$"):
+        with_value(machine, "unbalance.me", 1e9)
+    cracked = machine.with_({"effects.crack": (replace(machine.effects["crack"][0], loss=1e6),) * 2})
+    with pytest.raises(DataError, match=r"^crack: the weight opens and closes a crack, but there is none[^\n]+$"):
+        with_value(cracked, "gravity.acceleration", 0.0)

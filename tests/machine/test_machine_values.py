@@ -51,16 +51,68 @@ def test_an_effect_made_in_python_is_checked_as_one_of_a_file():
         ({"discs.0.mass": -1.0}, "discs.0.mass: '-1 kg' must be above 0; write e.g. '1 kg'"),
         ({"discs.4.mass": 1.0}, "discs.4: is not there; known are 0"),
         ({"shaft.dampingratio": 0.1}, "shaft.dampingratio: is not there; did you mean 'damping_ratio'?"),
-        ({"effects.unbalance.mee": 1.0}, "effects.unbalance.0.mee: is not there; did you mean 'me'?"),
-        ({"effects.unbalance.me": 1e9}, "effects.unbalance.0.me: "),
+        ({"effects.unbalance.mee": 1.0}, "effects.unbalance.mee: is not there; did you mean 'me'?"),
+        ({"effects.unbalance.me": 1e9}, "effects.unbalance.me: "),
         ({"discs.0.position": 9.0}, "discs.0.position: "),
         ({"grid.n_theta": 33}, "grid.n_theta: 33 is not a multiple of 4; write e.g. "),
+        ({"actuators.reference_limit": 1.0}, "actuators: is not in this machine; give the whole part"),
+        ({"injectors.0.offset": 0.0}, "injectors: there are none in this machine; give the whole list"),
+        ({"name.x": 1.0}, "name: is a value, not a table; check the path"),
+        ({"shaft.material.density.x": 1.0}, "shaft.material.density: is a value, not a table; check the path"),
+        ({"effects.unbalance.me.x": 1.0}, "effects.unbalance.me: is a value, not a table; check the path"),
+        ({"shaft": None}, "shaft: may not be None; give the whole part"),
+        ({"discs.0": None}, "discs.0: may not be None; give the whole part"),
+        ({"grid.n_theta": None}, "grid.n_theta: None is not a number; write e.g. 32"),
+        ({"discs.0.mass": None}, "discs.0.mass: None is not a mass; write e.g. "),
+        ({"effects.unbalance.me": None}, "effects.unbalance.me: None is not a mass*length; write e.g. "),
+        ({"effects.rub.gap": 1e-5}, "effects.rub: is not in this machine; give the whole effect, or use replace"),
+        ({"effects.rubb.gap": 1e-5}, "effects.rubb: unknown effect; did you mean 'rub'?"),
+        ({"": 1.0}, "'' is not a path; write e.g. 'effects.unbalance.me'"),
     ],
 )
 def test_a_value_that_does_not_fit_is_one_sentence(values, sentence):
     with pytest.raises(MachineFileError) as error:
         load_machine("plain_rotor").with_(values)
     assert str(error.value).startswith(sentence), str(error.value)
+    assert len(error.value.problems) == 1
+
+
+def test_a_path_below_another_is_refused_in_either_order():
+    machine = load_machine("dtu_gas_bearing")
+    given = {"bearings.1.clearance": 26e-6, "bearings": machine.bearings}
+    for values in (given, dict(reversed(given.items()))):
+        with pytest.raises(
+            MachineFileError, match=r"^bearings\.1\.clearance: lies below bearings, which is given too;"
+        ):
+            machine.with_(values)
+
+
+def test_optional_values_may_be_none_and_an_absent_effect_is_given_whole():
+    machine = load_machine("plain_rotor").with_({"effects.unbalance.position": None, "probe": None})
+    assert machine.effects["unbalance"][0].position is machine.probe is None
+    rub = REGISTRY["rub"](stiffness=1e5)
+    added = machine.with_({"effects.rub": rub})
+    assert added.effects["rub"] == (rub,) and list(added.effects) == [*machine.effects, "rub"]
+
+
+def test_an_effect_of_several_tables_is_named_by_its_number():
+    two = (REGISTRY["unbalance"](me=1e-6), REGISTRY["unbalance"](me=2e-6))
+    machine = load_machine("plain_rotor").with_({"effects.unbalance": two})
+    assert machine.with_({"effects.unbalance.1.me": 3e-6}).effects["unbalance"][1].me == 3e-6
+    with pytest.raises(MachineFileError, match=r"^effects\.unbalance\.1\.me: "):
+        machine.with_({"effects.unbalance.1.me": 1e9})
+
+
+def test_a_parameter_that_may_not_be_none_is_refused_in_an_effect_made_in_python():
+    with pytest.raises(MachineFileError, match=r"^effects\.unbalance\.me: None is not a mass\*length"):
+        load_machine("plain_rotor").with_({"effects.unbalance": REGISTRY["unbalance"](me=None)})
+
+
+def test_a_count_of_an_effect_is_a_float_as_in_a_machine_file():
+    machine = load_machine("plain_rotor").replace("effects.encoder.counts", 1000)
+    changed = machine.with_({"effects.encoder.counts": 2000})
+    assert type(changed.effects["encoder"][0].counts) is float
+    assert changed.hash == machine.replace("effects.encoder.counts", 2000).hash
 
 
 def test_a_machine_takes_an_effect_as_it_is():

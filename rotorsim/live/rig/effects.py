@@ -52,9 +52,13 @@ def sliders(machine: Machine) -> dict[str, Control]:
 
 
 def with_value(machine: Machine, key: str, value: float) -> Machine:
-    """An equipped machine with a parameter [SI] of an effect changed; raises DataError if it does not fit."""
+    """An equipped machine with a parameter [SI] of an effect's first table changed.
+
+    Raises DataError with one sentence that names the slider, if the value does not fit.
+    """
     name, _, parameter = key.partition(".")
     try:
         return machine.with_({f"effects.{name}.0.{parameter}": value})
     except MachineFileError as error:
-        raise DataError(str(error).removeprefix("effects.")) from error
+        path, colon, sentence = error.problems[0].partition(": ")
+        raise DataError(f"{path.removeprefix('effects.').replace('.0', '', 1)}{colon}{sentence}") from error
