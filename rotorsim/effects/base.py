@@ -100,6 +100,8 @@ class Effect:
     """Forms in which a diagnosis looks for it; where there are none they follow from its parameters."""
     calibration: ClassVar[tuple[CalibrationParameter, ...]] = ()
     """Parameters that a diagnosis calibrates."""
+    cites: ClassVar[tuple[str, ...]] = ()
+    """Keys of its sources in `references.toml`; a user's own effect may write the whole reference instead."""
     earlier_name: ClassVar[str] = ""
     """Name of its table in machine files of earlier versions."""
     earlier_keys: ClassVar[Mapping[str, str]] = {}

@@ -16,6 +16,7 @@ from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
+from rotorsim.effects.references import references
 
 HEAD = """# Effects
 
@@ -47,7 +48,7 @@ ELSEWHERE = {
 
 
 def describe(effect: type[Effect]) -> dict[str, Any]:
-    """Text on an effect: name, port, summary, title, about, equation, source, acts, several, parameters."""
+    """Text on an effect: name, port, summary, title, about, equation, source, references, acts, parameters ..."""
     title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
     return {
         "name": effect.name,
@@ -57,6 +58,7 @@ def describe(effect: type[Effect]) -> dict[str, Any]:
         "about": about,
         "equation": equation,
         "source": source,
+        "references": [references().get(key, key) for key in effect.cites],
         "acts": _place(effect),
         "several": not effect.single,
         "parameters": [_parameter(f) for f in fields(effect)],
@@ -108,6 +110,7 @@ def markdown(entry: dict[str, Any]) -> str:
     lines += [f"$$\n{textwrap.fill(entry['equation'], 119, break_long_words=False)}\n$$"] if entry["equation"] else []
     lines += [_wrapped(_escaped(entry["about"]))] if entry["about"] else []
     lines += [_wrapped(f"Source: {_escaped(entry['source'])}")] if entry["source"] else []
+    lines += ["\n".join(f"- {_escaped(one)}" for one in entry["references"])] if entry["references"] else []
     lines += [_wrapped(f"Port `{entry['port']}`; acts {entry['acts']}.{again}")]
     rows = ["| parameter | neutral | limits | what |", "|---|---|---|---|"]
     for p in entry["parameters"]:

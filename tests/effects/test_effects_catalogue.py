@@ -12,6 +12,7 @@ from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse, show
 from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
+from rotorsim.effects.references import references
 from rotorsim.machine.catalogue import catalogue, describe, page
 
 HERE = Path(__file__).parent
@@ -86,3 +87,12 @@ def test_the_command_gives_the_catalogue_as_json_and_has_an_example(capsys):
     assert json.loads(run(capsys, "--json")[1]) == catalogue()
     assert json.loads(run(capsys, "noise", "--json")[1]) == describe(REGISTRY["noise"])
     assert "Example: rotorsim machine effects" in run(capsys, "--help")[1]
+
+
+def test_every_source_with_a_year_is_cited_by_its_key_and_no_key_is_unused():
+    cited = {key for name in SHIPPED for key in REGISTRY[name].cites}
+    assert cited == references().keys()
+    for name in SHIPPED:
+        years = set(re.findall(r"\((\d{4})\)", describe(REGISTRY[name])["source"]))
+        found = {key.rpartition("_")[2] for key in REGISTRY[name].cites}
+        assert years <= found, name

@@ -51,6 +51,9 @@ def _print_effect(entry: dict[str, Any]) -> None:
     console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'])}\n")
     for text in (entry["equation"], entry["about"], f"Source: {entry['source']}"):
         console.print(escape(text) + "\n")
+    for one in entry["references"]:
+        console.print(escape(f"- {one}"))
+    console.print()
     several = "several tables add up" if entry["several"] else "one table only"
     console.print(escape(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n"))
     table = Table("parameter", "neutral", "limits", "meaning", box=None, pad_edge=False)

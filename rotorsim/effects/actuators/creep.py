@@ -30,6 +30,7 @@ class Creep(Effect):
 
     port = "actuator"
     kernel = creep
+    cites = ("kuhnen_1998", "thesis")
     states = 3
     single = True
     memory = "mean"

@@ -26,6 +26,7 @@ class DeadZone(Effect):
 
     port = "actuator"
     kernel = dead_zone
+    cites = ("tao_1996",)
     single = True
     extra = ("middle",)
     ends_chain = True

@@ -34,6 +34,7 @@ class Hysteresis(Effect):
 
     port = "actuator"
     kernel = hysteresis
+    cites = ("kuhnen_2003",)
     states = PLAYS
     single = True
     memory = "short"

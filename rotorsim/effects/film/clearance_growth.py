@@ -31,6 +31,7 @@ class ClearanceGrowth(Effect):
 
     port = "film"
     kernel = clearance_growth
+    cites = ("timoshenko_1970",)
     single = True
     extra = ("radial_expansion",)
     forms = (CandidateForm("growth", 3e-7),)

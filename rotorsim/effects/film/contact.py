@@ -49,6 +49,7 @@ class Contact(Effect):
 
     port = "contact"
     kernel = contact
+    cites = ("hunt_1975",)
     role = "known"
     stiffness: float = param("N/m", bounds=(0.0, 1e10), doc="Stiffness of the contact; 0 switches it off.")
     damping: float = param("s/m", bounds=(0.0, 1e4), doc="Hunt-Crossley damping factor.")

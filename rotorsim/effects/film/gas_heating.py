@@ -37,6 +37,7 @@ class GasHeating(Effect):
     earlier_name = "viscosity"
     port = "gas"
     kernel = gas_heating
+    cites = ("sutherland_1893", "white_2011")
     single = True
     extra = ("temperature",)
     forms = (

@@ -27,6 +27,7 @@ class JournalTilt(Effect):
 
     port = "film"
     kernel = journal_tilt
+    cites = ("san_andres_2012",)
     single = True
     role = "asymmetric"
     x: float = param("rad", bounds=(-2e-3, 2e-3), doc="Tilt towards x, dX/dz.")

@@ -29,6 +29,7 @@ class OutOfRound(Effect):
 
     port = "film"
     kernel = out_of_round
+    cites = ("rentzepis_1962", "yu_1989")
     forms = (
         CandidateForm("sleeve", 3e-7, "sleeve_phase", options=(("sleeve_lobes", (2.0,)),)),
         CandidateForm("journal", 3e-7, "journal_phase", options=(("journal_lobes", (2.0,)),)),

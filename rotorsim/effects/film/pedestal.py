@@ -29,6 +29,7 @@ class Pedestal(Effect):
 
     port = "support"
     kernel = pedestal
+    cites = ("childs_1993",)
     single = True
     extra = ("rotor_mass",)
     forms = (

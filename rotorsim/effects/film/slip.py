@@ -23,6 +23,7 @@ class Slip(Effect):
 
     port = "gas"
     kernel = slip
+    cites = ("burgdorfer_1959",)
     single = True
     forms = (CandidateForm("mean_free_path", 6.8e-8, signed=False, signature="properties of the gas"),)
     in_benchmark = False

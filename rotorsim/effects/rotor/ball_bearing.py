@@ -38,6 +38,7 @@ class BallBearing(Effect):
 
     port = "motion"
     kernel = ball_bearing
+    cites = ("harris_2001",)
     place = "bearing"
     steady = True
     single = True

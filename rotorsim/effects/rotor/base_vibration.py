@@ -25,6 +25,7 @@ class BaseVibration(Effect):
 
     port = "force"
     kernel = base_vibration
+    cites = ("iso_10816",)
     influence = "mass"
     forms = (
         CandidateForm("x", 0.05, "phase", options=(("frequency", (TURN * 50, TURN * 60, TURN * 100)),)),

@@ -32,6 +32,7 @@ class Coupling(Effect):
 
     port = "force"
     kernel = coupling
+    cites = ("gibbons_1976", "sekhar_1995", "thesis")
     place = "start"
     earlier_keys = EARLIER
     forms = (

@@ -35,6 +35,7 @@ class Crack(Effect):
 
     port = "motion"
     kernel = crack
+    cites = ("gasch_1993", "mayes_1984")
     forms = (
         CandidateForm(
             "loss", 1e4, options=(("phase", tuple(k * math.pi / 4 for k in range(8))),), refine=(("phase", 0.1),),

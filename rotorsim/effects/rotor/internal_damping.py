@@ -24,6 +24,7 @@ class InternalDamping(Effect):
 
     port = "rotating"
     kernel = internal_damping
+    cites = ("genta_2005", "kimball_1924")
     single = True
     forms = (CandidateForm("time", 1e-5, signed=False),)
     time: float = param("s", bounds=(0.0, 1e-2), doc="Ratio of damping to stiffness.")

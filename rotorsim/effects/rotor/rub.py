@@ -36,6 +36,7 @@ class Rub(Effect):
 
     port = "motion"
     kernel = rub
+    cites = ("hunt_1975", "muszynska_2005")
     steady = True
     forms = (CandidateForm("stiffness", 2e4, options=(("gap", (0.0, 5e-6, 1e-5)),), signed=False),)
     in_benchmark = False

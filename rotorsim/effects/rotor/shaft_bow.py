@@ -26,6 +26,7 @@ class ShaftBow(Effect):
 
     port = "force"
     kernel = shaft_bow
+    cites = ("nicholas_1976",)
     influence = "bow"
     single = True
     forms = (CandidateForm("bow", 2e-7, "phase", signature="vector that turns with the shaft"),)

@@ -26,6 +26,7 @@ class TorqueRipple(Effect):
 
     port = "torque"
     kernel = torque_ripple
+    cites = ("holmes_1986",)
     forms = (CandidateForm("amplitude", 0.05, "phase", options=(("order", (1.0, 2.0)),)),)
     in_benchmark = False
     amplitude: float = param("N*m", bounds=(0.0, 1e3), doc="Amplitude of the torque, 0-pk.")

@@ -35,6 +35,7 @@ class Unbalance(Effect):
 
     port = "force"
     kernel = unbalance
+    cites = ("friswell_2010", "thesis")
     forms = (CandidateForm("me", 1e-6, "phase", resembles="a skew of the disc"),)
     places = 2
     in_benchmark = False

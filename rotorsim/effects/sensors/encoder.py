@@ -40,6 +40,7 @@ class Encoder(Effect):
 
     port = "sensor"
     kernel = encoder
+    cites = ("brown_1992", "thesis")
     states = LENGTH + 1
     single = True
     role = "scatter"

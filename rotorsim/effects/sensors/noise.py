@@ -27,6 +27,7 @@ class Noise(Effect):
 
     port = "sensor"
     kernel = noise
+    cites = ("thesis",)
     single = True
     role = "scatter"
     random_part = "sigma"

@@ -27,6 +27,7 @@ class Quantisation(Effect):
 
     port = "sensor"
     kernel = quantisation
+    cites = ("widrow_2008",)
     role = "scatter"
     ends_chain = True
     step: float = param("m", bounds=(0.0, 1e-4), doc="Step of the converter.")

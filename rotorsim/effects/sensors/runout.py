@@ -57,6 +57,7 @@ class Runout(Effect):
 
     port = "sensor"
     kernel = runout
+    cites = ("api_670", "schroeder_1970", "thesis")
     earlier_keys = EARLIER
     forms = (
         CandidateForm(

@@ -25,6 +25,7 @@ class SensorGain(Effect):
 
     port = "sensor"
     kernel = sensor_gain
+    cites = ("api_670",)
     forms = (
         CandidateForm("x", 0.03, signature="ratio of the sensors' gains", resembles="the gain of actuator x against y"),
         CandidateForm("y", 0.03, signature="ratio of the sensors' gains", resembles="the gain of actuator y against x"),

@@ -24,6 +24,7 @@ class DischargeDrift(Effect):
 
     port = "injector"
     kernel = discharge_drift
+    cites = ("pierart_2015",)
     single = True
     forms = (CandidateForm("exponent", 0.04),)
     calibration = (CalibrationParameter("drift", 0.02, 0.10, -0.5, 0.5, trend=(0.02, 0.015), scales=INJECTOR_FLOW),)

@@ -28,6 +28,7 @@ class PlenumVolume(Effect):
 
     port = "plenum"
     kernel = plenum_volume
+    cites = ("licht_1960",)
     forms = (CandidateForm("change", 0.3),)
     calibration = (CalibrationParameter("change", 0.05, 0.20, -0.7, 3.0, trend=(0.05, 0.05)),)
     places = 2

@@ -33,6 +33,7 @@ class SupplyDroop(Effect):
 
     port = "supply"
     kernel = supply_droop
+    cites = ("blackburn_1960",)
     states = 2
     single = True
     memory = "short"
