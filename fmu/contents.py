@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import json
-import math
 import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -18,6 +17,7 @@ from fmu.model import PlantUnit, Unit, software
 from fmu.reference import Reference, table
 from fmu.units import fmi_name
 from fmu.variables import Variable
+from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.base.units import show
 
@@ -117,8 +117,8 @@ def linear_page(model: LinearUnit) -> str:
         "structure": html.escape(model.lpv.kind),
         "order": str(model.lpv.order),
         "time": f"sampled at {model.lpv.Ts:g} s" if model.lpv.Ts else "of continuous time",
-        "speed": f"{low[0] * 30 / math.pi:.6g} to {high[0] * 30 / math.pi:.6g} rpm",
-        "pressure": f"{low[1] / 1e6:.6g} to {high[1] / 1e6:.6g} MPa",
+        "speed": f"{low[0] * TO_RPM:.6g} to {high[0] * TO_RPM:.6g} rpm",
+        "pressure": f"{low[1] / MPA:.6g} to {high[1] / MPA:.6g} MPa",
         "sample": f"{model.sample * 1e3:g} ms",
     }
     return _page("linear", model, model.name, model.description, values)
@@ -129,8 +129,8 @@ def law_page(model: LawUnit) -> str:
     law = model.law
     values = {
         "order": str(law.order),
-        "speed": ", ".join(f"{w * 30 / math.pi:.6g}" for w in law.speeds),
-        "pressure": ", ".join(f"{p / 1e6:.6g}" for p in law.pressures),
+        "speed": ", ".join(f"{w * TO_RPM:.6g}" for w in law.speeds),
+        "pressure": ", ".join(f"{p / MPA:.6g}" for p in law.pressures),
         "limit": f"{law.limit:g} V",
         "sample": f"{model.sample * 1e3:g} ms",
         "refresh": f"{law.refresh * model.sample * 1e3:g} ms",
@@ -150,8 +150,8 @@ def page(model: PlantUnit) -> str:
         "clearance": show(film.clearance, "m") if film else "no gas film",
         "floor": show(machine.solver.minimum_film, "m"),
         "time_step": show(machine.solver.time_step, "s"),
-        "speed": f"{model.speed * 30 / math.pi:.6g} rpm",
-        "pressure": f"{model.pressure / 1e6:.6g} MPa",
+        "speed": f"{model.speed * TO_RPM:.6g} rpm",
+        "pressure": f"{model.pressure / MPA:.6g} MPa",
         "effects": "\n".join(_effects(model)),
     }
     return _page("plant", model, machine.name, machine.description, values)

@@ -14,6 +14,7 @@ from fmu.model import PlantUnit, Unit
 from identification.errors import ModelError
 from identification.lpv.model import LpvModel
 from identification.model_file import load_model
+from rotorsim.base.constants import MPA
 from rotorsim.base.errors import DataError
 from rotorsim.control import load_law
 from rotorsim.machine.rim_speed import ask_rim_speed
@@ -44,7 +45,7 @@ def linear_unit(path: Path, speed: float | None = None, pressure: float | None =
     middle = model.basis.middle
     start = [float(m) if v is None else v for m, v in zip(middle, (speed, pressure), strict=True)]
     if start[1] < -VACUUM:
-        raise DataError(f"--pressure: {start[1] / 1e6:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
+        raise DataError(f"--pressure: {start[1] / MPA:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
     return LinearUnit(model, path.stem, *start)
 
 

@@ -47,7 +47,7 @@ class Unit(Protocol):
 
     @property
     def hash(self) -> str:
-        """Tells this model from every other."""
+        """Hash that identifies this model."""
 
     @property
     def token(self) -> str:
@@ -82,7 +82,7 @@ class PlantUnit:
 
     @cached_property
     def hash(self) -> str:
-        """Tells this model from every other: machine, kernels, variables."""
+        """Hash of machine, kernels and variables that identifies this model."""
         parts = [self.plant.machine.text, self.assembly.module.__name__, software(), repr(self.variables)]
         return hashlib.sha256("\0".join([*parts, wrapper_text()]).encode()).hexdigest()[:32]
 

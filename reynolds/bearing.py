@@ -17,6 +17,7 @@ from reynolds.perturbation import dynamic_stiffness, linear_film
 from reynolds.steady import settle_film
 from reynolds.transient import GAMMA, MID, STAGE
 from reynolds.workspace import FilmModel, Gas
+from rotorsim.base.constants import TO_UM
 
 Array = NDArray[np.float64]
 
@@ -174,7 +175,7 @@ class GasBearing:
         position = np.asarray(journal, float)
         h_min = self.clearance - float(np.hypot(*position))
         if not h_min > 0:
-            raise FilmError(f"film: h_min = {h_min * 1e6:.3g} um: the journal touches the sleeve; move it inwards")
+            raise FilmError(f"film: h_min = {h_min * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
         w[layout.journal : layout.journal + 2] = position
         w[layout.static_a : layout.static_a + 4] = (1.0, 0.0, 0.0, 1.0)
         w[layout.static_rhs : layout.static_rhs + 2] = position

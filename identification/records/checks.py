@@ -9,6 +9,7 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.records.examination import examine
 from identification.records.prefilter import Signals, measured
+from rotorsim.base.constants import TO_UM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,7 +116,7 @@ def suspicious_gains(gain: np.ndarray) -> tuple[str, ...]:
     if cross.sum() <= direct.sum():
         return ()
     return (
-        f"cross gains {cross[0] * 1e6:.3g}, {cross[1] * 1e6:.3g} um/V are larger than direct gains "
-        f"{direct[0] * 1e6:.3g}, {direct[1] * 1e6:.3g} um/V: x and y of the reference or the disc seem to be swapped; "
-        "check the mapping",
+        f"cross gains {cross[0] * TO_UM:.3g}, {cross[1] * TO_UM:.3g} um/V are larger than direct gains "
+        f"{direct[0] * TO_UM:.3g}, {direct[1] * TO_UM:.3g} um/V: x and y of the reference or the disc seem to be "
+        "swapped; check the mapping",
     )

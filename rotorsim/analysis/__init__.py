@@ -6,7 +6,7 @@ from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.mode_shapes import mode_shapes
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.point import Point, operating_point
-from rotorsim.analysis.safe import safe_region
+from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.targets import read_targets
 from rotorsim.analysis.varied import over_fields
 from rotorsim.analysis.whirl_onset import whirl_onset

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.analysis.axes import checked
+from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 from rotorsim.plant import Plant
@@ -15,7 +16,7 @@ from rotorsim.plant import Plant
 if TYPE_CHECKING:
     import xarray as xr
 
-HIGHEST, STEP = 40e3 * np.pi / 30, 1e3 * np.pi / 30
+HIGHEST, STEP = 40e3 * RPM, 1e3 * RPM
 """Speed [rad/s] up to which is looked, and in which steps."""
 
 

@@ -1,4 +1,4 @@
-"""Results with a report: `rotorsim/__init__.py` sets how it is written, so that no result imports the reports."""
+"""Base class of results with an HTML report; the report writer is set by `rotorsim/__init__.py`, not imported here."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from reynolds import GasBearing, Injector
+from rotorsim.base.constants import MPA, RPM, TO_UM
 from rotorsim.bench.result import Figure
 from rotorsim.plant import Plant
 
@@ -28,8 +29,8 @@ COLUMNS = ("f1 Hz", "zeta1", "f2 Hz", "zeta2", "Gxx um/V", "Gyy um/V", "tau_x ms
 
 def rig_row(plant: Plant, mpa: float, rpm: float) -> tuple[float, ...]:
     """Values of COLUMNS at one operating point."""
-    model = plant.linearise(rpm * np.pi / 30, mpa * 1e6)
-    f, gain, delay = model.wn / (2 * np.pi), np.round(model.static_gain * 1e6, 6) + 0.0, model.delay * 1e3
+    model = plant.linearise(rpm * RPM, mpa * MPA)
+    f, gain, delay = model.wn / (2 * np.pi), np.round(model.static_gain * TO_UM, 6) + 0.0, model.delay * 1e3
     return (
         f[0], model.zeta[0], f[1], model.zeta[1], gain[0, 0], gain[1, 1], delay[0], delay[1], gain[0, 1], gain[1, 0],
     )  # fmt: skip

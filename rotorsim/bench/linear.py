@@ -11,7 +11,7 @@ import numpy as np
 
 from reynolds import GasBearing, Injector
 from rotorsim.analysis import critical_speeds, operating_map, operating_point, whirl_onset
-from rotorsim.base.constants import RPM, SAMPLE
+from rotorsim.base.constants import RPM, SAMPLE, TO_MPA
 from rotorsim.bench.result import Figure
 from rotorsim.bench.speed import BARE
 from rotorsim.machine import load_machine
@@ -81,7 +81,7 @@ def onsets() -> Iterator[Figure]:
         for share in (0.95, 1.05):
             growth, expected = _growth(plant, share * onset, pressure)
             wrong += int(np.sign(growth) != np.sign(share - 1))
-            name = f"  {pressure * 1e-6:g} MPa, {share:g} of {onset / RPM:.0f} rpm: growth against eigenvalue"
+            name = f"  {pressure * TO_MPA:g} MPa, {share:g} of {onset / RPM:.0f} rpm: growth against eigenvalue"
             yield Figure(name, abs(growth / expected - 1) * 100, "%")
     yield Figure("whirl onset: wrong signs of six nonlinear runs", wrong, "1", 0.0)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rotorsim.base.constants import RPM, TO_UM
 from rotorsim.bench.result import Figure
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -58,7 +59,7 @@ def _step_figures(n_theta: int, n_z: int, me: str, name: str, bound: float) -> I
     yield Figure(
         "  factorisations per 1000 steps", 1e3 * per_step["factorisations"], "1", 20.0 if "11 um" in name else None
     )
-    yield Figure("  disc orbit x, 0-pk", float(np.ptp(table[:, 0]) / 2 * 1e6), "um")
+    yield Figure("  disc orbit x, 0-pk", float(np.ptp(table[:, 0]) / 2 * TO_UM), "um")
 
 
 def equilibrium() -> Iterator[Figure]:
@@ -68,7 +69,7 @@ def equilibrium() -> Iterator[Figure]:
     times = []
     for rpm in range(0, 6000, 500):
         begin = time.perf_counter()
-        plant.equilibrium(rpm * np.pi / 30, PRESSURE)
+        plant.equilibrium(rpm * RPM, PRESSURE)
         times.append((time.perf_counter() - begin) * 1e3)
     yield Figure("equilibrium 64x16", statistics.median(times), "ms", 40.0)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from math import isfinite, pi
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from identification import Examination, columns, examine, load, mapping_template, read, save
+from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.results import files
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 UNFIT = 3
 _FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
 _MAPPING = typer.Option("--mapping", help="TOML file that states which column is which channel.")
-_PEOPLE = {"m": (1e6, "um"), "rad/s": (30 / pi, "rpm"), "Pa": (1e-6, "MPa"), "kg/s": (1e3, "g/s")}
+_PEOPLE = {"m": (TO_UM, "um"), "rad/s": (TO_RPM, "rpm"), "Pa": (TO_MPA, "MPa"), "kg/s": (1e3, "g/s")}
 
 
 @example(
@@ -40,7 +41,7 @@ def check(
     mapping: Annotated[Path | None, _MAPPING] = None,
     as_json: Annotated[bool, typer.Option("--json", help="The findings as JSON, in SI units.")] = False,
 ) -> None:
-    """Say what is in a file, what is wrong with it and what it is fit for."""
+    """List the contents and defects of a data file and the analyses that it is fit for."""
     record = load(file, mapping)
     found = examine(record)
     if as_json:

@@ -15,6 +15,7 @@ import typer
 
 from reynolds.jit import cache_root
 from rotorsim.base.cache import key_of
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
@@ -170,11 +171,11 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
         typer.echo(f"  {found.form}: {', '.join(numbers)}")
         others = [k for k in found.tie_class if k != found.form]
         if others:
-            typer.echo(f"    no record tells it from: {', '.join(others)}")
+            typer.echo(f"    no record distinguishes it from: {', '.join(others)}")
     for flag in diagnosis.localisation[:6]:
         typer.echo(
-            f"  {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * 1e6:.3g} um over a floor of "
-            f"{flag.floor * 1e6:.2g} um"
+            f"  {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor of "
+            f"{flag.floor * TO_UM:.2g} um"
         )
     share = reduction(diagnosis.gap)
     if diagnosis.effects and share == share:

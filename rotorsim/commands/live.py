@@ -35,7 +35,7 @@ def live(
     seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
     out: Annotated[Path, typer.Option(help="Folder for scenes and records.")] = Path("live"),
     port: Annotated[int, typer.Option(help="Port on this machine; the next free one if it is taken.")] = 8750,
-    keep_open: Annotated[bool, typer.Option("--keep-open", help="Go on when the last window is closed.")] = False,
+    keep_open: Annotated[bool, typer.Option("--keep-open", help="Run on after the last window is closed.")] = False,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
     """Stand at the rig: turn it in the browser while it runs.
@@ -58,7 +58,7 @@ def live(
             load_machine(machine)
         except MachineFileError as error:
             typer.echo(str(error), err=True)
-            serve(complaint(machine, error.problems), port, _tell_refused, browser, False, patience=UNVISITED)
+            serve(complaint(machine, error.problems), port, _print_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = settings.plant(name)
     laws = read_laws(law or [], plant.machine)
@@ -73,7 +73,7 @@ def live(
     done()
 
 
-def _tell_refused(address: str, taken: int) -> None:
+def _print_refused(address: str, taken: int) -> None:
     typer.echo(f"nothing runs; a page with these problems is at {address}")
     typer.echo("closing the page or Ctrl-C ends it", err=True)
 

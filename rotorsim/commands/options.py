@@ -34,7 +34,7 @@ WithReport = Annotated[bool, typer.Option("--report/--no-report", help="Write th
 AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 
 ANGULAR = ("rpm", "rad", "deg", "turn", "rev")
-"""What tells a speed from a frequency: by way of radians 60 rpm would be 6.28 Hz."""
+"""Units of speeds, which are no frequencies: converted through radians, 60 rpm would be 6.28 Hz."""
 
 
 @dataclass(frozen=True)

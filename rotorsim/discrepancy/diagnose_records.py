@@ -1,4 +1,4 @@
-"""`diagnose`: what records, or vectors of a run-up, say that a machine file lacks."""
+"""`diagnose`: find the effects missing from a machine file, by measured records or run-up vectors."""
 
 from __future__ import annotations
 

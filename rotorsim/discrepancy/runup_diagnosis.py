@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.base.cache import Cache
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.diagnosis import work_on
@@ -50,7 +50,7 @@ class Sweep(Trial):
     @property
     def point(self) -> str:
         """The range of speeds as text."""
-        return f"run-up, {min(self.speeds) * 30 / np.pi:.0f} to {max(self.speeds) * 30 / np.pi:.0f} rpm"
+        return f"run-up, {min(self.speeds) * TO_RPM:.0f} to {max(self.speeds) * TO_RPM:.0f} rpm"
 
     @cached_property
     def inputs(self) -> str:

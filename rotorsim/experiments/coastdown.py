@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import Experiment, samples_in
 from rotorsim.experiments.parameters import param
@@ -33,7 +34,7 @@ class Coastdown(Experiment):
         """Refuse a coast-down that goes up."""
         if self.stop >= self.start:
             raise DataError(
-                f"stop = {self.stop * 30 / np.pi:g} rpm: is not below the start of {self.start * 30 / np.pi:g} rpm; "
+                f"stop = {self.stop * TO_RPM:g} rpm: is not below the start of {self.start * TO_RPM:g} rpm; "
                 "give less or take runup"
             )
         if self.rate is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import LONGEST, Experiment
 from rotorsim.experiments.parameters import param
@@ -105,10 +105,10 @@ def record_runup(
 def ramp_time(start: float, stop: float, rate: float) -> float:
     """Duration [s] of a ramp; raises DataError for a rate or range that makes none."""
     if not rate > 0:
-        raise DataError(f"rate = {rate * 30 / np.pi:g} rpm/s: must be positive, also downwards; give e.g. 100 rpm/s")
+        raise DataError(f"rate = {rate * TO_RPM:g} rpm/s: must be positive, also downwards; give e.g. 100 rpm/s")
     if start == stop:
         raise DataError("start and stop are the same speed; give a range to run through")
     duration = abs(stop - start) / rate
     if duration > LONGEST:
-        raise DataError(f"rate = {rate * 30 / np.pi:g} rpm/s: the run would last {duration / 86400:.3g} days; raise it")
+        raise DataError(f"rate = {rate * TO_RPM:g} rpm/s: the run would last {duration / 86400:.3g} days; raise it")
     return duration

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import MPA, SAMPLE, TO_RPM, TO_UM
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.plant.columns import COLUMNS, READ
@@ -47,7 +47,7 @@ class Geometry:
     def of(cls, machine: Machine, theta: np.ndarray, z: np.ndarray) -> Geometry:
         """Geometry of a machine and its film grid (angles [rad], places along the bearing [m])."""
         film = machine.film
-        clearance = 0.0 if film is None else film.clearance * 1e6
+        clearance = 0.0 if film is None else film.clearance * TO_UM
         return cls(clearance, SAFE * clearance, len(machine.injectors), theta, z, machine.gas.ambient_pressure)
 
     def alike(self, other: Geometry) -> bool:
@@ -67,7 +67,7 @@ def make_frame(
 ) -> dict[str, Any]:
     """Frame of the last rows (n, columns + 6 inputs) and the film's pressure (n_theta, n_z) [Pa, absolute] at `time`
     [s]; the disc rests at `rest` (2,) [m]."""
-    frame: dict[str, Any] = {"time": round(time, 4), "centre": _plain(rest * 1e6, 2)}
+    frame: dict[str, Any] = {"time": round(time, 4), "centre": _plain(rest * TO_UM, 2)}
     if len(rows) < 2:
         return frame
     film = pressure is not None
@@ -84,7 +84,7 @@ def make_frame(
 
 def spectrum(rows: np.ndarray) -> np.ndarray:
     """Amplitude [um, 0-pk] of the larger axis of the measured disc at 0, 1 ... HIGHEST Hz (Hann window)."""
-    disc = rows[:, READ : READ + 2] * 1e6
+    disc = rows[:, READ : READ + 2] * TO_UM
     window = np.hanning(len(rows) + 1)[:-1, None]
     size = np.abs(np.fft.rfft((disc - disc.mean(axis=0)) * window, axis=0)) * 2 / window.sum()
     return np.asarray(size[: HIGHEST + 1].max(axis=1))
@@ -109,7 +109,7 @@ def swing(rows: np.ndarray) -> tuple[list[float], str]:
         return [], "a turn takes longer than 2 s"
     if len(rows) < length:
         return [], f"after {length * SAMPLE:.1f} s"
-    return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * 1e6, axis=0), 2), ""
+    return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * TO_UM, axis=0), 2), ""
 
 
 def _numbers(rows: np.ndarray) -> dict[str, Any]:
@@ -118,9 +118,9 @@ def _numbers(rows: np.ndarray) -> dict[str, Any]:
     found, why = swing(rows)
     return {
         "angle": round(last["angle"] % (2 * np.pi), 3),
-        "speed": round(last["speed"] * 30 / np.pi, 3),
-        "pressure": round(last["pressure"] / 1e6, 4),
-        "h_min": round(last["h_min"] * 1e6, 3),
+        "speed": round(last["speed"] * TO_RPM, 3),
+        "pressure": round(last["pressure"] / MPA, 4),
+        "h_min": round(last["h_min"] * TO_UM, 3),
         "mass_flow": round(last["mass_flow"] * 1e3, 4),
         "contact": bool(rows[-100:, AT["contact"]].max() > 0),
         "swing": found,
@@ -132,17 +132,17 @@ def _numbers(rows: np.ndarray) -> dict[str, Any]:
 def _traces(rows: np.ndarray, pins: int) -> dict[str, Any]:
     """Disc [um], references [V], pins [um] over the last half second."""
     thin = rows[:: max(len(rows) // POINTS, 1)]
-    found: dict[str, Any] = {"x": _plain(thin[:, READ] * 1e6, 2), "y": _plain(thin[:, READ + 1] * 1e6, 2)}
+    found: dict[str, Any] = {"x": _plain(thin[:, READ] * TO_UM, 2), "y": _plain(thin[:, READ + 1] * TO_UM, 2)}
     found["seconds"] = round(len(rows) * SAMPLE, 4)
     found |= {"reference_x": _plain(thin[:, -4], 3), "reference_y": _plain(thin[:, -3], 3)}
     for k in range(pins):
-        found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * 1e6, 2)
+        found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * TO_UM, 2)
     return found
 
 
 def _pair(rows: np.ndarray, name: str, digits: int) -> list[list[float]]:
     thin = rows[:: max(len(rows) // POINTS, 1)]
-    return [_plain(thin[:, AT[f"{name}_{axis}"]] * 1e6, digits) for axis in "xy"]
+    return [_plain(thin[:, AT[f"{name}_{axis}"]] * TO_UM, digits) for axis in "xy"]
 
 
 def _plain(values: np.ndarray, digits: int) -> list[float]:

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
@@ -83,20 +84,20 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     status = a.module.settle(w, a.w, a.ix, a.P, float(speed), pressure + a.machine.gas.ambient_pressure)
     if status == BEYOND_STROKE:
         raise MachineFileError(
-            f"injection.pin_bias: '{a.P.pin_bias[0] * 1e6:.4g} um' is beyond the stroke of the actuators between "
+            f"injection.pin_bias: '{a.P.pin_bias[0] * TO_UM:.4g} um' is beyond the stroke of the actuators between "
             f"{a.P.volt_low:g} V and {a.P.volt_high:g} V; change it or actuators.sensitivity"
         )
     if status == NO_LIFT_OFF:
         remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
         load = np.hypot(*w[a.film.static_rhs : a.film.static_rhs + 2])
         raise NoLiftOffError(
-            f"no lift-off: at {pressure / 1e6:.3g} MPa gauge and {speed * 30 / np.pi:.0f} rpm the film does not carry "
+            f"no lift-off: at {pressure / MPA:.3g} MPa gauge and {speed * TO_RPM:.0f} rpm the film does not carry "
             f"the {load:.1f} N on it; {remedy}"
         )
     if status == RESTLESS:
         raise ConvergenceError(
-            f"equilibrium: the iteration did not converge at {pressure / 1e6:.3g} MPa gauge and "
-            f"{speed * 30 / np.pi:.0f} rpm with this supply droop or these motion-dependent forces; "
+            f"equilibrium: the iteration did not converge at {pressure / MPA:.3g} MPa gauge and "
+            f"{speed * TO_RPM:.0f} rpm with this supply droop or these motion-dependent forces; "
             "lower the droop, gaps or stiffnesses of these effects"
         )
     return w

@@ -9,7 +9,7 @@ import numpy as np
 
 from reynolds.bearing import interval_pressure
 from reynolds.newton import FACTORISATIONS, ITERATIONS
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import ConvergenceError, DataError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
@@ -57,7 +57,7 @@ class Simulation:
         out = np.zeros((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.P, rows, out, a.steps_per_sample)
         if done < len(rows):
-            speed = self.w[a.rotor.speed] * 30 / np.pi
+            speed = self.w[a.rotor.speed] * TO_RPM
             raise ConvergenceError(
                 f"plant: no solution of the step at t = {self.samples * SAMPLE:.4f} s, {speed:.0f} rpm; "
                 "take a smaller solver.time_step or a finer grid",

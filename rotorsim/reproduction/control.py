@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import KRPM
+from rotorsim.base.constants import KRPM, TO_MPA
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.plant import Plant
@@ -25,7 +25,7 @@ OPEN = "open loop"
 def _at(name: str) -> tuple[str, str]:
     """Changes of a specification that put its design to the named point of the rules."""
     ((speed, pressure),) = points(name)
-    return f"speed={speed / KRPM * 1000:.6g} rpm", f"pressure={pressure * 1e-6:.6g} MPa"
+    return f"speed={speed / KRPM * 1000:.6g} rpm", f"pressure={pressure * TO_MPA:.6g} MPa"
 
 
 DESIGNS: dict[str, tuple[str, str, tuple[str, ...]]] = {

@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.identification_plots import Panel, fits_by_model, over_speed
 from rotorsim.reproduction.identification_vs_physics import Study
 
 DERIVED = (
     ("f1 [Hz]", "wn", (0,), 1 / (2 * np.pi)), ("f2 [Hz]", "wn", (1,), 1 / (2 * np.pi)),
     ("zeta 1", "zeta", (0,), 1.0), ("zeta 2", "zeta", (1,), 1.0),
-    ("Gxx [um/V]", "static_gain", (0, 0), 1e6), ("Gyy [um/V]", "static_gain", (1, 1), 1e6),
-    ("Gxy [um/V]", "static_gain", (0, 1), 1e6), ("Gyx [um/V]", "static_gain", (1, 0), 1e6),
+    ("Gxx [um/V]", "static_gain", (0, 0), TO_UM), ("Gyy [um/V]", "static_gain", (1, 1), TO_UM),
+    ("Gxy [um/V]", "static_gain", (0, 1), TO_UM), ("Gyx [um/V]", "static_gain", (1, 0), TO_UM),
     ("delay x [ms]", "delay", (0,), 1e3), ("delay y [ms]", "delay", (1,), 1e3),
 )  # fmt: skip
 UNITS = {"K": "1/s^2", "D": "1/s", "B": "m/(s^2 V)"}

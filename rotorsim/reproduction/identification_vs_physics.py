@@ -10,6 +10,7 @@ import numpy as np
 
 import identification as idn
 from identification.local.identify import actuator_signals
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.reproduction.claims.rules import points as rule_points
 from rotorsim.reproduction.coherent import Coherent, coherent
@@ -146,7 +147,7 @@ def _identified(job: tuple[idn.Source, str, int]) -> idn.Identification:
 def _compared(point: Local, models: Mapping[str, idn.Identification], signals: idn.Signals) -> Row:
     """Fits of models on the second record of a point."""
     fits = {name: idn.fit_of(one.model, signals) for name, one in models.items()}
-    at = f"{point.source.speed * 30 / np.pi:.0f} rpm, {point.source.pressure * 1e-6:.2f} MPa"
+    at = f"{point.source.speed * TO_RPM:.0f} rpm, {point.source.pressure * TO_MPA:.2f} MPa"
     return at, {**fits, "noise ceiling": point.ceiling}
 
 

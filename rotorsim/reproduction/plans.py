@@ -9,7 +9,7 @@ from pathlib import Path
 from signal import SIGINT
 from typing import TYPE_CHECKING
 
-from rotorsim.base.constants import RPM
+from rotorsim.base.constants import RPM, TO_MPA
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import Settings, run_campaign
 from rotorsim.campaign.plan.parse import make_plan
@@ -65,7 +65,7 @@ class Layout:
         yield "grid", self._text("grid", ("identification", "validation"), 1, self.speeds, self.pressures)
         yield "centres", self._text("centres", ("centre",), 3, _middles(self.speeds), _middles(self.pressures))
         for speed, pressure in self.claimed():
-            name = f"claim-{speed / RPM:.0f}rpm-{pressure * 1e-6:.2f}MPa"
+            name = f"claim-{speed / RPM:.0f}rpm-{pressure * TO_MPA:.2f}MPa"
             yield name, self._text(name, ("claim", "claim_second"), 4, (speed,), (pressure,))
 
     def claimed(self) -> list[tuple[float, float]]:

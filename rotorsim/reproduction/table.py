@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.reproduction.identification_vs_physics import Study
 
 HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
@@ -17,10 +18,10 @@ def rows(study: Study, kind: str = "3") -> list[list[float]]:
     found = []
     for point, p in zip(study.points, study.physics, strict=True):
         r = point.found[kind]
-        row = [r.speed * 30 / np.pi, r.pressure * 1e-6]
+        row = [r.speed * TO_RPM, r.pressure * TO_MPA]
         row += [v / (2 * np.pi) for pair in zip(r.wn, p.wn, strict=True) for v in pair]
         row += [v for pair in zip(r.zeta, p.zeta, strict=True) for v in pair]
-        row += [v * 1e6 for at in GAINS for v in (r.static_gain[at], p.static_gain[at])]
+        row += [v * TO_UM for at in GAINS for v in (r.static_gain[at], p.static_gain[at])]
         row += [v * 1e3 for pair in zip(r.delay, p.delay, strict=True) for v in pair]
         found.append([float(v) for v in [*row, *(100 * r.fit), *(100 * r.ceiling)]])
     return found

@@ -1,4 +1,4 @@
-"""Exception with the reason why a record does not allow a figure."""
+"""Error raised when a record lacks the signals, length or operating condition that an analysis needs."""
 
 from __future__ import annotations
 

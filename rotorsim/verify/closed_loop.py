@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, MPA, SAMPLE, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
 from rotorsim.control.errors import LawError
@@ -112,7 +112,7 @@ def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], crit
     for axis, name in enumerate("xy"):
         yield at_most(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean, "of open loop")
     worst = int(ratio.max(axis=1).argmax())
-    where = f"{after[worst].speed / KRPM:.3g} krpm, {after[worst].pressure / 1e6:.3g} MPa"
+    where = f"{after[worst].speed / KRPM:.3g} krpm, {after[worst].pressure / MPA:.3g} MPa"
     yield at_most("impact energy, worst point", ratio.max(), criteria.worst, "of open loop", where)
     effort = np.array([c.effort for c in after])
     yield at_most("control energy, mean", effort.mean(), None, "V/N")
@@ -147,7 +147,7 @@ def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row
     remark = f"{unstable} of {len(found)} points unstable; largest pole radius {worst.radius:.4f}"
     yield holds(f"full-order loops of {worst.states} states stable", not unstable, remark)
     weak = min(found, key=lambda one: one.disk_margin)
-    where = f"{weak.speed / KRPM:.3g} krpm, {weak.pressure / 1e6:.3g} MPa"
+    where = f"{weak.speed / KRPM:.3g} krpm, {weak.pressure / MPA:.3g} MPa"
     remark = f"at {where}: gain x{weak.gain_margin:.2f}, phase {weak.phase_margin:.0f} deg; at least"
     yield at_least("disk margin of the full-order loop", weak.disk_margin, criteria.disk, "", remark)
     damped = min(found, key=lambda one: one.damping)
@@ -168,9 +168,9 @@ def _transient_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]
         run, alone = case(law), case(None)
         moved = np.inf if run.ended else transients.excursion(run)
         saturated = 100 * float(np.mean(np.abs(run.reference).max(axis=1) >= law.limit))
-        remark = f"open loop {1e6 * transients.excursion(alone):.1f} um; limited in {saturated:.1f} % of the samples"
+        remark = f"open loop {TO_UM * transients.excursion(alone):.1f} um; limited in {saturated:.1f} % of the samples"
         bound = None if criteria.transient is None else max(criteria.transient, 1.2 * transients.excursion(alone))
-        row = at_most(name, moved * 1e6, None if bound is None else bound * 1e6, "um", remark)
+        row = at_most(name, moved * TO_UM, None if bound is None else bound * TO_UM, "um", remark)
         if run.touched and not alone.touched:
             row = Row(row.check, row.measured, row.bound, row.unit, False, f"contact; {remark}")
         yield row

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, MPA, SAMPLE, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.verify.running import Run, run_rows, steady_rows
 
-POINTS = tuple((w * KRPM, p * 1e6) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))
+POINTS = tuple((w * KRPM, p * MPA) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))
 """The twenty operating points of E.5.1 [rad/s, Pa]."""
 LEAD = 0.4
 """Time [s] before the first hit: a law seeks its centre and wakes."""
@@ -45,7 +45,7 @@ def impact_energies(plant: Plant, law: Law | None, speed: float, pressure: float
     """Hit the disc along x, then along y, and measure."""
     with_, without, hit = _twins(plant, law, speed, pressure, peak)
     n = min(len(with_.table), len(without.table))
-    p = (with_.disc[:n] - without.disc[:n]) * 1e6
+    p = (with_.disc[:n] - without.disc[:n]) * TO_UM
     r = with_.reference[:n] - without.reference[:n]
     ended = with_.ended or without.ended
     if ended:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, SAMPLE, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.plant import Plant
 from rotorsim.verify.running import Run, run_rows
@@ -46,5 +46,5 @@ def safe_speed(
     speeds = run.column("speed")
     if long.size:
         at = int(long[0])
-        return SafeSpeed(float(speeds[at]), True, f"left the circle of {radius * 1e6:g} um", run)
+        return SafeSpeed(float(speeds[at]), True, f"left the circle of {radius * TO_UM:g} um", run)
     return SafeSpeed(float(speeds[-1]), bool(run.ended), run.ended or "reached the end of the ramp", run)

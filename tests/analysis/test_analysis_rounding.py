@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from rotorsim.analysis.lift_off import EXACT, lowest
-from rotorsim.analysis.safe import safe_region
+from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.whirl_onset import first_growth
 from rotorsim.plant.linearise import LinearPlant, LinearRotor
 

@@ -58,13 +58,13 @@ def test_an_effect_states_its_equation_its_source_and_what_its_parameters_are(na
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_parameter_has_finite_limits_round_its_neutral_value_and_takes_them_as_text(name):
     for field in fields(REGISTRY[name]):
-        spec = quantity_of(field)
-        low, high = spec.bounds
+        quantity = quantity_of(field)
+        low, high = quantity.bounds
         assert -1e299 < low < high < 1e299
         assert field.name == "position" or low <= field.default <= high
         for value in (low, high):
-            assert spec.parse(show(value, spec.unit) if spec.unit != "1" else value) == value
-        assert parse(show(high, spec.unit) if spec.unit != "1" else high, spec.unit) == high
+            assert quantity.parse(show(value, quantity.unit) if quantity.unit != "1" else value) == value
+        assert parse(show(high, quantity.unit) if quantity.unit != "1" else high, quantity.unit) == high
 
 
 def run(capsys, *arguments):

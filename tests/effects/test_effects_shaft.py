@@ -252,7 +252,7 @@ def test_a_soft_ball_bearing_is_the_spring_that_is_left_behind_its_clearance():
 
 
 def test_a_softer_ball_bearing_lowers_the_rigs_frequency_as_a_softer_one_in_the_file_does(neutral):
-    """50 -> 10 MN/m: 1.8 Hz, -> 2 MN/m: 11 Hz at .5 MPa, 3 krpm, and within .05 Hz of a file that says so.
+    """50 -> 10 MN/m: 1.8 Hz, -> 2 MN/m: 11 Hz at .5 MPa, 3 krpm, and within .05 Hz of a file with that stiffness.
 
     Without the residual compliance the six modes of the stiff bearing give 1.2 and 3.2 Hz.
     """

@@ -40,7 +40,7 @@ static void need(int condition, const char *what) {
         need((int)(call) == (int)fmi3Error, #call " is an error"); \
         need(sentences == before + 1, #call " logs one sentence"); \
     } while (0)
-#define SAYS(words) need(strstr(last, words) != NULL, "the sentence has: " words)
+#define STATES(words) need(strstr(last, words) != NULL, "the sentence has: " words)
 
 static fmi3Boolean event, end, early, again;
 static fmi3Float64 reached, value;
@@ -63,13 +63,13 @@ static void values3(fmi3Instance c, fmi3ValueReference output) {
     GOOD(GET3(output));
     GOOD(SET3(input, variables[input].value));
     BAD(SET3(output, 1.0));
-    SAYS("cannot be set");
+    STATES("cannot be set");
     BAD(GET3(unknown));
-    SAYS("there is no such variable");
+    STATES("there is no such variable");
     BAD(fmi3GetInt32(c, &output, 1, &whole, 1));
-    SAYS("use the function of that type");
+    STATES("use the function of that type");
     BAD(fmi3GetFloat64(c, &output, 1, &value, 0));
-    SAYS("0 values; give 1");
+    STATES("0 values; give 1");
     BAD(fmi3SetFloat64(c, &input, 1, &value, 0));
 }
 
@@ -78,13 +78,13 @@ static void cosimulation3(void) {
     fmi3Instance c = fmi3InstantiateCoSimulation("c", TOKEN, NULL, false, true, false, true, NULL, 0, NULL, say3, NULL);
     need(c != NULL, "an instance");
     BAD(GET3(output));
-    SAYS("not known before initialisation");
+    STATES("not known before initialisation");
     BAD(STEP3(0.0, SAMPLE));
     BAD(fmi3ExitInitializationMode(c));
     BAD(fmi3EnterStepMode(c));
     BAD(fmi3Terminate(c));
     BAD(fmi3EnterInitializationMode(c, false, 0.0, 1.0, true, 0.5));
-    SAYS("not after the start");
+    STATES("not after the start");
     BAD(fmi3EnterInitializationMode(c, false, 0.0, NAN, false, 0.0));
     GOOD(fmi3EnterInitializationMode(c, true, 1e-6, 1.0, true, 1.0 + 4 * SAMPLE));
     BAD(fmi3EnterInitializationMode(c, false, 0.0, 0.0, false, 0.0));
@@ -94,14 +94,14 @@ static void cosimulation3(void) {
     values3(c, output);
     GOOD(STEP3(1.0, SAMPLE));
     BAD(STEP3(1.0, SAMPLE));
-    SAYS("the unit is at");
+    STATES("the unit is at");
     BAD(STEP3(1.0 + SAMPLE, 0.5 * SAMPLE));
-    SAYS("not a multiple");
+    STATES("not a multiple");
     BAD(STEP3(1.0 + SAMPLE, 4 * SAMPLE));
-    SAYS("beyond the stop time");
+    STATES("beyond the stop time");
     GOOD(STEP3(1.0 + SAMPLE, 3 * SAMPLE));
     BAD(fmi3EnterEventMode(c));
-    SAYS("without event mode");
+    STATES("without event mode");
     BAD(fmi3UpdateDiscreteStates(c, &again, &end, &again, &again, &again, &reached));
     BAD(fmi3SetTime(c, 0.0));
     BAD(fmi3EnterContinuousTimeMode(c));
@@ -143,7 +143,7 @@ static void exchange3(void) {
     fmi3Instance c = fmi3InstantiateModelExchange("x", TOKEN, NULL, false, true, NULL, say3);
     need((c != NULL) == CONTINUOUS, "an instance for model exchange where there are states");
     if (!c) {
-        SAYS("co-simulation only");
+        STATES("co-simulation only");
         return;
     }
     double x[N_STATES + 1];
@@ -152,7 +152,7 @@ static void exchange3(void) {
     BAD(fmi3EnterStepMode(c));
     GOOD(fmi3EnterContinuousTimeMode(c));
     BAD(STEP3(0.0, SAMPLE));
-    SAYS("for model exchange; make one for co-simulation");
+    STATES("for model exchange; make one for co-simulation");
     GOOD(fmi3GetContinuousStates(c, x, N_STATES));
     BAD(fmi3GetContinuousStates(c, x, N_STATES + 1));
     BAD(fmi3SetContinuousStates(c, x, N_STATES + 1));
@@ -162,7 +162,7 @@ static void exchange3(void) {
     BAD(fmi3SetTime(c, NAN));
     GOOD(fmi3SetTime(c, 1.1));
     BAD(fmi3CompletedIntegratorStep(c, true, &again, &end));
-    SAYS("beyond the stop time");
+    STATES("beyond the stop time");
     GOOD(fmi3SetTime(c, 1.0));
     GOOD(fmi3CompletedIntegratorStep(c, true, &again, &end));
     GOOD(fmi3EnterEventMode(c));
@@ -196,7 +196,7 @@ static void cosimulation2(void) {
     GOOD(fmi2DoStep(c, 1.0, SAMPLE, fmi2True));
     BAD(fmi2DoStep(c, 1.0 + SAMPLE, 0.5 * SAMPLE, fmi2True));
     BAD(fmi2DoStep(c, 1.0 + SAMPLE, 4 * SAMPLE, fmi2True));
-    SAYS("beyond the stop time");
+    STATES("beyond the stop time");
     GOOD(fmi2DoStep(c, 1.0 + SAMPLE, 3 * SAMPLE, fmi2True));
     GOOD(GET2(output));
     BAD(SET2(output, 1.0));
@@ -235,7 +235,7 @@ static void exchange2(void) {
     need((c != NULL) == CONTINUOUS, "an instance of FMI 2.0 for model exchange where there are states");
     if (!c) {
         need(sentences == before + 1, "why there is none is logged");
-        SAYS("co-simulation only");
+        STATES("co-simulation only");
         return;
     }
     double x[N_STATES + 1];

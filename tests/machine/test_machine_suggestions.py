@@ -23,19 +23,19 @@ HOMES = {
     "Injector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid", "Solver": "solver",
 }  # fmt: skip
 FIELDS = {
-    f"{HOMES[kind.__name__]}.{name}": spec
-    for kind in PARTS for name, info in kind.model_fields.items() if (spec := quantity_of(info)) is not None
+    f"{HOMES[kind.__name__]}.{name}": quantity
+    for kind in PARTS for name, info in kind.model_fields.items() if (quantity := quantity_of(info)) is not None
 } | {
-    f"effects.{effect}.{f.name}": spec
-    for effect, kind in REGISTRY.items() for f in fields(kind) if (spec := quantity_of(f)) is not None
+    f"effects.{effect}.{f.name}": quantity
+    for effect, kind in REGISTRY.items() for f in fields(kind) if (quantity := quantity_of(f)) is not None
 }  # fmt: skip
 WRONG = ["x", True, [], "5 parsec", "3 V*s*kg", 0, 1, -1, 33.5, *(10.0**k for k in range(-12, 13, 3)), "1e999", 25, 511]
 
 
-def advised(spec, value):
-    """What the sentence about a value tells to write; None where the value is right."""
+def advised(quantity, value):
+    """Value that the error message advises; None where the value is right."""
     try:
-        spec.parse(value)
+        quantity.parse(value)
     except ValueError as error:
         message = re.search(r"write (e\.g\.|at least|at most) (.+)$", str(error))
         assert message, str(error)
@@ -43,22 +43,22 @@ def advised(spec, value):
     return None
 
 
-def read(spec, text):
+def read(quantity, text):
     """The advice, read as a machine file would."""
-    return spec.parse(text if spec.unit != "1" else int(text) if spec.multiple else float(text))
+    return quantity.parse(text if quantity.unit != "1" else int(text) if quantity.multiple else float(text))
 
 
 @pytest.mark.parametrize("path", FIELDS)
 def test_what_is_advised_is_valid_for_the_field_and_an_example_is_usual(path):
-    spec = FIELDS[path]
-    extreme = [f"{sign}{size} {spec.unit}".replace("1e300 1", "1e300") for sign in "+-" for size in ("1e300",)]
+    quantity = FIELDS[path]
+    extreme = [f"{sign}{size} {quantity.unit}".replace("1e300 1", "1e300") for sign in "+-" for size in ("1e300",)]
     for value in [*WRONG, *extreme]:
-        found = advised(spec, value)
+        found = advised(quantity, value)
         if found is not None:
-            number = read(spec, found[1])
+            number = read(quantity, found[1])
             digits = isinstance(value, (int, float)) and not isinstance(value, bool)
             if found[0] == "e.g." and not digits:
-                assert question(path, number, spec.unit) is None, (value, found)
+                assert question(path, number, quantity.unit) is None, (value, found)
 
 
 def test_a_missing_value_is_advised_in_the_size_of_the_field():
@@ -124,13 +124,13 @@ def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_exampl
     from rotorsim.experiments import EXPERIMENTS
     from rotorsim.experiments.parameters import parameters
 
-    known = {(re.sub(r"\.\d+", "", path), spec.unit) for path, spec in FIELDS.items()}
+    known = {(re.sub(r"\.\d+", "", path), quantity.unit) for path, quantity in FIELDS.items()}
     known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), Setup) for e, p in parameters(kind)}
     known |= {("frequency", "Hz"), ("least_film", "m")}  # options of map
     assert set(ranges()) <= known
-    for path, spec in FIELDS.items():
-        found = range_of(path, spec.unit)
-        assert found is None or spec.example is None or found.holds(spec.example), path
+    for path, quantity in FIELDS.items():
+        found = range_of(path, quantity.unit)
+        assert found is None or quantity.example is None or found.holds(quantity.example), path
 
 
 @pytest.mark.parametrize(("length", "meant"), [("50", "50 mm"), ("117.0125", "117.0125 mm"), ("0.05", "0.05 m")])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -16,6 +18,7 @@ from rotorsim.signals.impact import impact_transfer, ring_downs
 from rotorsim.signals.missing import MissingError
 from rotorsim.signals.prepare import prepared
 from rotorsim.signals.pulses import find_pulses, steady_motion
+from rotorsim.signals.record_blocks import blocks
 from rotorsim.signals.runout_profile import runout_of
 from rotorsim.signals.sensors import difference_of
 from rotorsim.signals.spectrum import spectrum_of
@@ -135,11 +138,43 @@ def test_pins_are_shown_over_the_reference_that_moves_them() -> None:
 
 def test_holds_do_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     record = staircase()
-    whole = find_holds(record)
+    whole = find_holds(record, 100)
     monkeypatch.setattr("rotorsim.signals.holds.blocks", lambda r, n: _small_blocks(r, n, 137))
-    for a, b in zip(whole, find_holds(record), strict=True):
+    for a, b in zip(whole, find_holds(record, 100), strict=True):
         np.testing.assert_array_equal(a, b)
     assert len(whole[0]) == 2 * len(LEVELS)  # the rests at 0 V of both parts stay apart
+
+
+LONG = 3_000_000
+
+
+def long_rests(levels: list[int]) -> xr.Dataset:
+    """A record of 3000 s, small in memory: one value of the disc, references as bytes."""
+    column = np.repeat(np.array(levels, np.int8), LONG // len(levels))
+    disc = np.broadcast_to(np.float16(0.5), (LONG, 2))
+    dims = ("time", "axis")
+    values = {"reference": (dims, np.stack([column] * 2, axis=1)), "disc": (dims, disc)}
+    return xr.Dataset(values, {"time": np.arange(LONG) / FS})
+
+
+def test_rests_of_a_long_record_are_read_in_blocks_of_bounded_memory() -> None:
+    """A block of 100 000 samples is 1.6 MB, of which changes of the reference take six; half a rest would be 8 MB."""
+    record = long_rests([0, 1, 2])
+    tracemalloc.start()
+    try:
+        holds = rest(record, "disc")
+        assert tracemalloc.get_traced_memory()[1] < 12e6
+    finally:
+        tracemalloc.stop()
+    assert holds.reference[:, 0].tolist() == [0, 1, 2] and np.all(holds.disc == 0.5)
+
+
+def test_displacements_are_not_read_without_three_levels(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[tuple[str, ...]] = []
+    monkeypatch.setattr("rotorsim.signals.holds.blocks", lambda r, n: read.append(tuple(n)) or blocks(r, n))
+    with pytest.raises(MissingError, match=r"rests at 2 levels for 0.1 s or longer; a gain takes 3\."):
+        rest(long_rests([0, 1]), "disc")
+    assert read == [("reference",)]
 
 
 def _small_blocks(record: xr.Dataset, names: tuple[str, ...], size: int) -> list[dict[str, np.ndarray]]:

@@ -1,4 +1,4 @@
-"""Dummy case without physics, for measurements and tests of the campaign machinery.
+"""Simulation case without physics, for benchmarks and tests of the campaign's workers and store.
 
 It sleeps for its `duration`, if it has one; the record is a few numbers drawn from the seed.
 """

@@ -37,7 +37,7 @@ class RunOptions:
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler to use, e.g. tcp://host:8786.")] = None
     time_limit: Annotated[str | None, typer.Option(help="Longest time of a case, instead of the plan's.")] = None
     mixed: Annotated[
-        bool, typer.Option("--mixed", help="Go on with other versions than the campaign was begun with.")
+        bool, typer.Option("--mixed", help="Continue with other software versions than the campaign was begun with.")
     ] = False
     tls_ca: Annotated[Path | None, typer.Option(help="Certificate of the authority (PEM), for tls:// only.")] = None
     tls_cert: Annotated[Path | None, typer.Option(help="Certificate of this client (PEM).")] = None
@@ -89,7 +89,7 @@ def status(
     failed: Annotated[int, typer.Option("--failed", help="How many failed cases to name.")] = 5,
     as_json: AsJson = False,
 ) -> None:
-    """Say what is done, failed and left; also while the campaign runs."""
+    """List numbers of finished, failed and remaining cases; also while the campaign runs."""
     print_status(folder, failed, as_json)
 
 

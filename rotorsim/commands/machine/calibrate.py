@@ -14,6 +14,7 @@ from rich.table import Table
 from rotorsim.analysis import calibrate, read_targets
 from rotorsim.analysis.calibrate import Calibration
 from rotorsim.analysis.figures import UNITS
+from rotorsim.base.constants import TO_MPA, TO_UM
 from rotorsim.base.files import write_text
 from rotorsim.base.progress import end_line, line
 from rotorsim.commands.lazy_group import example
@@ -140,7 +141,7 @@ def strong(found: Calibration) -> list[str]:
     ]
 
 
-SCALES = {"rad/s": (1.0, "rad/s"), "s": (1e3, "ms"), "m/V": (1e6, "um/V"), "m": (1e6, "um"), "Pa": (1e-6, "MPa")}
+SCALES = {"rad/s": (1.0, "rad/s"), "s": (1e3, "ms"), "m/V": (TO_UM, "um/V"), "m": (TO_UM, "um"), "Pa": (TO_MPA, "MPa")}
 
 
 def _range(low: float, high: float, quantity: str) -> str:

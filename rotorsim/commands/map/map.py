@@ -16,6 +16,7 @@ from rich.console import Console
 from rotorsim.analysis import critical_speeds, lift_off, operating_map, over_fields, safe_region, whirl_onset
 from rotorsim.analysis.axes import Field, read_axis, read_field
 from rotorsim.analysis.varied import with_fields
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
 from rotorsim.base.netcdf import write_netcdf
@@ -37,7 +38,7 @@ RANGES: dict[str, tuple[str, float]] = {
     "natural_frequency_hz": ("wn", 1 / (2 * pi)),
     "damping_ratio": ("zeta", 1.0),
     "eccentricity_ratio": ("eccentricity_ratio", 1.0),
-    "smallest_film_um": ("h_min", 1e6),
+    "smallest_film_um": ("h_min", TO_UM),
 }
 """Smallest and largest value over the map: name, variable, factor."""
 
@@ -98,7 +99,7 @@ def map_command(
 
 
 def _check(plant: Plant, with_lift_off: bool, with_onset: bool) -> None:
-    """Say before the work what the machine cannot answer."""
+    """Refuse, before any computation, quantities that the machine does not have."""
     if with_onset and plant.machine.film is None:
         raise DataError("--whirl-onset: the machine has no gas film; leave the option out")
     if with_lift_off and not plant.machine.injectors:
@@ -133,7 +134,7 @@ def _more(
 def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
     import xarray as xr
 
-    unit = {"units": "Pa", "long_name": f"pressure that leaves {film * 1e6:.3g} um of film, gauge"}
+    unit = {"units": "Pa", "long_name": f"pressure that leaves {film * TO_UM:.3g} um of film, gauge"}
     pressure = ("speed", lift_off(plant, speeds, least_film=film), unit)
     return xr.Dataset({"lift_off_pressure": pressure}, {"speed": speeds})
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import MPA
 from rotorsim.experiments import Experiment, Impact, Multisine
 from rotorsim.machine import Machine
 
@@ -51,6 +52,6 @@ def campaign(machine: Machine) -> tuple[Planned, ...]:
 def _experiment(machine: Machine, hertz: float, pressure: float, amplitude: float, number: int) -> Experiment:
     speed = 2 * np.pi * hertz
     if machine.film is not None and machine.injectors:
-        return Multisine(speed, pressure * 1e6, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
+        return Multisine(speed, pressure * MPA, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
     angle = float(np.deg2rad(35 + 20 * (number % 3)))
     return Impact(speed, 0.0, 20 * amplitude, 2e-3, angle, 2, 1.0, 0.4)

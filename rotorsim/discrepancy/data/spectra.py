@@ -16,7 +16,7 @@ import numpy as np
 
 from identification.records.prefilter import measured, operating_point
 from identification.records.sampling import sampling_time
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ class Trial:
     def point(self) -> str:
         """Operating point as text with units."""
         force = "N" if not self.rows[:, 2:4].any() and self.rows[:, 4:6].any() else "V"
-        pressure = f"{self.pressure / 1e6:.2f} MPa, " if self.pressure else ""
-        return f"{self.speed * 30 / np.pi:.0f} rpm, {pressure}{self.amplitude:.2g} {force}"
+        pressure = f"{self.pressure / MPA:.2f} MPa, " if self.pressure else ""
+        return f"{self.speed * TO_RPM:.0f} rpm, {pressure}{self.amplitude:.2g} {force}"
 
     @cached_property
     def inputs(self) -> str:
@@ -168,7 +168,7 @@ def _check_constant(record: xr.Dataset, name: str) -> None:
     slow = speed[: len(speed) // 250 * 250].reshape(-1, 250).mean(axis=1)[1:]
     if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
         raise DataError(
-            f"{name}: the speed goes from {slow.min() * 30 / np.pi:.0f} to {slow.max() * 30 / np.pi:.0f} rpm; "
+            f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
             "give records at constant speed, or a run-up as vectors (rotorsim data)"
         )
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.quantity import quantities
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
@@ -44,5 +45,5 @@ class Findings:
 
 def _with_unit(value: float, unit: str, digits: int) -> str:
     """A number of SI with its unit; lengths in micrometres, angles in degrees."""
-    factor, shown = {"m": (1e6, "um"), "rad": (180 / pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
+    factor, shown = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
     return f"{value * factor:.{digits}g} {shown}".rstrip()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import MPA, SAMPLE
 from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
 from rotorsim.discrepancy.data.spectra import Trial, block_lines
 from rotorsim.discrepancy.fit.least_squares import prior_rows
@@ -29,7 +29,7 @@ def next_experiment(comparison: Comparison, best: Hypothesis, rival: Hypothesis)
     twin = comparison.twin
     found = []
     for name, hertz, pressure, amplitude in OPTIONS:
-        trial = _trial(twin.machine.film is not None, hertz, pressure * 1e6, amplitude)
+        trial = _trial(twin.machine.film is not None, hertz, pressure * MPA, amplitude)
         floor = _floor(comparison)
         a, b = (_vector(comparison, trial, h.fit.point) for h in (best, rival))
         found.append((float(np.sum(((a - b) / floor) ** 2)), name, trial, (a - b) / floor))
@@ -39,7 +39,7 @@ def next_experiment(comparison: Comparison, best: Hypothesis, rival: Hypothesis)
     return {
         "experiment": f"multisine: {name}" if twin.machine.film is not None else f"impact: {name}",
         "speed_hz": trial.speed / (2 * np.pi),
-        "pressure_mpa": trial.pressure / 1e6,
+        "pressure_mpa": trial.pressure / MPA,
         "amplitude": trial.amplitude,
         "chi2_before_refit": plug_in,
         "chi2_after_refit": left,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.reported import Reported
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
@@ -70,7 +71,7 @@ class Diagnosis(Findings, Reported):
             "flags": [
                 {
                     "record": f.record, "point": f.point, "channel": f.channel, "group": f.group,
-                    "um": f.rms * 1e6, "floor_um": f.floor * 1e6, "excess": f.excess,
+                    "um": f.rms * TO_UM, "floor_um": f.floor * TO_UM, "excess": f.excess,
                 }
                 for f in self.localisation
             ],

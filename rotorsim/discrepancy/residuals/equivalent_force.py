@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.discrepancy.data.spectra import TURNING, Trial
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
@@ -80,7 +81,7 @@ def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -
         "order": _order(trial, f),
         "force_n": float(np.linalg.norm(np.linalg.solve(G, near))),
         "direction": _direction(forward, backward, force),
-        "residual_um": float(np.linalg.norm(r)) * 1e6,
+        "residual_um": float(np.linalg.norm(r)) * TO_UM,
         "unsteady": False,
     }
 

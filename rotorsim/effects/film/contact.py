@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
+from rotorsim.base.constants import TO_UM
 from rotorsim.effects.base import Effect, param, register
 
 
@@ -64,5 +65,5 @@ class Contact(Effect):
         clearance = machine.film.clearance
         if self.asperity < clearance:
             return {}
-        asperity, limit = self.asperity * 1e6, clearance * 1e6
+        asperity, limit = self.asperity * TO_UM, clearance * TO_UM
         return {"asperity": f"'{asperity:g} um' is not below the clearance '{limit:g} um'; make it smaller"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.effects.base import Effect
 
 ROOM = 0.1
@@ -19,6 +20,6 @@ def closed_gap(effect: Effect, machine: Any) -> dict[str, str]:
     if clearance - total >= ROOM * clearance or shares[id(effect)] < max(shares.values()):
         return {}
     return {
-        "": f"with the other effects on the gap takes {total * 1e6:.3g} um of a clearance of {clearance * 1e6:.3g} um; "
-        "make them smaller"
+        "": f"with the other effects on the gap takes {total * TO_UM:.3g} um of a clearance of "
+        f"{clearance * TO_UM:.3g} um; make them smaller"
     }

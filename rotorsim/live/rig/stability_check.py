@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RPM, SAMPLE
+from rotorsim.base.constants import MPA, RPM, SAMPLE, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.numerics.systems import (
@@ -92,8 +92,8 @@ def motion(rows: np.ndarray, external: tuple[float, float] = (0.0, 0.0)) -> Moti
     """Motion in the last rows (n, columns + 6) under a constant external reference [V]; None if too few."""
     if len(rows) < FEWEST:
         return None
-    disc = rows[:, [AT["disc_x"], AT["disc_y"]]] * 1e6
-    read = rows[:, READ : READ + 2] * 1e6
+    disc = rows[:, [AT["disc_x"], AT["disc_y"]]] * TO_UM
+    read = rows[:, READ : READ + 2] * TO_UM
     speed = float(rows[-1, AT["speed"]])
     orders = ORDERS if abs(speed) * SAMPLE * len(rows) > 2 * np.pi else ()
     waves = [np.ones(len(rows))] + [np.exp(1j * n * rows[:, AT["angle"]]) for n in orders]
@@ -132,7 +132,7 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
     damping = smallest_damping(np.linalg.eigvals(G.A), SAMPLE, highest), smallest_damping(poles, SAMPLE, highest)
     if now is None:
         return Verdict("", damping)
-    orbit, volts = _reserve(G, K, now, describe(a, w).disc * 1e6)
+    orbit, volts = _reserve(G, K, now, describe(a, w).disc * TO_UM)
     why = ""
     if volts > RESERVE * limit:
         why = f"the present motion would take {volts:.1f} V of its {limit:g} V at {where}"
@@ -173,7 +173,7 @@ def sampled(a: Assembly, w: np.ndarray, speed: float) -> tuple[System, float]:
     """The plant about the equilibrium in w, in um and V, sampled, with the law's sample of delay; its lowest natural
     frequency [rad/s]."""
     found = linearise(a, w, speed)
-    rotor, values = slow_modes(System(found.A, found.B[:, :2], found.C * 1e6, np.zeros((2, 2))))
+    rotor, values = slow_modes(System(found.A, found.B[:, :2], found.C * TO_UM, np.zeros((2, 2))))
     near = np.abs(values[values.imag > 0.44 * np.abs(values)]).min()
     return late(held(balanced(series(pins(a.machine, a.P), rotor)), SAMPLE)), float(near)
 

@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
     figure = style(figure, 140 + 38 * len(every))
     figure.update_yaxes(
         tickvals=list(range(len(every))),
-        ticktext=[f"{s['speed'] * 30 / np.pi:.0f}" for s in every],
+        ticktext=[f"{s['speed'] * TO_RPM:.0f}" for s in every],
         title="",
         col=1,
         row=1,

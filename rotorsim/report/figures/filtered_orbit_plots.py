@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.orbit_plots import COLOURS, Instant, cut, marks, square_axes
 from rotorsim.report.figures.theme import INK, compact, style
 from rotorsim.report.pages.run import Run
@@ -28,7 +28,7 @@ def ellipse(amplitude: np.ndarray, points: int = 181) -> np.ndarray:
 
 def filtered_orbits(run: Run) -> go.Figure:
     """Raw orbit, 1X and 2X of the disc [um] about its middle, each to its own scale; dots where the mark passes."""
-    middle = Instant("middle", sum(run.time_reach) / 2, run.mean_speed * 30 / np.pi)
+    middle = Instant("middle", sum(run.time_reach) / 2, run.mean_speed * TO_RPM)
     raw, angle = cut(run, run.output, middle)
     raw = raw - (raw.max(axis=0) + raw.min(axis=0)) / 2
     parts = [ellipse(a) * TO_UM for a in mean_orders(run.tracked)]

@@ -9,6 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 
 LINE = 60
@@ -44,7 +45,7 @@ def over_speed(points: np.ndarray, panels: Sequence[Panel]) -> go.Figure:
 def _traces(
     panel: Panel, points: np.ndarray, chosen: np.ndarray, pressure: float, colour: str, first: bool
 ) -> list[go.Scatter]:
-    rpm, name, made = points[chosen, 0] * 30 / np.pi, f"{pressure * 1e-6:.2f} MPa", []
+    rpm, name, made = points[chosen, 0] * TO_RPM, f"{pressure * TO_MPA:.2f} MPa", []
     for (label, values), (symbol, size) in zip(panel.values.items(), MARKS, strict=False):
         marker = {"color": colour, "symbol": symbol, "size": size, "line": {"color": colour, "width": 1.5}}
         made.append(go.Scatter(x=compact(rpm), y=compact(np.asarray(values)[chosen]), mode="markers", marker=marker,
@@ -52,7 +53,7 @@ def _traces(
     if panel.surface is not None and chosen.any():
         grid = np.linspace(points[chosen, 0].min(), points[chosen, 0].max(), LINE)
         heights = np.array([panel.surface(float(w), pressure) for w in grid])
-        made.append(go.Scatter(x=compact(grid * 30 / np.pi), y=compact(heights), mode="lines", name=name,
+        made.append(go.Scatter(x=compact(grid * TO_RPM), y=compact(heights), mode="lines", name=name,
                                legendgroup=name, showlegend=False, hoverinfo="skip",
                                line={"color": colour, "width": 1}))  # fmt: skip
     return made

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
 
 UNSAFE = "#7a3b3b"
@@ -18,14 +18,14 @@ DASHES = ("solid", "dash", "dot", "dashdot")
 Panel = tuple[str, str, float, dict[str, int | str]]
 CONTOURS: tuple[Panel, ...] = (
     ("eccentricity ratio", "eccentricity_ratio", 1.0, {}),
-    ("smallest film [µm]", "h_min", 1e6, {}),
+    ("smallest film [µm]", "h_min", TO_UM, {}),
     ("gas [mg/s]", "mass_flow", 1e6, {"injector": "sum"}),
     ("lower natural frequency [Hz]", "wn", TO_HZ, {"mode": 0}),
     ("upper natural frequency [Hz]", "wn", TO_HZ, {"mode": 1}),
     ("least damping ratio", "zeta_least", 1.0, {}),
-    ("gain x by x [µm/V]", "static_gain", 1e6, {"axis": 0, "reference": 0}),
-    ("gain y by y [µm/V]", "static_gain", 1e6, {"axis": 1, "reference": 1}),
-    ("gain x by y [µm/V]", "static_gain", 1e6, {"axis": 0, "reference": 1}),
+    ("gain x by x [µm/V]", "static_gain", TO_UM, {"axis": 0, "reference": 0}),
+    ("gain y by y [µm/V]", "static_gain", TO_UM, {"axis": 1, "reference": 1}),
+    ("gain x by y [µm/V]", "static_gain", TO_UM, {"axis": 0, "reference": 1}),
     ("delay x [ms]", "delay", 1e3, {"axis": 0}),
     ("delay y [ms]", "delay", 1e3, {"axis": 1}),
     ("whirl of the lower mode, -1 backward", "whirl_ratio", 1.0, {"mode": 0}),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes
 
@@ -103,7 +104,7 @@ def _scene(pv: Any, plotter: Any, found: xr.Dataset, mode: int) -> None:
         head = pv.Sphere(radius=0.006 * length, center=(z[k], *(scale * shape[k].real)))
         plotter.add_mesh(head, color=COLOURS[whirl])
     hz, zeta = float(found["wn"][mode]) / (2 * np.pi), float(found["zeta"][mode])
-    rpm, mpa = found.attrs["speed"] * 30 / np.pi, found.attrs["pressure"] * 1e-6
+    rpm, mpa = found.attrs["speed"] * TO_RPM, found.attrs["pressure"] * TO_MPA
     text = f"mode {mode + 1}: {hz:.2f} Hz, damping ratio {zeta:.4f}, {whirl} at the disc   ({rpm:.0f} rpm, {mpa:g} MPa)"
     plotter.add_text(text, font_size=12, color="#24303c")
     eye = (z.mean() + 0.6 * length, -1.25 * length, 0.45 * length)

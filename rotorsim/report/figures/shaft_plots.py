@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_HZ, TO_RPM
+from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
@@ -57,7 +57,7 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
         one = found.isel(node=node)
         colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {float(one['z']) * 1e3:.0f} mm"
         phase = np.rad2deg(np.unwrap(np.angle(one["x"].values)))
-        for row, values in ((1, one["major"].values * 1e6), (2, phase)):
+        for row, values in ((1, one["major"].values * TO_UM), (2, phase)):
             figure.add_trace(go.Scatter(x=compact(speed), y=compact(values), mode="lines", name=name, legendgroup=name,
                                         showlegend=row == 1, line={"color": colour}), row, 1)  # fmt: skip
     figure.update_yaxes(title_text="major half axis [µm]", type="log", row=1, col=1)
@@ -70,7 +70,7 @@ def sag(found: xr.Dataset) -> go.Figure:
     """The bent shaft at rest in x and y."""
     figure = go.Figure()
     for axis, colour in zip("xy", PIN_COLOURS, strict=False):
-        figure.add_trace(go.Scatter(x=compact(found["z"].values * 1e3), y=compact(found[axis].values * 1e6),
+        figure.add_trace(go.Scatter(x=compact(found["z"].values * 1e3), y=compact(found[axis].values * TO_UM),
                                     mode="lines+markers", name=axis, marker={"size": 5},
                                     line={"color": colour}))  # fmt: skip
     figure.update_xaxes(title_text="position along the shaft [mm]")

@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_RPM
+from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.analysis import fine_axes, overview
@@ -45,7 +45,7 @@ def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) 
     figure = make_subplots(1, 3, subplot_titles=["S", "KS [V/µm]", "GS, G [µm/V]"])
     for k, (w, p) in enumerate(points):
         loop = loop_of(sampled_plant(model, w, p, law.Ts), law_system(law, w, p), law.Ts)
-        name, colour = f"{w * TO_RPM:.0f} rpm, {p / 1e6:.2f} MPa", PIN_COLOURS[k % len(PIN_COLOURS)]
+        name, colour = f"{w * TO_RPM:.0f} rpm, {p / MPA:.2f} MPa", PIN_COLOURS[k % len(PIN_COLOURS)]
         curves = ((1, loop.So, "solid"), (2, loop.KS, "solid"), (3, loop.GS, "solid"), (3, loop.G, "dot"))
         for column, matrices, dash in curves:
             figure.add_trace(go.Scatter(x=compact(loop.frequency), y=compact(largest(matrices)), name=name,
@@ -60,7 +60,7 @@ def damping_figure(law: Law, model: Any, speeds: np.ndarray, pressures: np.ndarr
     """Smallest damping ratio over speed and pressure."""
     found = sweep(law, model, speeds, pressures)
     figure = go.Figure(
-        go.Heatmap(x=compact(speeds * TO_RPM), y=compact(pressures / 1e6), z=compact(found.damping.T, 3),
+        go.Heatmap(x=compact(speeds * TO_RPM), y=compact(pressures / MPA), z=compact(found.damping.T, 3),
                    colorscale="Blues", colorbar={"title": "ζ"})
     )  # fmt: skip
     figure.update_xaxes(title_text="speed [rpm]")

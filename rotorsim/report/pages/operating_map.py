@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.figures.map_plots import campbell_figure, contour_figure, film_figure, onset_figure, plane
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -55,7 +55,7 @@ def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
             if float(p["lifted"]) != 1:
                 rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", "not lifted", *[""] * 6, "no"))
                 continue
-            wn, zeta, gain = p["wn"].values * TO_HZ, p["zeta"].values, p["static_gain"].values * 1e6
+            wn, zeta, gain = p["wn"].values * TO_HZ, p["zeta"].values, p["static_gain"].values * TO_UM
             numbers = (float(p["eccentricity_ratio"]), *(float(v) for v in (wn[0], zeta[0], wn[1], zeta[1])))
             ends = (float(gain[0, 0]), float(gain[1, 1]), "yes" if float(p["safe"]) == 1 else "no")
             rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", *numbers, *ends))

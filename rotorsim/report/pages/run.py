@@ -13,6 +13,7 @@ from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.run_summary import summarise
 from rotorsim.machine import Machine
+from rotorsim.signals.holds import Holds, rest
 from rotorsim.signals.missing import need
 from rotorsim.signals.order_tracking import track_orders
 from rotorsim.signals.prepare import prepared, sampling_time, sensed_name
@@ -45,6 +46,11 @@ class Run:
     def summary(self) -> dict[str, Any]:
         """Numbers of the run, see `summarise`."""
         return summarise(self.record, self.tracked, self.spectra)
+
+    @cached_property
+    def holds(self) -> Holds:
+        """Rests of a staircase, see `rest`; raises MissingError."""
+        return rest(self.record, self.output)
 
     @cached_property
     def machine(self) -> Machine | None:

@@ -22,7 +22,6 @@ from rotorsim.report.pages.run import Run
 from rotorsim.report.text import captions as c, experiment_captions as e
 from rotorsim.signals import hysteresis, impact
 from rotorsim.signals.deceleration import deceleration_of
-from rotorsim.signals.holds import rest
 from rotorsim.signals.missing import need
 from rotorsim.signals.prepare import sampling_time
 from rotorsim.signals.record_blocks import displacement_name
@@ -109,15 +108,12 @@ def _reach(run: Run) -> float:
 
 
 def _gain(run: Run) -> Any:
-    gains = static_gain(rest(run.record, run.output))
-    need(bool(gains), "Neither reference rests at three levels.")
-    return gains
+    return static_gain(run.holds)
 
 
 def _loops(run: Run) -> Any:
     need("pin" in run.record, "The record has no pin positions.")
-    holds = rest(run.record, run.output)
-    found = hysteresis.loops(holds, static_gain(holds))
+    found = hysteresis.loops(run.holds, static_gain(run.holds))
     need(bool(found), "The pins do not move.")
     return found
 

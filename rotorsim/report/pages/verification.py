@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import SAMPLE, TO_RPM
+from rotorsim.base.constants import MPA, SAMPLE, TO_RPM, TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
@@ -55,7 +55,7 @@ def energies_figure(result: Verification) -> go.Figure:
     figure = make_subplots(1, 2, subplot_titles=["hits along x", "hits along y"], shared_yaxes=True)
     names = [
         [f"{e.speed / 1000 * TO_RPM:.3g} krpm" for e in result.open],
-        [f"{e.pressure / 1e6:.2f}" for e in result.open],
+        [f"{e.pressure / MPA:.2f}" for e in result.open],
     ]
     for axis in range(2):
         for label, values, colour in (("open loop", result.open, OPEN), ("closed loop", result.closed, CLOSED)):
@@ -74,7 +74,7 @@ def runup_figure(alone: Run, held: Run) -> go.Figure:
     for name, run, colour in (("open loop", alone, OPEN), ("closed loop", held, CLOSED)):
         n = len(run.table) // window
         disc = run.disc[: n * window].reshape(n, window, 2)
-        height = np.linalg.norm(disc - disc.mean(axis=1, keepdims=True), axis=2).max(axis=1) * 1e6
+        height = np.linalg.norm(disc - disc.mean(axis=1, keepdims=True), axis=2).max(axis=1) * TO_UM
         figure.add_trace(go.Scatter(x=compact(run.time[: n * window : window]), y=compact(height), name=name,
                                     line={"color": colour}))  # fmt: skip
     speed = alone.column("speed")[::window] * TO_RPM
@@ -108,7 +108,7 @@ def spectra_of(run: Run, highest: float) -> tuple[np.ndarray, np.ndarray, np.nda
     """Mean speeds (k,) [rad/s], frequencies (f,) [Hz], amplitudes (k, f) [um] of y in stretches of 0.2 s."""
     window = round(0.2 / SAMPLE)
     n = max(len(run.table) // window, 1)
-    y = run.disc[: n * window, 1].reshape(n, -1) * 1e6
+    y = run.disc[: n * window, 1].reshape(n, -1) * TO_UM
     y = (y - y.mean(axis=1, keepdims=True)) * np.hanning(y.shape[1])
     heights = np.abs(np.fft.rfft(y, axis=1)) * 4 / y.shape[1]
     frequency = np.fft.rfftfreq(y.shape[1], SAMPLE)

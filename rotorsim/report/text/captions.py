@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.figures.film3d import snapshots
 from rotorsim.report.figures.orbit_plots import TURNS, instants
 from rotorsim.report.pages.run import Run
@@ -123,7 +123,7 @@ def film_caption(run: Run) -> str:
     p = run.record["film_pressure"].isel(snapshot=snapshots(run))
     at = p.isel(p.argmax(...))
     return (
-        f"Pressures range from {float(p.min()) * 1e-6:.3g} to {float(p.max()) * 1e-6:.3g} MPa absolute, highest at "
+        f"Pressures range from {float(p.min()) * TO_MPA:.3g} to {float(p.max()) * TO_MPA:.3g} MPa absolute, highest at "
         f"{float(np.degrees(at['theta'])):.0f} deg. Circles are the injectors; colours run smoothly between the "
         f"{p.sizes['theta']} × {p.sizes['z']} cells of the grid."
     )
@@ -133,7 +133,7 @@ def surface_caption(run: Run) -> str:
     """Exaggeration of the surface in the picture."""
     p = run.record["film_pressure"].isel(snapshot=-1)
     rpm = float(run.record["snapshot_speed"][-1]) * TO_RPM
-    spread = float(p.max() - p.min()) * 1e-6
+    spread = float(p.max() - p.min()) * TO_MPA
     return (
         f"The film at {rpm:.0f} rpm round the shaft; its height, much exaggerated, is the pressure, which differs by "
         f"{spread:.3g} MPa. Drag to turn."

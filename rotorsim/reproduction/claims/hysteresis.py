@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import SAMPLE, TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
@@ -34,7 +34,7 @@ def hysteresis_numbers(found: dict[str, Any]) -> dict[str, float]:
     """Figures of claim I13."""
     (open_, travel, free), (held, moved, kept) = (found[mode] for mode in PEAKS)
     share = open_ / travel
-    return {"opening": 1e6 * open_, "share": 100 * share, "left": held / moved / share, "creep": kept / free}
+    return {"opening": TO_UM * open_, "share": 100 * share, "left": held / moved / share, "creep": kept / free}
 
 
 def _pin(plant: Plant, reference: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.reproduction.identification_vs_physics import Study
 from rotorsim.reproduction.table import errors
 
@@ -57,10 +58,10 @@ def _knee(study: Study) -> list[Target]:
 def _runout(study: Study) -> list[Target]:
     rows = []
     for rpm in (5000.0, 6000.0):
-        at = [p for p in study.points if p.runout and abs(p.source.speed * 30 / np.pi - rpm) < 1]
+        at = [p for p in study.points if p.runout and abs(p.source.speed * TO_RPM - rpm) < 1]
         for_all = [p.runout for p in at if p.runout is not None]
         if for_all:
-            before, after = (1e6 * max(float(pair[i].max()) for pair in for_all) for i in (0, 1))
+            before, after = (TO_UM * max(float(pair[i].max()) for pair in for_all) for i in (0, 1))
             rows.append(_at_most(f"extended runout at {rpm:.0f} rpm after the filter, largest of all pressures", after,
                                  0.5, "um", f"{before:.2f} um before, 0-pk"))  # fmt: skip
     return rows

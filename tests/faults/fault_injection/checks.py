@@ -132,7 +132,7 @@ def _compare(path: Path, reference: Path) -> None:
 
 
 def reported_length(ended: Ended, record: Path) -> list[Fault]:
-    """A record that was cut: as long as the message says, to its last digit."""
+    """A record that was cut: as long as the message states, to its last digit."""
     reported = re.search(r"(\d+\.\d) s of \d+\.\d s are in", ended.stderr)
     if reported is None:
         return []

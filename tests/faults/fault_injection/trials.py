@@ -94,7 +94,7 @@ class Trial:
         return self.found(ended, codes, reference) + lacks + left_over(self.out) + self.recovered(ended)
 
     def recovered(self, ended: Ended) -> list[Fault]:
-        """Records of killed runs that are shorter than what the message says."""
+        """Records of killed runs that are shorter than the message states."""
         found = []
         for seconds, name in re.findall(r"its (\d+\.\d) s are kept in (\S+)", ended.stderr):
             kept = samples(self.work / name) * SAMPLE

@@ -120,7 +120,7 @@ def check_run(ended: Ended, arguments: Sequence[str], before: set[str]) -> None:
 
 
 def check_record(path: Path, complete: bool) -> None:
-    """A record opens, fits the schema, holds finite numbers and says how it ended."""
+    """A record opens, fits the schema, holds finite numbers and states how it ended."""
     with xr.open_dataset(path, engine="h5netcdf") as record:
         validate(record)
         for name, variable in record.variables.items():
