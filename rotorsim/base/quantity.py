@@ -175,13 +175,24 @@ def check_fields(owner: Any) -> Iterator[tuple[str, str]]:
         if quantity is None or (value is None and "None" in str(entry.type)):
             continue
         try:
-            object.__setattr__(owner, entry.name, _each(quantity, value))
+            object.__setattr__(owner, entry.name, _read(entry, quantity, value))
         except ValueError as error:
             yield entry.name, str(error)
 
 
-def _each(quantity: Quantity, value: Any) -> Any:
-    return tuple(quantity.check(item) for item in value) if isinstance(value, tuple) else quantity.check(value)
+def _read(entry: Field[Any], quantity: Quantity, value: Any) -> Any:
+    """A value of a field: one, or a tuple of as many as its default has (of any number above 0 for tuple[X, ...])."""
+    if not isinstance(entry.default, tuple):
+        return quantity.check(value)
+    try:
+        items = () if isinstance(value, str) else tuple(value)
+    except TypeError:
+        items = ()
+    free = "..." in str(entry.type)
+    if not items or not (free or len(items) == len(entry.default)):
+        number = "one or more" if free else len(entry.default)
+        raise ValueError(f"{quote(value)} is not {number} values; write e.g. {entry.default}")
+    return tuple(quantity.check(item) for item in items)
 
 
 def whole_samples(seconds: float) -> int:

@@ -153,11 +153,21 @@ E = TypeVar("E", bound=Effect)
 
 @dataclass_transform(frozen_default=True)
 def register(effect: type[E]) -> type[E]:
-    """Make the class a frozen dataclass and known under its `name` (a decorator, also for a user's own module)."""
+    """Make the class a frozen dataclass and known under its `name` (a decorator, also for a user's own module).
+
+    Raises ValueError for a class without kernel or port, for a port that does not exist and for the name of another.
+    """
+    for needed in ("kernel", "port"):
+        if not hasattr(effect, needed):
+            raise ValueError(f"effect {effect.__name__}: has no {needed}; set it in the class, {needed} = ...")
     if "name" not in vars(effect):
         effect.name = effect.kernel.__name__
     if effect.port not in PORTS:
         raise ValueError(f"effect {effect.name}: port {effect.port!r} is none of {', '.join(PORTS)}")
+    other = REGISTRY.get(effect.name, effect)
+    if (other.__module__, other.__qualname__) != (effect.__module__, effect.__qualname__):  # not itself imported again
+        where = f"{other.__module__}.{other.__qualname__}"
+        raise ValueError(f"effect {effect.name}: is the name of {where}; give {effect.__qualname__} another name")
     if not hasattr(effect, "place"):
         effect.place = "film" if effect.port in FILM_PORTS and effect.port != "actuator" else "disc"
     REGISTRY[effect.name] = effect if "__dataclass_params__" in vars(effect) else dataclass(frozen=True)(effect)

@@ -9,7 +9,7 @@ from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
-from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, p, placement, youla
+from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, p, placement, youla
 from rotorsim.control.designs.interpolation import held_out
 from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.loop.sampled_loop import (  # fmt: skip
@@ -177,6 +177,35 @@ def test_a_mode_that_cannot_be_moved_or_seen_is_named(model, name, word):
 def test_a_weight_that_is_not_positive_is_refused_with_its_meaning(name):
     with pytest.raises(DesignError, match=rf"lqr\.{name}: .* must be above 0; .*without it there is no optimum\)"):
         lqr.Spec(**{name: 0.0})
+
+
+@pytest.mark.parametrize("given", [[-0.1, -0.2], np.array([-0.1, -0.2]), (-0.1, -0.2)])
+def test_values_by_axis_may_be_a_list_or_an_array_and_are_kept_as_a_tuple(given):
+    spec = lead.Spec(kappa=given)
+    assert spec.kappa == (-0.1, -0.2) and type(spec.kappa) is tuple
+    assert all(type(value) is float for value in spec.kappa)
+    assert type(hash(spec)) is int
+
+
+@pytest.mark.parametrize(
+    ("make", "values", "sentence"),
+    [
+        (lead.Spec, {"kappa": (-0.1,)}, r"lead\.kappa: .* is not 2 values; write e\.g\. \(-0\.132, -0\.09\)"),
+        (lead.Spec, {"kappa": -0.1}, r"lead\.kappa: -0\.1 is not 2 values"),
+        (lead.Spec, {"kappa": "12"}, r"lead\.kappa: '12' is not 2 values"),
+        (lead.Spec, {"kappa": np.array(-0.1)}, r"lead\.kappa: .* is not 2 values"),
+        (lead.Spec, {"kappa": [-0.1, "x"]}, r"lead\.kappa: 'x' is not "),
+        (lpv.Spec, {"grid": (8,)}, r"lpv\.grid: \(8,\) is not 2 values; write e\.g\. \(8, 8\)"),
+        (lpv.Spec, {"refresh": 0.0}, r"lpv\.refresh: .* must be above 0"),
+        (h2_scheduled.Spec, {"orders": ()}, r"h2_scheduled\.orders: \(\) is not one or more values"),
+        (h2_scheduled.Spec, {"refresh": -0.01}, r"h2_scheduled\.refresh: .* must be above 0"),
+        (lqr.Spec, {"speed": -1.0}, r"lqr\.speed: .* is below the limit; write at least '0 "),
+        (h2_scheduled.Spec, {"slowest": -1.0}, r"h2_scheduled\.slowest: .* is below the limit"),
+    ],
+)
+def test_a_specification_is_refused_when_it_is_made(make, values, sentence):
+    with pytest.raises(DesignError, match=f"^{sentence}"):
+        make(**values)
 
 
 def test_every_number_of_a_specification_is_declared():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numba.core.errors import NumbaError
 
-from rotorsim.effects import REGISTRY
+from rotorsim.effects import REGISTRY, Effect, register
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
@@ -126,6 +126,26 @@ def own_module(tmp_path, monkeypatch):
     yield load
     REGISTRY.clear()
     REGISTRY.update(before)
+
+
+def test_the_name_of_another_effect_is_refused(own_module):
+    """A subclass inherits its kernel, and with it the name of the effect that it would have replaced."""
+    own_module("own_one", KEPT)
+    mine = REGISTRY["own_mean"]
+    own_module("own_one", KEPT)
+    assert REGISTRY["own_mean"] is not mine
+    with pytest.raises(ValueError, match=r"^effect own_mean: is the name of own_one\.OwnMean; give OwnMean another"):
+        own_module("own_two", KEPT)
+    unbalance = REGISTRY["unbalance"]
+    with pytest.raises(ValueError, match=r"^effect unbalance: is the name of .*\.Unbalance; give Heavier another"):
+        register(type("Heavier", (unbalance,), {}))
+    assert REGISTRY["unbalance"] is unbalance and REGISTRY["own_mean"].__module__ == "own_one"
+
+
+@pytest.mark.parametrize(("part", "left"), [("kernel", {"port": "force"}), ("port", {"kernel": print})])
+def test_a_class_without_kernel_or_port_is_refused(part, left):
+    with pytest.raises(ValueError, match=f"^effect Bare: has no {part}; set it in the class, {part} = "):
+        register(type("Bare", (Effect,), left))
 
 
 @pytest.fixture

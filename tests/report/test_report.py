@@ -22,6 +22,7 @@ from rotorsim.report.figures.orbit_plots import instants
 from rotorsim.report.figures.theme import compact
 from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.run import analyse
+from rotorsim.report.pages.write import write
 from rotorsim.signals.envelope import envelopes
 
 EVIL = 'name = "<script>alert(1)</script>"\ndescription = "a & b </pre><img src=x onerror=alert(2)>"\n'
@@ -166,3 +167,10 @@ def test_a_picture_without_kaleido_names_what_to_install(tmp_path: Path) -> None
 def test_importing_rotorsim_does_not_import_a_plot_library() -> None:
     code = "import sys, rotorsim; sys.exit(any(m in sys.modules for m in ('plotly', 'matplotlib')))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("result", [xr.Dataset(), None, "run.nc"])
+def test_a_report_of_anything_but_a_result_is_refused_with_the_types_it_takes(result, tmp_path):
+    with pytest.raises(DataError, match=f"^report: {type(result).__name__} is not a Diagnosis or Verification; "):
+        write(result, tmp_path / "report.html")
+    assert not list(tmp_path.iterdir())

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.commands.lazy_group import LazyGroup
 
 
@@ -24,9 +24,7 @@ class Experiments(LazyGroup):
         known = _commands()
         name = cmd_name.replace("-", "_")
         if name not in known:
-            near = get_close_matches(name, known, 1, 0.5)
-            hint = f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"
-            raise DataError(f"experiment: '{cmd_name}' is not known; {hint}")
+            raise DataError(f"experiment: '{cmd_name}' is not known; {did_you_mean(name, known)}")
         return known[name]
 
 

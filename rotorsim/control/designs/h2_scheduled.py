@@ -30,13 +30,13 @@ class Spec(Specification):
 
     weights: Weights = field(default_factory=Weights)
     grid: tuple[int, int] = count((10, 10), "Speeds and pressures of the local designs.")
-    slowest: float = number(1 * KRPM, "rad/s", "Lowest speed of the grids.")
+    slowest: float = number(1 * KRPM, "rad/s", "Lowest speed of the grids.", low=0)
     orders: tuple[int, ...] = count((2, 3, 4, 5), "Orders of interpolation that are tried, in turn.", low=0)
     tolerance: float = number(0.1, "1", "Excess of the imbalance response over the local designs' that passes.")
     delay: float = loop_delay(LOOP_DELAY)
     fine: tuple[int, int] = count((40, 15), "Speeds and pressures of the stability check.")
     table: tuple[int, int] = count((21, 9), "Speeds and pressures of the law's table.")
-    refresh: float = number(0.01, "s", "How often the law reads its table.")
+    refresh: float = number(0.01, "s", "How often the law reads its table.", above=0)
     Ts: float = sampling_time()
 
 

@@ -41,7 +41,7 @@ class Spec(Specification):
     delay: float = loop_delay(0.0)
     validation: tuple[int, int] = count((16, 16), "Speeds and pressures of the check.")
     table: tuple[int, int] = count((13, 9), "Speeds and pressures of the law's table.")
-    refresh: float = number(0.01, "s", "How often the law reads its table (the rig: 0.1 s).")
+    refresh: float = number(0.01, "s", "How often the law reads its table (the rig: 0.1 s).", above=0)
     Ts: float = sampling_time()
 
 

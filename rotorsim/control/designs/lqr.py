@@ -24,7 +24,7 @@ from rotorsim.control.riccati import sampled_riccati
 
 @dataclass(frozen=True)
 class Spec(Specification):
-    """Operating point; the regulator's weights and the Kalman filter's levels, without any of which is no optimum."""
+    """Operating point; weights of the regulator and noise levels of the Kalman filter, all of which must be above 0."""
 
     speed: float = shaft_speed(3 * KRPM)
     pressure: float = supply_pressure(0.5 * MPA)

@@ -43,7 +43,7 @@ def count(default: Any, doc: str, low: int = 1) -> Any:
 
 def shaft_speed(default: float) -> Any:
     """Speed [rad/s] of the operating point."""
-    return number(default, "rad/s", "Shaft speed of the operating point.")
+    return number(default, "rad/s", "Shaft speed of the operating point.", low=0)
 
 
 def supply_pressure(default: float) -> Any:

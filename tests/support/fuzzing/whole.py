@@ -21,14 +21,10 @@ LIKELY = {
     "youngs_modulus": 2e11, "density": 7850.0, "damping_ratio": 0.01, "kxx": 1e7, "mass": 2.0, "polar_inertia": 0.01,
     "diametral_inertia": 0.01, "seat_gap": 4e-5, "pin_diameter": 2e-3, "orifice_diameter": 2e-3,
 }  # fmt: skip
-COUNTED = ("lobes", "injector", "order", "surface")
-"""Words in the names of numbers of effects that have to be whole."""
 
 
 def value(draw: Any, name: str, spec: Quantity) -> Any:
     """Text or number of a legal value."""
-    if spec.unit == "1" and any(word in name for word in COUNTED):
-        return draw(st.integers(1, 4))
     text = text_of(draw(legal(spec, LIKELY.get(name))), spec)
     return (int(text) if spec.multiple else float(text)) if spec.unit == "1" else text
 
@@ -98,7 +94,7 @@ def effect(draw: Any, kind: type[Effect], start: float, length: float) -> dict[s
         if field.name == "position":
             drawn["position"] = show(start + length * draw(st.floats(0.05, 0.95)), "m")
         elif spec and draw(st.booleans()):
-            drawn[field.name] = value(draw, field.name, spec)
+            drawn[field.name] = draw(st.integers(1, 4)) if spec.multiple else value(draw, field.name, spec)
     return drawn
 
 
