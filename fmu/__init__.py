@@ -1,1 +1,0 @@
-"""FMU export of the plant, identified models and control laws: native code that runs without Python."""
