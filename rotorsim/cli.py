@@ -6,12 +6,13 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.errors import RotorsimError, Unusual
+from rotorsim.base.errors import LeftOut, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
 
@@ -40,9 +41,10 @@ def command(arguments: list[str]) -> None:
     """Run a command of these words."""
     debug, yes = "--debug" in arguments, "--yes" in arguments
     try:
-        from rotorsim.commands.app import app
-
         with warnings.catch_warnings(), printed():
+            warnings.showwarning = partial(_show, warnings.showwarning)
+            from rotorsim.commands.app import app
+
             warnings.simplefilter("ignore" if yes else "error", Unusual)
             app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name="rotorsim")
     except BrokenPipeError:
@@ -53,6 +55,14 @@ def command(arguments: list[str]) -> None:
             raise
         print(sentence(error), file=sys.stderr)
         sys.exit(2)
+
+
+def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
+    """Show a warning: one of ours as its sentence."""
+    if issubclass(category, LeftOut):
+        print(message, file=sys.stderr)
+    else:
+        usual(message, category, *where)
 
 
 @contextmanager

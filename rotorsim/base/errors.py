@@ -44,3 +44,7 @@ class ControllerError(DataError):
 
 class Unusual(UserWarning):
     """A value far from all that is built; the command line asks for --yes, in Python it is a warning as any other."""
+
+
+class LeftOut(UserWarning):
+    """An installed package that could not be loaded; the command line prints its sentence alone."""

@@ -1,15 +1,26 @@
-"""Physical effects in families, one file each; importing this package registers the shipped ones."""
+"""Physical effects in families, one file each; importing this package registers the shipped ones.
+
+The first use of `REGISTRY` loads the effects of installed packages, which find this package complete.
+"""
 
 from importlib import import_module
-from importlib.metadata import entry_points
 from pkgutil import walk_packages
+from typing import TYPE_CHECKING, Any
 
-from rotorsim.effects.base import FILM_PORTS, PORTS, REGISTRY, Effect, numeric_fields, param, register
-from rotorsim.effects.installed import load_installed
+from rotorsim.effects.base import FILM_PORTS, PORTS, Effect, numeric_fields, param, register
+from rotorsim.effects.installed import registry
 
 for _module in walk_packages(__path__, f"{__name__}."):
     import_module(_module.name)
-for _point in entry_points(group="rotorsim.effects"):
-    load_installed(_point)
+
+if TYPE_CHECKING:
+    from rotorsim.effects.base import REGISTRY
+else:
+
+    def __getattr__(name: str) -> Any:
+        if name == "REGISTRY":
+            return registry()
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
 
 __all__ = ["FILM_PORTS", "PORTS", "REGISTRY", "Effect", "numeric_fields", "param", "register"]

@@ -8,8 +8,9 @@ from typing import Any
 
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.suggest import closest, did_you_mean
 from rotorsim.effects import REGISTRY, Effect
+from rotorsim.effects.installed import LEFT_OUT
 from rotorsim.machine.messages import unknown_field
 from rotorsim.machine.part import PartError
 
@@ -36,11 +37,15 @@ def readable_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
 
 
 def unknown_effect(name: str) -> str:
-    """Sentence about a name that is no effect's; one of earlier versions has a new name."""
+    """Sentence about a name that is no effect's; one of earlier versions has a new name, a package may have failed."""
     renamed = next((effect.name for effect in REGISTRY.values() if name == effect.earlier_name), "")
     if renamed:
         return f"is called '{renamed}' now; rename it"
-    return f"unknown effect; {did_you_mean(name, sorted(REGISTRY))}"
+    if name in LEFT_OUT:
+        return LEFT_OUT[name]
+    if closest(name, REGISTRY):
+        return f"unknown effect; {did_you_mean(name, REGISTRY)}"
+    return "unknown effect; take one that 'rotorsim machine effects' lists, or install the package that has it"
 
 
 def _read_entries(name: str, value: Any, problems: list[tuple[str, str]]) -> tuple[Effect, ...]:

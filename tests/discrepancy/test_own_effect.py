@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 
+from rotorsim.machine import load_machine
+
 MODULE = '''
 """Pull of a belt on the shaft."""
 from dataclasses import dataclass
@@ -50,17 +52,22 @@ print(json.dumps({
 """
 
 
-def installed(folder, entry=True, source=MODULE):
-    """A package with an effect, as pip leaves it; the answer of a fresh interpreter and its warnings."""
+def interpreter(folder, *words, entry=True, source=MODULE):
+    """A fresh interpreter with a package that has an effect, as pip leaves it."""
     (folder / "belt_effect.py").write_text(source)
     about = folder / "belt_effect-1.0.dist-info"
     about.mkdir(exist_ok=True)
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: belt-effect\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text("[rotorsim.effects]\nbelt = belt_effect\n" if entry else "")
     path = os.pathsep.join([str(folder), *filter(None, sys.path)])
-    done = subprocess.run(
-        [sys.executable, "-c", ASK], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True
-    )
+    environment = {**os.environ, "PYTHONPATH": path}
+    return subprocess.run([sys.executable, *words], env=environment, capture_output=True, text=True, check=False)
+
+
+def installed(folder, **package):
+    """The answer to `ASK` and the warnings."""
+    done = interpreter(folder, "-c", ASK, **package)
+    assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), done.stderr
 
 
@@ -86,3 +93,18 @@ def test_a_package_for_another_version_is_named_in_a_sentence_and_the_rest_works
     assert found == {}
     assert "effect 'belt' of the package belt-effect is left out (ImportError" in warned
     assert "update or uninstall the package" in warned
+
+
+def test_the_command_line_says_the_sentence_alone(tmp_path):
+    """It was a Python warning with path and source, and spoke of a circular import."""
+    source = "from rotorsim.effects import Effect, gone\n"
+    reason = "(ImportError: cannot import name 'gone' from 'rotorsim.effects')"
+    left = f"effect 'belt' of the package belt-effect is left out {reason}; update or uninstall the package\n"
+    machine = tmp_path / "belt.toml"
+    machine.write_text(load_machine("plain_rotor").text + "\n[effects.belt]\npull = '5 N'\n")
+    done = interpreter(tmp_path, "-m", "rotorsim", "machine", "show", str(machine), source=source)
+    unknown = f"its package belt-effect could not be loaded {reason}; update or uninstall it\n"
+    assert done.returncode == 2 and not done.stdout and done.stderr.startswith(left)
+    assert done.stderr.endswith(f"effects.belt: {unknown}") and done.stderr.count("\n") == 2
+    done = interpreter(tmp_path, "-m", "rotorsim", "machine", "effects", "belt", source=source)
+    assert done.stderr == f"{left}belt: {unknown}"

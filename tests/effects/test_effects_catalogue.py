@@ -11,6 +11,7 @@ import pytest
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse, show
 from rotorsim.cli import main
+from rotorsim.commands.machine.effects import _print_effect
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.references import references
 from rotorsim.machine.catalogue import catalogue, describe, page
@@ -80,7 +81,16 @@ def test_the_command_lists_all_effects_and_shows_one(capsys):
     code, out, _ = run(capsys, "crack")
     assert code == 0 and "[effects.crack]" in out and "weight_direction" in out and "Gasch (1993)" in out
     code, out, err = run(capsys, "crak")
-    assert code == 2 and not out and err.startswith("'crak' is not an effect; did you mean 'crack'?")
+    assert code == 2 and not out and err == "crak: unknown effect; did you mean 'crack'?\n"
+    code, out, err = run(capsys, "viscosity")
+    assert code == 2 and not out and err.startswith("viscosity: is called '")
+
+
+def test_an_effect_without_text_shows_what_there_is(capsys):
+    entry = describe(REGISTRY["gravity"]) | {"about": "", "source": "", "equation": "", "references": []}
+    _print_effect(entry | {"title": "", "summary": "Pull of a belt."})
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:3] == ["[effects.gravity]  Pull of a belt.", "", lines[2]] and lines[2].startswith("Acts ")
 
 
 def test_the_command_gives_the_catalogue_as_json_and_has_an_example(capsys):

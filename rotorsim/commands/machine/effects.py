@@ -11,10 +11,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.suggest import did_you_mean
 from rotorsim.commands.lazy_group import example
 from rotorsim.effects import REGISTRY
 from rotorsim.machine.catalogue import catalogue, describe
+from rotorsim.machine.effect_tables import unknown_effect
 
 
 @example("rotorsim machine effects unbalance")
@@ -36,7 +36,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     if name in REGISTRY:
         return describe(REGISTRY[name])
-    raise MachineFileError(f"'{name}' is not an effect; {did_you_mean(name, sorted(REGISTRY))}")
+    raise MachineFileError(f"{name}: {unknown_effect(name)}")
 
 
 def _print_effects(entries: list[dict[str, Any]]) -> None:
@@ -48,12 +48,12 @@ def _print_effects(entries: list[dict[str, Any]]) -> None:
 
 def _print_effect(entry: dict[str, Any]) -> None:
     console = Console(highlight=False)
-    console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'])}\n")
-    for text in (entry["equation"], entry["about"], f"Source: {entry['source']}"):
+    console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'] or entry['summary'])}\n")
+    source = entry["source"] and f"Source: {entry['source']}"
+    for text in filter(None, (entry["equation"], entry["about"], source)):
         console.print(escape(text) + "\n")
-    for one in entry["references"]:
-        console.print(escape(f"- {one}"))
-    console.print()
+    if entry["references"]:
+        console.print(escape("\n".join(f"- {one}" for one in entry["references"])) + "\n")
     several = "several tables add up" if entry["several"] else "one table only"
     console.print(escape(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n"))
     table = Table("parameter", "neutral", "limits", "meaning", box=None, pad_edge=False)
