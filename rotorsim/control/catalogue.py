@@ -10,7 +10,7 @@ from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.control import designs
-from rotorsim.control.designs.plants import Model
+from rotorsim.control.designs.plants import Model, frozen, outside, point_text, range_text
 from rotorsim.control.designs.specification import explained
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -54,9 +54,23 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
 
 
 def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "") -> Law:
-    """Law of a design by its name."""
-    law: Law = module_of(name).design(model, make_spec(name, changes, preset))
+    """Law of a design by its name; raises DesignError, also where the operating point must be given."""
+    spec = make_spec(name, changes, preset)
+    if hasattr(spec, "speed"):
+        _check_point(name, model, spec, changes)
+    law: Law = module_of(name).design(model, spec)
     return law
+
+
+def _check_point(name: str, model: Model, spec: Any, changes: Sequence[str]) -> None:
+    """Refuse an operating point outside the model's range, whatever a design makes of it."""
+    given = {change.partition("=")[0].strip() for change in changes} & {"speed", "pressure"}
+    if not given and outside(model, spec.speed, spec.pressure):
+        raise DesignError(
+            f"design {name}: the model holds for {range_text(model)}, and not for the usual "
+            f"{point_text(spec.speed, spec.pressure)}; give the point: --spec speed=... --spec pressure=..."
+        )
+    frozen(model, spec.speed, spec.pressure)
 
 
 def _changed(spec: Any, path: list[str], value: str, setting: str) -> Any:

@@ -59,12 +59,26 @@ def _set(document: Any, path: str, value: Any) -> None:
     table = _descend(document, keys[:-1], path)
     if isinstance(table, list):
         _item(table, keys[-1], ".".join(keys[:-1]))
-    if isinstance(table, list) or isinstance(table.get(keys[-1]), (MutableMapping, list)):
-        raise MachineFileError(f"{path}: holds several values; name the one to change, e.g. '{path}.position'")
+    held = table if isinstance(table, list) else table.get(keys[-1])
+    if isinstance(held, (MutableMapping, list)):
+        below = _first(held[int(keys[-1])] if isinstance(table, list) else held)
+        hint = f", e.g. '{path}.{below}'" if below else ""
+        raise MachineFileError(f"{path}: holds several values; name the one to change{hint}")
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot express
         raise MachineFileError(f"{path}: {quote(value)} is not a valid value; write text with a unit") from error
+
+
+def _first(held: Any) -> str:
+    """Path of the first value below a table or list; empty where there is none."""
+    if not isinstance(held, (MutableMapping, list)):
+        return ""
+    for key, value in held.items() if isinstance(held, MutableMapping) else enumerate(held):
+        nested = isinstance(value, (MutableMapping, list))
+        if not nested or _first(value):
+            return f"{key}.{_first(value)}" if nested else str(key)
+    return ""
 
 
 def _descend(table: Any, keys: list[str], path: str) -> Any:

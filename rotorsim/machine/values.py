@@ -13,7 +13,7 @@ from rotorsim.base.quantity import quantity_of
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.effect_tables import unknown_effect
-from rotorsim.machine.messages import sentences
+from rotorsim.machine.messages import sentences, unknown_field
 from rotorsim.machine.part import SI, Part
 
 
@@ -77,7 +77,7 @@ def _changed_effects(old: Mapping[str, Any], change: Branch, path: str) -> dict[
 
 def _changed_part(old: Part, change: Branch, path: str) -> Part:
     known = type(old).model_fields
-    _known(change, known, path)
+    _known(change, known, path, old.earlier_keys)
     new = dict(old)
     for key, value in change.items():
         optional = known[key].default is None
@@ -96,7 +96,7 @@ def _checked_part(kind: type[Part], values: Mapping[str, Any], path: str) -> Par
 
 def _changed_effect(effect: Effect, change: Branch, path: str) -> Effect:
     known = {entry.name: entry for entry in fields(effect)}
-    _known(change, known, path)
+    _known(change, known, path, effect.earlier_keys)
     return replace(
         effect, **{name: _parameter(known[name], value, _join(path, name)) for name, value in change.items()}
     )
@@ -113,10 +113,12 @@ def _parameter(entry: Field[Any], change: Any, path: str) -> Any:
         raise MachineFileError(f"{path}: {error}") from error
 
 
-def _known(change: Iterable[str], names: Iterable[str], path: str) -> None:
-    """Refuse a path that leads nowhere."""
+def _known(change: Iterable[str], names: Iterable[str], path: str, earlier: Mapping[str, str] | None = None) -> None:
+    """Refuse a path that leads nowhere; `earlier` keys have a new name."""
     names = list(names)
     for key in change:
+        if key in (earlier or {}) and key not in names:
+            raise MachineFileError(f"{_join(path, key)}: {unknown_field(key, names, earlier or {})}")
         if key not in names:
             raise MachineFileError(f"{_join(path, key)}: is not there; {did_you_mean(key, names)}")
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE, TO_UM
+from rotorsim.base.constants import KRPM, SAMPLE, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
+from rotorsim.control.designs.plants import point_text
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law, check_sampling
 from rotorsim.machine import load_machine
@@ -112,7 +113,7 @@ def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], crit
     for axis, name in enumerate("xy"):
         yield at_most(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean, "of open loop")
     worst = int(ratio.max(axis=1).argmax())
-    where = f"{after[worst].speed / KRPM:.3g} krpm, {after[worst].pressure / MPA:.3g} MPa"
+    where = point_text(after[worst].speed, after[worst].pressure)
     yield at_most("impact energy, worst point", ratio.max(), criteria.worst, "of open loop", where)
     effort = np.array([c.effort for c in after])
     yield at_most("control energy, mean", effort.mean(), None, "V/N")
@@ -147,7 +148,7 @@ def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row
     remark = f"{unstable} of {len(found)} points unstable; largest pole radius {worst.radius:.4f}"
     yield holds(f"full-order loops of {worst.states} states stable", not unstable, remark)
     weak = min(found, key=lambda one: one.disk_margin)
-    where = f"{weak.speed / KRPM:.3g} krpm, {weak.pressure / MPA:.3g} MPa"
+    where = point_text(weak.speed, weak.pressure)
     remark = f"at {where}: gain x{weak.gain_margin:.2f}, phase {weak.phase_margin:.0f} deg; at least"
     yield at_least("disk margin of the full-order loop", weak.disk_margin, criteria.disk, "", remark)
     damped = min(found, key=lambda one: one.damping)

@@ -29,9 +29,14 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
     [
         (("hinv", MODEL), "did you mean 'hinf'"),
         (("hinf", "nothing.json"), "is not there"),
-        (("hinf", MODEL, "--spec", "speed=12000 rpm"), "lies outside the 0 to 6 krpm"),
+        (
+            ("hinf", MODEL, "--spec", "speed=12000 rpm"),
+            "12000 rpm, 0.5 MPa lies outside the 0 to 6000 rpm, 0.3 to 0.7 MPa it was identified at",
+        ),
         (("hinf", MODEL, "--spec", "weights.k_1=3"), "no field 'k_1'"),
-        (("hinf", MODEL, "--spec", "Ts=10 ms"), "exceeds 10/Ts"),
+        (("p", MODEL, "--spec", "low_pass=100 kHz"), "exceeds 10/Ts"),
+        (("lqr", MODEL, "--spec", "Ts=0.1 ms"), "lqr.Ts: '0.1 ms', and the plant samples every 0.2 ms; leave Ts out"),
+        (("hinf", MODEL, "--spec", "Ts=0.1 s"), "hinf.Ts: '0.1 s', and the plant samples every 0.2 ms"),
         (("p", MODEL, "--spec", "kappa_x=-1.125"), "the loop with the model is unstable"),
         (("p", MODEL, "--bias", "9,0"), "leaves no room below the limit"),
         (("p", MODEL, "--bias", "nan,0"), "is not a pair of voltages"),
@@ -74,6 +79,27 @@ def test_a_model_that_cannot_be_controlled_is_refused(run, tmp_path, row, word):
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize("name", ["p", "lead", "lqr", "placement", "hinf"])
+@pytest.mark.parametrize(("field", "point"), [("speed=90000 rpm", "90000 rpm"), ("pressure=60 bar", "6 MPa")])
+def test_a_model_of_one_point_takes_designs_at_this_point(run, tmp_path, name, field, point):
+    load_model(MODEL).at(400.0, 0.6e6).save(tmp_path / "one.json")
+    command = ("design", name, tmp_path / "one.json", "--out", tmp_path / "law.json")
+    code, _, err = run(*command, "--spec", field)
+    assert (code, err.count("\n")) == (2, 1)
+    assert point in err and "lies outside the 3820 rpm, 0.6 MPa it was identified at" in err
+    code, _, err = run(*command)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "the model holds for 3820 rpm, 0.6 MPa" in err and "give the point: --spec speed=" in err
+    assert not (tmp_path / "law.json").exists()
+
+
+def test_the_operating_point_is_shown_in_rpm(run, tmp_path):
+    load_model(MODEL).at(400.0, 0.6e6).save(tmp_path / "one.json")
+    point = ("--spec", "speed=3820 rpm", "--spec", "pressure=6 bar")
+    _, text, _ = run("design", "lqr", tmp_path / "one.json", *point, "--json", "--out", tmp_path / "law.json")
+    assert json.loads(text)["operating_point"] == "3820 rpm, 0.6 MPa"
+
+
 def test_a_law_for_three_channels_is_refused(run, tmp_path):
     run("design", "p", MODEL, "--out", tmp_path / "p.json")
     result = json.loads((tmp_path / "p.json").read_text())
@@ -86,7 +112,8 @@ def test_a_law_for_three_channels_is_refused(run, tmp_path):
 
 
 def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
-    run("design", "p", MODEL, "--spec", "Ts=0.1 ms", "--spec", "check=false", "--out", tmp_path / "p.json")
+    run("design", "p", MODEL, "--out", tmp_path / "p.json")
+    load_law(tmp_path / "p.json").with_(Ts=1e-4).save(tmp_path / "p.json")
     code, _, err = run("verify", tmp_path / "p.json", "--out", tmp_path / "v")
     assert code == 2
     assert "the plant samples every 0.2 ms" in err

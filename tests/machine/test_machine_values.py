@@ -127,3 +127,22 @@ def test_a_machine_takes_an_effect_as_it_is():
 def test_shipped_machines_keep_their_hash(name):
     """Stores of campaigns and folders of studies know a machine by it: another one makes them useless."""
     assert load_machine(name).hash == HASHES[name]
+
+
+@pytest.mark.parametrize(
+    ("path", "field"), [("effects.contact", "effects.contact."), ("shaft", "shaft."), ("bearings.0", "bearings.0.")]
+)
+def test_a_table_in_place_of_a_value_is_answered_with_a_field_that_is_there(path, field):
+    machine = load_machine("dtu_gas_bearing")
+    with pytest.raises(MachineFileError, match=r"holds several values; name the one to change, e\.g\. '") as caught:
+        machine.replace(path, {})
+    advice = str(caught.value).split("'")[1]
+    assert advice.startswith(field)
+    with pytest.raises(MachineFileError) as caught:
+        machine.replace(advice, "much")
+    assert "unknown field" not in str(caught.value) and "several" not in str(caught.value)
+
+
+def test_an_earlier_key_is_answered_with_its_new_name():
+    with pytest.raises(MachineFileError, match=r"drive\.time: is called 'speed_recovery_time' now; rename it"):
+        load_machine("dtu_gas_bearing").with_({"drive.time": 1.0})

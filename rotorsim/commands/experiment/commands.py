@@ -33,7 +33,7 @@ EXAMPLES = {
 Out = Annotated[
     Path | None, typer.Option("--out", callback=a_folder, help="Folder for record and report; default a new one.")
 ]
-Seed = Annotated[str, typer.Option("--seed", help="Seed of noise and random inputs.")]
+Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
 COMMON: dict[str, tuple[Any, Any]] = {
     "settings": (PlantOptions, PlantOptions()),
     "seed": (Seed, "0"),

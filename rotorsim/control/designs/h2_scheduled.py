@@ -15,7 +15,7 @@ from rotorsim.base.constants import KRPM, SAMPLE
 from rotorsim.control.designs.h2_local import h2_controller
 from rotorsim.control.designs.h2_plant import Weights, scheduled_plant, with_integrator
 from rotorsim.control.designs.interpolation import Surfaces, fit, held_out
-from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant, sampled_plant
+from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant, point_text, sampled_plant
 from rotorsim.control.designs.specification import Specification, count, loop_delay, number, sampling_time
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -59,7 +59,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
             return law.with_(about=law.about | about)
         w, p = found.worst
         fault = (
-            f"{found.unstable} of {found.radius.size} unstable, worst at {w / KRPM:.3g} krpm, {p / 1e6:.3g} MPa"
+            f"{found.unstable} of {found.radius.size} unstable, worst at {point_text(w, p)}"
             if found.unstable
             else f"the imbalance response at held-out points is up to {100 * excess:.0f} % above the local designs'"
         )

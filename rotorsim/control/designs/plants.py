@@ -12,7 +12,8 @@ import numpy as np
 
 from identification import LinearModel
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from identification.lpv.surfaces import SAME
+from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.control.designs.merged import is_model_2, merged
 from rotorsim.control.errors import DesignError
@@ -22,7 +23,6 @@ MICRO, MILLI = 1e6, 1e3
 LOOP_DELAY = 1.5 * SAMPLE
 """One sample of delay and half a sample of hold [s]."""
 Model = LinearModel | LpvModel
-"""rad/s in 1000 rpm."""
 
 
 def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> LinearModel:
@@ -34,14 +34,12 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
         If the point lies outside the model's range and `extrapolate` is not given, or the model is not a map from
         references x, y to disc x, y.
     """
+    if not extrapolate and outside(model, speed, pressure):
+        raise DesignError(
+            f"model: {point_text(speed, pressure)} lies outside the {range_text(model)} it was identified at; "
+            "design within, or identify records there"
+        )
     if isinstance(model, LpvModel):
-        if not extrapolate and model.outside(speed, pressure):
-            (w0, p0), (w1, p1) = model.low, model.high
-            raise DesignError(
-                f"model: {speed / KRPM:.4g} krpm, {pressure / MPA:.4g} MPa lies outside the {w0 / KRPM:.4g} to "
-                f"{w1 / KRPM:.4g} krpm, {p0 / MPA:.4g} to {p1 / MPA:.4g} MPa it was identified at; design within, "
-                "or identify records there"
-            )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = model.at(speed, pressure)
@@ -55,6 +53,27 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
     if np.abs(found.D).max() > 0:
         raise DesignError("model: answers a reference at once (D is not zero); identify model 1, 2 or 3")
     return found
+
+
+def outside(model: Model, speed: float, pressure: float) -> bool:
+    """Whether an operating point is not one of the model's, up to 1 %; never for a model of an unknown point."""
+    if isinstance(model, LpvModel):
+        return model.outside(speed, pressure)
+    own, slack = np.array([model.speed, model.pressure]), np.array(SAME)
+    return bool(np.any(np.abs([speed, pressure] - own) > 0.01 * np.abs(own) + slack))
+
+
+def point_text(speed: float, pressure: float) -> str:
+    """An operating point for people."""
+    return f"{speed * TO_RPM:.0f} rpm, {pressure / MPA:.3g} MPa"
+
+
+def range_text(model: Model) -> str:
+    """Range of a model's operating points, or its one point."""
+    if isinstance(model, LinearModel):
+        return point_text(model.speed, model.pressure)
+    (w0, p0), (w1, p1) = model.low, model.high
+    return f"{w0 * TO_RPM:.0f} to {w1 * TO_RPM:.0f} rpm, {p0 / MPA:.3g} to {p1 / MPA:.3g} MPa"
 
 
 def design_plant(model: Model, speed: float, pressure: float, delay: float = 0.0, extrapolate: bool = False) -> System:

@@ -6,10 +6,12 @@ A number is kept in the unit in which its design computes (um, V, ms, Hz, ...), 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isclose
 from typing import Any
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantities
+from rotorsim.base.units import show
 from rotorsim.control.errors import DesignError
 
 
@@ -22,6 +24,10 @@ class Specification:
         name = kind.__module__.rpartition(".")[2] if kind.__name__ == "Spec" else kind.__name__.lower()
         for field, sentence in check_fields(self):
             raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
+        Ts = getattr(self, "Ts", SAMPLE)
+        if not isclose(Ts, SAMPLE):
+            given, own = show(Ts, "s"), show(SAMPLE, "s")
+            raise DesignError(f"{name}.Ts: '{given}', and the plant samples every {own}; leave Ts out")
 
 
 def explained(spec: Any, field: str, sentence: str) -> str:

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.base.constants import KRPM, MPA
-from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.designs.plants import Model, point_text, sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import law_system, loop_of, smallest_damping, sweep
 
@@ -40,7 +39,7 @@ def overview(law: Law, model: Model) -> dict[str, Any]:
     overview |= {key: value for key, value in law.about.items() if isinstance(value, (int, float)) and key != "spec"}
     own = smallest_damping(np.linalg.eigvals(plant.A), law.Ts)
     overview |= {
-        "operating_point": f"{w / KRPM:.3g} krpm, {p / MPA:.3g} MPa",
+        "operating_point": point_text(w, p),
         "smallest_damping_open": own,
         "smallest_damping_closed": float(found.damping.min()),
         "unstable_points": f"{found.unstable} of {found.radius.size}",

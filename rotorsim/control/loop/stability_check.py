@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import decays
-from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.designs.plants import Model, point_text, sampled_plant
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system
@@ -23,7 +22,7 @@ def check_loop(law: Law, model: Model, points: Sequence[tuple[float, float]]) ->
         if not decays(poles):
             hertz = abs(np.angle(worst)) / (2 * np.pi * law.Ts)
             raise DesignError(
-                f"{law.name}: the loop with the model is unstable at {speed / KRPM:.3g} krpm, {pressure / MPA:.3g} MPa "
+                f"{law.name}: the loop with the model is unstable at {point_text(speed, pressure)} "
                 f"(pole radius {abs(worst):.4f} at {hertz:.4g} Hz); lower the gains or soften the specification",
                 speed=speed,
                 pressure=pressure,
