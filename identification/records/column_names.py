@@ -14,6 +14,7 @@ from identification.records.schema import AXES, VARIABLES
 from identification.records.table import Column, Table
 from identification.records.vectors import VECTORS
 from rotorsim.base.sentences import listing
+from rotorsim.base.suggest import closest
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PIN = re.compile(r"[1-9]\d{0,3}", re.ASCII)
@@ -38,8 +39,10 @@ def recognise(table: Table) -> Mapping:
     channels = {(name, label): entries[name, label, axis] for name, label, axis in entries if name != "time"}
     if not channels:
         columns = listing(column.name for column in table.columns)
+        meant = next(filter(None, (likely(column.name) for column in table.columns)), "")
+        hint = f"did you mean '{meant}'? Else " if meant else ""
         raise ReadError(
-            f"no column is named like a channel ({columns}); give a mapping, 'rotorsim data mapping' drafts it"
+            f"no column is named like a channel ({columns}); {hint}give a mapping, 'rotorsim data mapping' drafts it"
         )
     return Mapping(time=entries.get(("time", "", "")), channels=channels)
 
@@ -55,6 +58,15 @@ def meaning(name: str) -> tuple[str, str, str] | None:
     if (dims == ("axis",) and label in AXES) or (dims == ("injector",) and _PIN.fullmatch(label)):
         return variable, label, ""
     return None
+
+
+def likely(name: str) -> str:
+    """The schema's name that a column's is probably meant to be; empty where it is none of them."""
+    if meaning(name):
+        return ""
+    labels = {(): ("",), ("axis",): tuple(f"_{axis}" for axis in AXES), ("injector",): ("_1",)}
+    names = [variable + label for variable, known in VARIABLES.items() for label in labels[known.dims]]
+    return closest(name, names)
 
 
 def schema_unit(key: tuple[str, str, str]) -> str:

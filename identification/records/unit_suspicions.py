@@ -11,12 +11,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LIMITS = {
-    "m": (1e-9, 1e-2, "a displacement of a rotor", "um or mm taken for m, or V taken for a length"),
-    "rad/s": (1e-1, 2e4, "a shaft speed", "rpm or Hz taken for rad/s"),
-    "Pa": (1e3, 5e7, "a supply pressure", "bar or MPa taken for Pa"),
-    "V": (1e-4, 2e3, "an actuator voltage", "mV taken for V"),
+    "m": (
+        1e-9,
+        1e-2,
+        "a displacement of a rotor",
+        "um or mm taken for m, or V taken for a length",
+        "m taken for mm or um",
+    ),
+    "rad/s": (1e-1, 2e4, "a shaft speed", "rpm or deg/s taken for rad/s", "krpm or Hz taken for rpm or rad/s"),
+    "Pa": (1e3, 5e7, "a supply pressure", "Pa or kPa taken for MPa or GPa", "bar or MPa taken for Pa"),
+    "V": (1e-4, 2e3, "an actuator voltage", "mV taken for V", "V taken for mV"),
 }
-"""By unit: the largest absolute value should lie between, or be zero; what it would be; what the mistake may be."""
+"""By unit: the largest absolute value should lie between, or be zero; what it would be; what the mistake may be
+where it is too large, and where too small."""
 _RATES = (20.0, 2e6)
 _SLOPES = {
     "the speed seems to be in rpm": pi / 30,
@@ -42,10 +49,10 @@ def _size(record: xr.Dataset, name: str) -> str:
     largest = float(values[np.isfinite(values)].max(initial=0.0))
     if largest == 0:
         return ""
-    low, high, thing, mistake = limits
+    low, high, thing, large, small = limits
     if low <= largest <= high:
         return ""
-    size = "large" if largest > high else "small"
+    size, mistake = ("large", large) if largest > high else ("small", small)
     return f"{name}: up to {largest:.4g} {record[name].attrs['units']} is {size} for {thing}; perhaps {mistake}"
 
 

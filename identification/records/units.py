@@ -30,6 +30,11 @@ def factor(unit: str, si: str) -> float:
     """Factor from `unit` to the SI unit of a variable; raises ReadError for an unknown or wrong unit."""
     known = FACTORS[si]
     plain = _plain(unit)
+    if plain.partition(" ")[2].strip() in PEAK:
+        raise ReadError(
+            f"unit {quote(unit)}: peak-to-peak, pk and rms units are for the amplitudes of run-up vectors; "
+            "write the unit alone, e.g. 'um'"
+        )
     if plain not in known:
         raise ReadError(
             f"unit {quote(unit)} is not a known unit of {_NAMES[si]}; write one of {', '.join(filter(None, known))}"

@@ -82,6 +82,13 @@ class Quantity:
             low = max(low, nextafter(self.above, inf) if self.above else 1e-300)
         return low, UNLIMITED if self.high is None else self.high
 
+    @property
+    def limits(self) -> str:
+        """The limits in words; empty where there are none."""
+        above = [] if self.above is None else [f"above {self._show(self.above)}"]
+        low = [] if self.low is None else [f"at least {self._show(self.low)}"]
+        return ", ".join((*above, *low, *([] if self.high is None else [f"at most {self._show(self.high)}"])))
+
     def suggestion(self, digits: str = "") -> str:
         """Recommended text: the digits with a unit that fits the limits, else an example."""
         own = "" if self.example is None else self._show(self.example)

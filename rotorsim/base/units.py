@@ -31,6 +31,8 @@ _SPELLINGS = {
 }
 
 
+CLOSE = 25.0
+"""Up to this factor from the example a number is advised in the example's unit."""
 Suggest = Callable[[str], str]
 """Recommended text in place of an unreadable value, from its digits if there are any."""
 
@@ -61,7 +63,8 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
     if not written and unit != "1":
         raise wrong("has no unit", digits)
     if written and unit == "1":
-        raise wrong("has a unit but is a plain number", digits)
+        plain = f"{float(Decimal(digits) / 100):.12g}" if written == "%" else digits
+        raise wrong("has a unit but is a plain number", plain)
     factor, offset, fault = _conversion(written, unit) if written else ("1", "0", "")
     if fault:
         raise wrong(fault)
@@ -83,6 +86,9 @@ def suggestion(unit: str, digits: str = "", fits: Callable[[float], bool] = lamb
     typical_size = abs(_value(example, unit))
     units = list(dict.fromkeys((typical, *advised(unit))))
     for n in (digits[:20], number):
+        own_unit = _value(f"{n} {typical}", unit) if n else 0.0
+        if fits(own_unit) and _apart(abs(own_unit), typical_size) < log(CLOSE) and own_unit:
+            return f"{n} {typical}"
         fitting = [f"{n} {u}" for u in units if n and isfinite(v := _value(f"{n} {u}", unit)) and fits(v)]
         if fitting:
             return min(fitting, key=lambda text: _apart(abs(_value(text, unit)), typical_size))

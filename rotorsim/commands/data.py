@@ -18,6 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from identification import Examination, columns, examine, load, mapping_template, read, save
+from identification.records.column_names import likely
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
@@ -94,6 +95,12 @@ def _unused(record: xr.Dataset) -> list[str]:
     return [unused] if isinstance(unused, str) else list(map(str, unused))
 
 
+def _with_likely(column: str) -> str:
+    """A column's name, and the channel that was probably meant."""
+    meant = likely(column)
+    return f"{column!r} (did you mean '{meant}'?)" if meant else repr(column)
+
+
 def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     console = Console(highlight=False)
     console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
@@ -107,7 +114,7 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     lines += [f"warning: {text}" for text in found.warnings]
     lines += [f"{use}: {_verdict(found, missing)}" for use, missing in found.uses.items()]
     if unused := _unused(record):
-        lines.append(f"columns not used: {', '.join(map(repr, unused))}")
+        lines.append(f"columns not used: {', '.join(map(_with_likely, unused))}")
     for line in lines:
         console.print(escape(line), soft_wrap=True)
 

@@ -7,14 +7,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from identification import load_model
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import parse
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import print_table
+from rotorsim.commands.options import print_table, quantity
 from rotorsim.commands.results import files
 from rotorsim.control import Law
-from rotorsim.control.catalogue import design as make
+from rotorsim.control.catalogue import design as make, field_rows, make_spec
 from rotorsim.control.loop.analysis import overview
 from rotorsim.control.variants import biased, without_dc
 
@@ -22,17 +26,27 @@ from rotorsim.control.variants import biased, without_dc
 @example("rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json")
 def design(
     name: Annotated[str, typer.Argument(help="p, lead, placement, lqr, hinf, lpv, h2_scheduled or youla.")],
-    model: Annotated[Path, typer.Argument(help="Model that 'rotorsim identify' wrote.")],
-    spec: Annotated[list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated.")] = None,
+    model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
+    spec: Annotated[
+        list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated; see --fields.")
+    ] = None,
     preset: Annotated[str, typer.Option("--preset", help="Named specification, e.g. 'hardening' of lead.")] = "",
-    bias: Annotated[str, typer.Option("--bias", help="Constant references x,y in V.")] = "0,0",
-    zero_dc: Annotated[float, typer.Option("--zero-dc", help="Corner in Hz below which the law does nothing.")] = 0.0,
+    bias: Annotated[str, typer.Option("--bias", help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
+    zero_dc: Annotated[
+        str, typer.Option("--zero-dc", help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
+    ] = "",
     out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    fields: Annotated[bool, typer.Option("--fields", help="List the fields of --spec for this design.")] = False,
 ) -> None:
     """Design a control law on an identified model and check its loop over the model's range."""
+    if fields:
+        _print_fields(name, preset)
+        return
+    if model is None:
+        raise DataError(f"design {name}: no model; give the file that 'rotorsim identify' wrote")
     target = out or Path(f"{name}.json")
     page = [target.with_suffix(".html")] if report else []
     if target in page:
@@ -41,9 +55,9 @@ def design(
         loaded = load_model(model)
         law = make(name, loaded, spec or (), preset)
         if zero_dc:
-            law = without_dc(law, zero_dc)
-        volts = _pair(bias)
-        law = biased(law, volts) if any(volts) else law
+            law = without_dc(law, quantity("zero-dc", zero_dc, "Hz"))
+        if bias:
+            law = biased(law, _pair(bias))
         law.save(target)
         findings = _findings(law, loaded) | {"law": str(target)}
         if report:
@@ -53,13 +67,18 @@ def design(
     _print(findings, as_json)
 
 
+def _print_fields(name: str, preset: str) -> None:
+    table = Table("field", "unit", "default", "limits", "meaning", box=None, pad_edge=False)
+    for row in field_rows(make_spec(name, (), preset)):
+        table.add_row(*map(escape, row))
+    Console(highlight=False).print(table)
+
+
 def _pair(text: str) -> tuple[float, float]:
     try:
-        x, y = (float(part) for part in text.split(","))
-        if not abs(x) + abs(y) < 1e3:
-            raise ValueError(text)
+        x, y = (parse(part.strip(), "V") for part in text.split(","))
     except ValueError as error:
-        raise DataError(f"--bias: '{text}' is not a pair of voltages; write e.g. --bias 0.5,0") from error
+        raise DataError(f"--bias: '{text}' is not a pair of voltages; write e.g. --bias '0.5 V,0 V'") from error
     return x, y
 
 

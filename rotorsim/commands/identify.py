@@ -23,6 +23,7 @@ from identification.records.runout import KINDS
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import counter
 from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
 from rotorsim.reproduction.plans import HELD
 from rotorsim.reproduction.sources import sources_of
@@ -38,7 +39,7 @@ def identify(
     refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
     runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
     median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
-    lowpass: Annotated[float | None, typer.Option("--lowpass", help="Corner of a Butterworth filter in Hz.")] = None,
+    lowpass: Annotated[str, typer.Option("--lowpass", help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
     mapping: Annotated[Path | None, typer.Option("--mapping", help="TOML file: which column is which.")] = None,
     out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
     force: Annotated[bool, typer.Option("--force", help="Replace the model file if it is there.")] = False,
@@ -47,7 +48,8 @@ def identify(
 ) -> None:
     """Identify grey-box or black-box models from records; several operating points give an LPV model."""
     _check(surfaces, refine, runout, median)
-    settings = Prefilter(runout=runout, median=median, lowpass=lowpass)
+    corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
+    settings = Prefilter(runout=runout, median=median, lowpass=corner)
     with files(out, force=force):
         sources = sources_of(paths, mapping)
         if not sources:

@@ -19,7 +19,7 @@ from reynolds.jit import cache_folder
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
-from rotorsim.base.units import parse
+from rotorsim.base.units import Suggest, parse
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
@@ -96,15 +96,15 @@ def _value(text: str) -> Any:
     return text
 
 
-def quantity(option: str, text: str, unit: str) -> float:
+def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) -> float:
     """SI value of an option's text, with a question if it is unusual; raises MachineFileError.
 
-    A frequency [Hz] may also be written as a speed.
+    A frequency [Hz] may also be written as a speed. `suggest` makes the examples of messages.
     """
     try:
         if unit == "Hz" and any(word in text for word in ANGULAR):
             return float(f"{parse(text, 'rad/s') / (2 * pi):.12g}")
-        value = float(parse(text, unit))
+        value = float(parse(text, unit, suggest))
     except ValueError as error:
         raise MachineFileError(f"--{option}: {error}") from error
     ask(option, value, unit, text, "--")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import Field, fields, is_dataclass, replace
 from typing import Any
 
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.units import show
 from rotorsim.control import designs
 from rotorsim.control.designs.plants import Model, frozen, outside, point_text, range_text
 from rotorsim.control.designs.specification import explained
@@ -60,6 +61,22 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
         _check_point(name, model, spec, changes)
     law: Law = module_of(name).design(model, spec)
     return law
+
+
+def field_rows(spec: Any, above: str = "") -> Iterator[tuple[str, str, str, str, str]]:
+    """Field, unit, default, limits and meaning of every number of a specification, in the order of its fields."""
+    for entry in fields(spec):
+        value, quantity, name = getattr(spec, entry.name), quantity_of(entry), above + entry.name
+        if is_dataclass(value):
+            yield from field_rows(value, f"{name}.")
+        elif quantity is None:
+            yield name, "", str(value).lower(), "true or false", ""
+        else:
+            values = value if isinstance(value, tuple) else (value,)
+            texts = ["none" if one is None else show(one, quantity.unit) for one in values]
+            parts = [text.partition(" ") for text in texts]
+            digits = ",".join(number if number == "none" else f"{float(number):.6g}" for number, _, _ in parts)
+            yield name, parts[0][2], digits, quantity.limits, quantity.doc
 
 
 def _check_point(name: str, model: Model, spec: Any, changes: Sequence[str]) -> None:

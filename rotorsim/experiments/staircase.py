@@ -15,6 +15,11 @@ from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, samples_in
 from rotorsim.experiments.parameters import param
 
+MOST = 100_000
+"""Steps from 0 to the amplitude."""
+SLACK = 1e-5
+"""Relative error of a step written with six digits."""
+
 
 @dataclass(frozen=True)
 class Staircase(AtPoint):
@@ -30,11 +35,18 @@ class Staircase(AtPoint):
     def check(self) -> None:
         """Refuse steps that do not add up to the amplitude."""
         steps = self.amplitude / self.step
-        if steps > 1e5 or abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
-            raise DataError(
-                f"step = {self.step:g} V: the amplitude of {self.amplitude:g} V is not up to 100000 whole steps; "
-                f"give e.g. {self.amplitude / round(min(max(steps, 1.0), 100.0)):.6g} V"
-            )
+        fault = ""
+        if steps > MOST:
+            fault = f"makes more than {MOST} steps up to the amplitude of {self.amplitude:g} V"
+        elif abs(steps - round(steps)) > min(SLACK * steps, 0.01) or round(steps) < 1:
+            fault = f"does not divide the amplitude of {self.amplitude:g} V"
+        if fault:
+            raise DataError(f"step: '{self.step:g} V' {fault}; give e.g. '{self._near_step()} V'")
+
+    def _near_step(self) -> str:
+        """A step that divides the amplitude, of few digits and near to the one given."""
+        near = [f"{self.amplitude / n:.6g}" for n in range(1, 101)]
+        return min(near, key=lambda text: (max(len(text), 4), abs(float(text) - self.step)))
 
     def levels(self) -> np.ndarray:
         """Reference (n, 2) [V] of every step."""

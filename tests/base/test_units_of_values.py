@@ -84,6 +84,8 @@ def test_what_is_shown_reads_back_to_the_last_bit(value, unit):
         ("1e999 mm", "m", "'1e999 mm' is too large a number; write e.g. '25 mm'"),
         ("0.3 mm", "1", "'0.3 mm' has a unit but is a plain number; write e.g. 0.3"),
         ("3 Bq", "rad/s", "'3 Bq' is not a rotational speed; write e.g. '6000 rpm'"),
+        ("0.2 %", "1", "'0.2 %' has a unit but is a plain number; write e.g. 0.002"),
+        ("10 %", "1", "'10 %' has a unit but is a plain number; write e.g. 0.1"),
         ("3", "rad", "'3' has no unit; write e.g. '3 rad'"),
     ],
 )

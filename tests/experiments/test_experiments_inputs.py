@@ -36,9 +36,9 @@ from rotorsim.base.errors import DataError
         (lambda: ex.Multisine(periods=0), r"periods: 0 is below the limit; write at least 1"),
         (
             lambda: ex.Staircase(amplitude=4.0, step=1.5),
-            r"step = 1.5 V: the amplitude of 4 V is not up to .* whole steps",
+            r"step: '1.5 V' does not divide the amplitude of 4 V; give e.g. '1 V'",
         ),
-        (lambda: ex.Staircase(amplitude=1.0, step=3.0), r"step = 3 V"),
+        (lambda: ex.Staircase(amplitude=1.0, step=3.0), r"step: '3 V'"),
         (lambda: ex.Impact(width=1e-4), r"width: .* is below the limit"),
         (lambda: ex.Impact(spacing=1e-3, width=2e-3), r"spacing = .*: is shorter than a hit"),
         (lambda: ex.SlowRoll(speed=0.0), r"speed: '0 rpm' must be above 0"),
@@ -88,3 +88,30 @@ def test_what_is_no_staircase_has_no_static_gain(rotor):
         rs.experiments.static_gain_map(rs.experiments.steady(rotor, duration=0.1))
     with pytest.raises(DataError, match="share = 0"):
         rs.experiments.static_gain_map(rs.experiments.steady(rotor, duration=0.1), share=0)
+
+
+@pytest.mark.parametrize(
+    ("make", "advice"),
+    [
+        (lambda: ex.Prbs(hold="5"), "hold: '5' has no unit; write e.g. '5 ms'"),
+        (lambda: ex.Prbs(duration="0.5"), "duration: '0.5' has no unit; write e.g. '0.5 s'"),
+    ],
+)
+def test_a_number_without_unit_is_advised_in_the_unit_of_the_default(make, advice):
+    with pytest.raises(DataError) as caught:
+        make()
+    assert str(caught.value) == advice
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 1.0, 1.9, 2.0, 5.0])
+@pytest.mark.parametrize("step", [1e-9, 0.0123, 0.07, 0.33, 0.7, 4.9])
+def test_the_step_that_is_advised_is_accepted(amplitude, step):
+    with pytest.raises(DataError, match="step: ") as caught:
+        ex.Staircase(amplitude=amplitude, step=step)
+    ex.Staircase(amplitude=amplitude, step=str(caught.value).split("'")[-2])
+
+
+def test_a_step_of_six_digits_divides_the_amplitude():
+    assert len(ex.Staircase(amplitude=2.0, step=0.105263).levels()) == 4 * 19 + 1
+    with pytest.raises(DataError, match=r"step: '0\.7 V' does not divide the amplitude of 2 V; give e\.g\. '0\.\d+ V'"):
+        ex.Staircase(step="0.7 V")

@@ -88,6 +88,7 @@ def clipped(values):
         (made(disc_measured=made()["disc_measured"].values * 1e6), "perhaps um or mm taken for m"),
         (made(disc_measured=made()["disc_measured"].values * 1e-6), "is small for a displacement of a rotor"),
         (made(pressure=np.full(N, 3.0)), "perhaps bar or MPa taken for Pa"),
+        (made(pressure=np.full(N, 3e8)), "large for a supply pressure; perhaps Pa or kPa taken for MPa or GPa"),
         (made(reference=made()["reference"].values * 1e4), "perhaps mV taken for V"),
         (made(speed=np.full(N, 100 * 30 / np.pi)), "the speed seems to be in rpm"),
         (made(speed=np.full(N, 100 / 2 / np.pi)), "the speed seems to be in Hz"),

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from identification import ReadError
+from identification.records.column_names import likely
 from identification.records.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
 from rotorsim.base.units import parse
 
@@ -94,3 +95,14 @@ def test_what_is_no_sensitivity_is_refused(text):
 def test_a_quantity_without_number_or_unit_is_refused(text):
     with pytest.raises(ReadError):
         quantity(text, "Pa")
+
+
+def test_units_of_amplitudes_are_not_those_of_channels():
+    with pytest.raises(ReadError, match="'mil pp': peak-to-peak, pk and rms units are for the amplitudes of run-up"):
+        factor("mil pp", "m")
+
+
+def test_misspelt_columns_are_likened_to_channels():
+    assert likely("disc_mesured_x") == "disc_measured_x"
+    assert likely("presure") == "pressure"
+    assert likely("disc_measured_x") == likely("temperature_7") == ""

@@ -38,8 +38,14 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         (("lqr", MODEL, "--spec", "Ts=0.1 ms"), "lqr.Ts: '0.1 ms', and the plant samples every 0.2 ms; leave Ts out"),
         (("hinf", MODEL, "--spec", "Ts=0.1 s"), "hinf.Ts: '0.1 s', and the plant samples every 0.2 ms"),
         (("p", MODEL, "--spec", "kappa_x=-1.125"), "the loop with the model is unstable"),
-        (("p", MODEL, "--bias", "9,0"), "leaves no room below the limit"),
-        (("p", MODEL, "--bias", "nan,0"), "is not a pair of voltages"),
+        (("p", MODEL, "--bias", "9 V,0 V"), "leaves no room below the limit"),
+        (("p", MODEL, "--bias", "nan V,0 V"), "is not a pair of voltages"),
+        (("p", MODEL, "--bias", "0.5,0"), "is not a pair of voltages; write e.g. --bias '0.5 V,0 V'"),
+        (("p", MODEL, "--zero-dc", "5"), "--zero-dc: '5' has no unit; write e.g. '5 Hz'"),
+        (("p", MODEL, "--zero-dc", "1250 Hz"), "less than 1250 Hz"),
+        (("p",), "no model; give the file that 'rotorsim identify' wrote"),
+        (("hinf", MODEL, "--spec", "weights.omega_b=100"), "'100' has no unit; write e.g. '100 rad/s'"),
+        (("hinf", MODEL, "--spec", "weights.zeta_1=0.2 %"), "write e.g. 0.002"),
         (("p", MODEL, "--bias", "much"), "is not a pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
         (("lqr", MODEL, "--preset", "mild"), "it has none, use --spec"),
@@ -98,6 +104,23 @@ def test_the_operating_point_is_shown_in_rpm(run, tmp_path):
     point = ("--spec", "speed=3820 rpm", "--spec", "pressure=6 bar")
     _, text, _ = run("design", "lqr", tmp_path / "one.json", *point, "--json", "--out", tmp_path / "law.json")
     assert json.loads(text)["operating_point"] == "3820 rpm, 0.6 MPa"
+
+
+def test_the_fields_of_a_specification_are_listed(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    code, text, err = run("design", "hinf", "--fields")
+    assert (code, err) == (0, "")
+    row = next(line for line in text.splitlines() if line.startswith("weights.zeta_1"))
+    assert row.split()[1:4] == ["0.3", "above", "0"]
+    assert any(line.split()[:3] == ["speed", "rpm", "3000"] for line in text.splitlines())
+
+
+def test_corner_and_bias_take_units(run, tmp_path):
+    out = tmp_path / "law.json"
+    code, _, err = run("design", "lqr", MODEL, "--zero-dc", "5 Hz", "--bias", "500 mV,0 V", "--out", out)
+    assert (code, err) == (0, "")
+    assert load_law(out).bias == (0.5, 0.0)
+    assert load_law(out).about["zero_dc"] == 5.0
 
 
 def test_a_law_for_three_channels_is_refused(run, tmp_path):

@@ -70,7 +70,9 @@ def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
 
 def read(name: str, text: str | None, known: Quantity) -> Any:
     """Value of an option's text."""
-    return text if text is None or known.choices else quantity(name.replace("_", "-"), text, known.unit)
+    return (
+        text if text is None or known.choices else quantity(name.replace("_", "-"), text, known.unit, known.suggestion)
+    )
 
 
 COMMANDS: dict[str, Any] = {

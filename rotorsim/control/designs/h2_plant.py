@@ -33,7 +33,7 @@ class Weights(Specification):
     level: float = number(0.5, "1", "W_p at high frequency.")
     A_b: float = number(10 / 11, "1", "Inverse of W_u at rest.")
     over_M_b: float = number(165.0, "1", "1/M_b: W_u at high frequency.")
-    omega_b: float = number(22000 * np.pi, "rad/s", "Corner of W_u.")
+    omega_b: float = number(22000 * np.pi, "1/s", "Corner of W_u.", example=69000.0)
     W_i: float = number(1e-3, "1/ms", "Weight of the integral of the displacement.")
     W_n: float = number(0.5, "um*ms", "Level of the noise on the integral.")
     force: float = number(1.0, "um/ms^2", "Level of the force on the rotor.")

@@ -29,7 +29,9 @@ class Weights(Specification):
     k_0: float = number(1 / 3, "1", "W_p at rest; W_p and its inverse are stable above 0.", above=0)
     A_b: float = number(10.0, "1", "Inverse of W_u at rest; W_u and its inverse are stable above 0.", above=0)
     over_M_b: float = number(15.0, "1", "1/M_b: W_u at high frequency.")
-    omega_b: float = number(2000 * np.pi, "rad/s", "Corner of W_u; W_u and its inverse are stable above 0.", above=0)
+    omega_b: float = number(
+        2000 * np.pi, "1/s", "Corner of W_u; W_u and its inverse are stable above 0.", above=0, example=6280.0
+    )
     force: float = number(0.0, "1", "Level of the force among the disturbances.", low=0)
 
 

@@ -39,7 +39,8 @@ def explained(spec: Any, field: str, sentence: str) -> str:
 def number(default: Any, unit: str, doc: str, **limits: Any) -> Any:
     """A number (or tuple of numbers) of a specification."""
     first = default[0] if isinstance(default, tuple) else default
-    return declared(default, Quantity(unit, doc, example=first or None, **limits))
+    limits.setdefault("example", first or None)
+    return declared(default, Quantity(unit, doc, **limits))
 
 
 def count(default: Any, doc: str, low: int = 1) -> Any:
@@ -59,7 +60,7 @@ def supply_pressure(default: float) -> Any:
 
 def sampling_time() -> Any:
     """Sampling time [s] of the law."""
-    return number(SAMPLE, "s", "Sampling time of the law.", above=0, high=1)
+    return number(SAMPLE, "s", "Sampling time of the law: that of the plant.", above=0, high=1)
 
 
 def loop_delay(default: float) -> Any:
