@@ -36,7 +36,7 @@ from rotorsim.base.errors import DataError
         (lambda: ex.Multisine(periods=0), r"periods: 0 is below the limit; write at least 1"),
         (
             lambda: ex.Staircase(amplitude=4.0, step=1.5),
-            r"step: '1.5 V' does not divide the amplitude of 4 V; give e.g. '1 V'",
+            r"step: '1.5 V' does not divide the amplitude of 4 V; give e.g. '2 V'",
         ),
         (lambda: ex.Staircase(amplitude=1.0, step=3.0), r"step: '3 V'"),
         (lambda: ex.Impact(width=1e-4), r"width: .* is below the limit"),

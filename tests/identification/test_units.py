@@ -104,5 +104,5 @@ def test_units_of_amplitudes_are_not_those_of_channels():
 
 def test_misspelt_columns_are_likened_to_channels():
     assert likely("disc_mesured_x") == "disc_measured_x"
-    assert likely("presure") == "pressure"
+    assert likely("pressur") == "pressure"
     assert likely("disc_measured_x") == likely("temperature_7") == ""
