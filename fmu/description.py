@@ -127,7 +127,7 @@ def _root(model: Unit, fmi: str, token: str, naming: str) -> Element:
             "fmiVersion": fmi,
             "modelName": IDENTIFIER,
             token: model.token,
-            "description": f"{model.description} {ROWS}",
+            "description": f"{model.description.rstrip('. ')}. {ROWS}",
             "version": model.hash[:16],
             "generationTool": software(),
             naming: "structured",

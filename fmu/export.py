@@ -28,7 +28,8 @@ def versions(words: str) -> tuple[int, ...]:
 
 
 def file_names(out: Path, chosen: Sequence[int]) -> dict[int, Path]:
-    """Where each version goes: `out` itself, or with both ``NAME_fmi2.fmu`` and ``NAME_fmi3.fmu``."""
+    """Where each version goes: `out` itself, or with both ``NAME_fmi2.fmu`` and ``NAME_fmi3.fmu``; .fmu is added."""
+    out = out if out.suffix.lower() == ".fmu" else out.with_name(f"{out.name}.fmu")
     if len(chosen) == 1:
         return {chosen[0]: out}
     return {v: out.with_name(f"{out.stem}_fmi{v}{out.suffix}") for v in chosen}

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from fmu.description import ROWS
 from rotorsim.base.errors import DataError
 
 DAMAGED = (
@@ -48,7 +49,7 @@ def _facts(archive: zipfile.ZipFile) -> dict[str, Any]:
     causalities = [v.get("causality", "local") for v in listed]
     return {
         "FMI version": root.get("fmiVersion"),
-        "model": root.get("description"),
+        "model": root.get("description", "").removesuffix(ROWS).strip(),
         "software": data["software"],
         "machine hash": data.get("machine_hash", "none: no plant"),
         "model hash": data["model_hash"],

@@ -41,7 +41,9 @@ def runup(
     start: Annotated[str, typer.Option(help="Speed at the beginning.")] = "0 rpm",
     stop: Annotated[str, typer.Option(help="Speed at the end; below the start it is a coast-down.")] = "6000 rpm",
     rate: Annotated[str, typer.Option(help="Acceleration of the shaft.")] = "0.1 krpm/s",
-    pressure: Annotated[str, typer.Option(help="Injection pressure, gauge.")] = "0.3 MPa",
+    pressure: Annotated[
+        str | None, typer.Option(help="Injection pressure, gauge.  [default: 0.3 MPa]", show_default=False)
+    ] = None,
     *,
     settings: PlantOptions,
     out: Annotated[
@@ -54,10 +56,13 @@ def runup(
     """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
     ramp = {name: quantity(name, text, "rad/s") for name, text in (("start", start), ("stop", stop))}
     ramp["rate"] = quantity("rate", rate, "rad/s^2")
-    ramp["pressure"] = quantity("pressure", pressure, "Pa")
+    ramp["pressure"] = quantity("pressure", pressure or "0.3 MPa", "Pa")
     if ramp["pressure"] < 0:
         raise DataError(f"--pressure: '{pressure}' is negative; give the gauge pressure of the supply, e.g. '0.3 MPa'")
     plant = settings.plant(machine)
+    for option, given in (("pressure", pressure), ("grid", settings.grid)):
+        if given is not None and plant.machine.film is None:
+            raise DataError(f"--{option}: {plant.machine.name} has no gas film; leave the option out")
     experiment = Runup(**ramp)
     ask_speeds(plant.machine, experiment)
     names = (RECORD, REPORT) if report else (RECORD,)

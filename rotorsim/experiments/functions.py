@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from inspect import Parameter, Signature, signature
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.experiments.chirp import Chirp
 from rotorsim.experiments.coastdown import Coastdown
 from rotorsim.experiments.experiment import Experiment
@@ -21,6 +23,7 @@ from rotorsim.experiments.steady import Steady
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.machine import Machine
     from rotorsim.plant.plant import Plant
 
 ENDS = (("seed", 0), ("progress", False))
@@ -30,7 +33,9 @@ ENDS = (("seed", 0), ("progress", False))
 def as_function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
     """The function that runs an experiment in memory; signature and documentation are those of the dataclass."""
 
-    def function(plant: Plant, *values: Any, **named: Any) -> xr.Dataset:
+    def function(plant: Plant | Machine | str | Path, *values: Any, **named: Any) -> xr.Dataset:
+        for name in named.keys() - signed.parameters.keys():
+            raise TypeError(f"{kind.name}() has no parameter '{name}'; {did_you_mean(name, signed.parameters)}")
         given = signed.bind(plant, *values, **named).arguments
         seed, progress = (given.pop(name, default) for name, default in ENDS)
         return run(given.pop("plant"), kind(**given), seed, progress)
@@ -47,7 +52,7 @@ def as_function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
 def _documentation(kind: type[Experiment]) -> str:
     """First sentence of the dataclass, and every parameter with unit and meaning."""
     lines = [f"{(kind.__doc__ or '').splitlines()[0]}", "", "Returns the record.", "", "Parameters", "----------"]
-    lines += ["plant : Plant", "    The machine."]
+    lines += ["plant : Plant, machine or name", "    The machine."]
     for entry, known in parameters(kind):
         unit = f" [{known.unit}]" if known.unit != "1" else ""
         lines += [f"{entry.name} :{unit or ' number' if not known.choices else ' ' + ', '.join(known.choices)}"]

@@ -22,13 +22,13 @@ from rotorsim.experiments.experiment import Experiment, check_seed
 from rotorsim.experiments.loop import Loop
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.experiments.recording import FEWEST, Recording
-from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY
+from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.plant.plant import Plant
+    from rotorsim.machine import Machine
 
 SNAPSHOTS = 6
 """Film pressures kept of a streamed run, evenly spaced over it."""
@@ -56,12 +56,18 @@ class Outcome:
         return self.ended == "complete"
 
 
-def run(plant: Plant, experiment: Experiment, seed: int = 0, progress: bool = False, block: int = BLOCK) -> xr.Dataset:
+def run(
+    plant: Plant | Machine | str | Path,
+    experiment: Experiment,
+    seed: int = 0,
+    progress: bool = False,
+    block: int = BLOCK,
+) -> xr.Dataset:
     """Run an experiment and return its record.
 
     Parameters
     ----------
-    plant : Plant
+    plant : Plant, machine or name
         The machine.
     experiment : Experiment
         What to do with it.
@@ -81,6 +87,7 @@ def run(plant: Plant, experiment: Experiment, seed: int = 0, progress: bool = Fa
     ------
     DataError, NoLiftOffError, ConvergenceError, ControllerError
     """
+    plant = as_plant(plant)
     if experiment.samples * SAMPLE > LONGEST_IN_MEMORY:
         raise DataError(
             f"{experiment.name}: {experiment.samples * SAMPLE:g} s are more than the {LONGEST_IN_MEMORY:g} s that are "
@@ -94,13 +101,19 @@ def run(plant: Plant, experiment: Experiment, seed: int = 0, progress: bool = Fa
 
 
 def record(
-    plant: Plant, experiment: Experiment, path: Path, seed: int = 0, progress: bool = False, block: int = BLOCK
+    plant: Plant | Machine | str | Path,
+    experiment: Experiment,
+    path: str | Path,
+    seed: int = 0,
+    progress: bool = False,
+    block: int = BLOCK,
 ) -> Outcome:
     """Run as `run` and stream to the NetCDF file `path`, with film pressures at `SNAPSHOTS` instants.
 
     An interruption (Ctrl-C), a step without solution or a disk that takes no more ends the run and keeps what was
     simulated, the last as far as it fits. Raises WriteError if nothing could be kept.
     """
+    plant, path = as_plant(plant), Path(path)
     attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
     simulation = begin(plant, experiment, seed)
     with Interrupt(), Recording(path, attrs) as file:

@@ -13,10 +13,12 @@ from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import LONGEST, Experiment
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import Outcome, record, run
+from rotorsim.plant.plant import as_plant
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.machine import Machine
     from rotorsim.plant.plant import Plant, Signal
 
 
@@ -25,9 +27,9 @@ class Runup(Experiment):
     """A linear ramp of the speed at constant supply pressure."""
 
     name: ClassVar[str] = "runup"
-    start: float = param("rad/s", "Speed at the beginning.", 0.0, attribute="start_speed")
+    start: float = param("rad/s", "Speed at the beginning.", 0.0, low=0, attribute="start_speed")
     stop: float = param(
-        "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, attribute="stop_speed"
+        "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, low=0, attribute="stop_speed"
     )
     rate: float = param("rad/s^2", "Acceleration of the shaft, positive.", 200 * np.pi / 60)
     pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
@@ -54,7 +56,7 @@ class Runup(Experiment):
 
 
 def runup(
-    plant: Plant,
+    plant: Plant | Machine | str | Path,
     start: float = 0.0,
     stop: float = 2 * np.pi * 100,
     rate: float = 2 * np.pi * 100 / 60,
@@ -66,7 +68,7 @@ def runup(
 
     Parameters
     ----------
-    plant : Plant
+    plant : Plant, machine or name
         The machine.
     start, stop : float
         Speeds [rad/s] at the beginning and at the end.
@@ -83,14 +85,14 @@ def runup(
         return run(plant, Runup(start, stop, rate, float(pressure)), seed, progress)  # type: ignore[arg-type]
     ramp = Runup(start, stop, rate)
     speed = np.append(start, ramp.rows(0, ramp.samples)[:, 0])
-    made = plant.simulate(ramp.samples * SAMPLE, speed, pressure, seed=seed, progress=progress)
+    made = as_plant(plant).simulate(ramp.samples * SAMPLE, speed, pressure, seed=seed, progress=progress)
     attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
     return made.assign_attrs(attrs)
 
 
 def record_runup(
     plant: Plant,
-    path: Path,
+    path: str | Path,
     start: float,
     stop: float,
     rate: float,

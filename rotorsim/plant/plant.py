@@ -14,6 +14,8 @@ from identification import make_record
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import track
+from rotorsim.base.quantity import whole_samples
+from rotorsim.base.units import parse
 from rotorsim.base.version import installed
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
@@ -64,17 +66,19 @@ class Plant:
 
     def equilibrium(self, speed: float = 0.0, pressure: float = 0.0) -> Equilibrium:
         """Static equilibrium at a speed [rad/s] and gauge pressure [Pa]; raises NoLiftOffError where there is none."""
+        speed, pressure = _point(speed, pressure)
         return describe(self.assembly, settle(self.assembly, speed, pressure))
 
     def linearise(self, speed: float = 0.0, pressure: float = 0.0) -> LinearPlant:
         """Linear model about the equilibrium at a speed [rad/s] and gauge pressure [Pa]."""
+        speed, pressure = _point(speed, pressure)
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
     def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
         """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise."""
         if not 0 <= seed < 2**53 or seed != int(seed):
             raise DataError(f"seed = {seed}: give a whole number from 0 to 2^53 - 1")
-        return Simulation.at_equilibrium(self.assembly, speed, pressure, seed)
+        return Simulation.at_equilibrium(self.assembly, *_point(speed, pressure), seed)
 
     def simulate(
         self,
@@ -124,13 +128,20 @@ class Plant:
         disc_force: Signal | None = None,
     ) -> tuple[np.ndarray, tuple[float, float]]:
         """Input rows (n, 6) for `Simulation.advance` and the (speed, pressure) of the first sample."""
+        duration = _si("duration", duration, "s")
         n = round(duration / SAMPLE) if np.isfinite(duration) else -1
         if n < 1:
             fault = "shorter than one sample" if n == 0 else "not a time"
             raise DataError(f"duration = {duration} s: {fault}; give at least {SAMPLE} s")
         if duration > LONGEST:
             raise DataError(f"duration = {duration:g} s: at most {LONGEST:g} s fit into memory; run it in parts")
+        try:
+            whole_samples(duration)
+        except ValueError as error:
+            raise DataError(f"duration: {error}") from error
         rows = np.zeros((n, 6))
+        speed = _si("speed", speed, "rad/s") if isinstance(speed, str) else speed
+        pressure = _si("pressure", pressure, "Pa") if isinstance(pressure, str) else pressure
         speeds = _scalars(speed, n + 1, "speed", True)
         rows[:, 0] = speeds[1:]
         rows[:, 1] = _scalars(pressure, n, "pressure")
@@ -154,6 +165,28 @@ class Plant:
             "numba_version": installed("numba"),
             "sample_rate_hz": 1 / SAMPLE,
         }
+
+
+def as_plant(plant: Plant | Machine | str | Path) -> Plant:
+    """The plant, made of a machine, a shipped machine's name or a machine file where it is not one yet."""
+    if isinstance(plant, Plant):
+        return plant
+    if isinstance(plant, (Machine, str, Path)):
+        return Plant(plant)
+    raise DataError(f"plant: a {type(plant).__name__} is not one; give a Plant, a machine or its name")
+
+
+def _point(speed: Any, pressure: Any) -> tuple[float, float]:
+    """Speed [rad/s] and gauge pressure [Pa] of numbers or of texts with a unit."""
+    return _si("speed", speed, "rad/s"), _si("pressure", pressure, "Pa")
+
+
+def _si(name: str, value: Any, unit: str) -> float:
+    """A number in `unit`, or the number of a text with a unit; raises DataError."""
+    try:
+        return float(value) if hasattr(value, "__float__") else parse(value, unit)
+    except (TypeError, ValueError) as error:
+        raise DataError(f"{name}: {error}") from error
 
 
 def _run(

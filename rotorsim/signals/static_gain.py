@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SHORTEST = 10
 """Samples that a step needs at least; shorter ones are not a rest."""
+EXCITED = ("prbs", "chirp", "multisine")
+"""Experiments that move the reference faster than the disc comes to rest."""
 AXIS = ("x", "y")
 NAMES = {
     "gain": "static gain",
@@ -76,12 +78,17 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
     Raises
     ------
     DataError
-        If a variable is missing or no axis of the reference rests at three levels.
+        If a variable is missing, the experiment never rests or no axis of the reference rests at three levels.
     """
     import xarray as xr
 
     if not 0 < share <= 1:
         raise DataError(f"share = {share}: must be above 0 and at most 1; give e.g. 0.5")
+    if record.attrs.get("experiment") in EXCITED:
+        raise DataError(
+            f"record: the reference of '{record.attrs['experiment']}' does not wait until the disc rests; "
+            "give the record of a staircase"
+        )
     wanted = ("disc_measured", "disc") if variable is None else (variable,)
     disc = next((name for name in wanted if name in record), None)
     if disc is None or "reference" not in record:

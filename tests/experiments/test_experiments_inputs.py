@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from identification import make_record
 from rotorsim import experiments as ex
 from rotorsim.base.errors import DataError
 
@@ -115,3 +116,26 @@ def test_a_step_of_six_digits_divides_the_amplitude():
     assert len(ex.Staircase(amplitude=2.0, step=0.105263).levels()) == 4 * 19 + 1
     with pytest.raises(DataError, match=r"step: '0\.7 V' does not divide the amplitude of 2 V; give e\.g\. '0\.\d+ V'"):
         ex.Staircase(step="0.7 V")
+
+
+def test_a_machine_or_its_name_does_as_a_plant(rotor, tmp_path):
+    made = rs.experiments.steady("plain_rotor", duration=0.002)
+    assert made.equals(rs.experiments.steady(rs.load_machine("plain_rotor"), duration=0.002))
+    assert ex.record("plain_rotor", ex.Steady(duration=0.002), str(tmp_path / "steady.nc")).complete
+    with pytest.raises(DataError, match="plant: a float is not one; give a Plant, a machine or its name"):
+        rs.experiments.steady(2.0)
+    with pytest.raises(TypeError, match=r"steady\(\) has no parameter 'sped'; did you mean 'speed'"):
+        rs.experiments.steady(rotor, sped=2.0)
+
+
+def test_references_that_never_rest_have_no_static_gain():
+    time, reference = np.arange(300) * 2e-4, np.repeat([[-1.0, 0.0], [0.0, 1.0], [1.0, -1.0]], 100, axis=0)
+    made = make_record(time, {"reference": reference, "disc": reference * 1e-6})
+    assert rs.experiments.static_gain_map(made)["gain"].size
+    with pytest.raises(DataError, match="the reference of 'prbs' does not wait until the disc rests"):
+        rs.experiments.static_gain_map(made.assign_attrs(experiment="prbs"))
+
+
+def test_a_ramp_has_no_negative_speed():
+    with pytest.raises(DataError, match="stop: '-600 rpm' is below the limit; write at least '0 rpm'"):
+        ex.Runup(stop="-600 rpm")

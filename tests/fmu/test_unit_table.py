@@ -1,7 +1,10 @@
 """Variable table of a unit: units, limits set by the effects, fixed and tunable parameters."""
 
+from pathlib import Path
+
 import pytest
 
+from fmu.export import file_names
 from fmu.limits import limits
 from fmu.units import display_unit, exponents, fmi_name
 from rotorsim.base.unit_table import TABLE
@@ -68,3 +71,8 @@ def test_start_values_lie_within_the_limits_and_in_the_record(model):
     for v in model.variables:
         if v.store == "parameter":
             assert v.low <= v.start <= v.high and record[v.index] == v.start, v.name
+
+
+def test_a_unit_file_ends_in_fmu():
+    assert file_names(Path("fm"), [3]) == {3: Path("fm.fmu")}
+    assert file_names(Path("a.b"), [2, 3]) == {2: Path("a.b_fmi2.fmu"), 3: Path("a.b_fmi3.fmu")}

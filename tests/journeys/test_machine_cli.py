@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from rotorsim.cli import main
+from rotorsim.commands.machine.show import rows
 from rotorsim.machine import load_machine, machine_text
 
 
@@ -130,3 +131,8 @@ def test_a_new_process_prints_the_sentence_and_no_traceback(tmp_path):
     )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("'no_such_rig' is neither a shipped machine") and done.stderr.count("\n") == 1
+
+
+def test_the_table_has_the_stiffness_in_y_and_no_line_that_says_nothing():
+    shown = {path: value for path, value, _ in rows(load_machine("plain_rotor"))}
+    assert shown["bearings.0.kyy"] == shown["bearings.0.kxx"] and not any(path.endswith("kind") for path in shown)

@@ -113,3 +113,10 @@ def test_a_run_that_is_interrupted_before_it_has_samples_reports_it(capsys, samp
         leave_if_empty(Outcome(samples, 100, "interrupted", {}), Path("runup.nc"))
     assert ended.value.exit_code == 130
     assert capsys.readouterr().err == f"interrupted before the {which} sample; the same command starts again\n"
+
+
+@pytest.mark.parametrize(("option", "value"), [("--pressure", "0.3 MPa"), ("--grid", "32x8")])
+def test_an_option_of_the_film_is_refused_without_a_film(tmp_path, option, value):
+    done = rotorsim("runup", "plain_rotor", option, value, cwd=tmp_path)
+    assert done.returncode == 2 and not list(tmp_path.iterdir())
+    assert done.stderr == f"{option}: plain_rotor has no gas film; leave the option out\n"

@@ -153,3 +153,17 @@ def test_a_pressure_that_cannot_lift_the_rotor_is_named_with_the_way_out(rig):
 def test_inputs_that_make_no_sense_are_refused_by_name(rig, arguments, sentence):
     with pytest.raises(DataError, match=sentence):
         rig().simulate(**({"duration": 0.01, "speed": 0.0, "pressure": PRESSURE} | arguments))
+
+
+def test_texts_with_units_are_read_and_others_refused_in_a_sentence():
+    plant = rotorsim.Plant("plain_rotor")
+    speed = 3000 * np.pi / 30
+    assert np.array_equal(plant.equilibrium("3000 rpm", "0 Pa").disc, plant.equilibrium(speed).disc)
+    assert np.array_equal(plant.linearise("3000 rpm").A, plant.linearise(speed).A)
+    assert plant.simulate("2 ms", "3000 rpm").equals(plant.simulate(0.002, speed))
+    with pytest.raises(DataError, match="speed: '3000' has no unit"):
+        plant.equilibrium("3000")
+    with pytest.raises(DataError, match="pressure: "):
+        plant.linearise(0.0, [])
+    with pytest.raises(DataError, match=r"duration: .* is not a whole number of samples"):
+        plant.simulate(0.01005)

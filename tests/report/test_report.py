@@ -12,6 +12,7 @@ import plotly.graph_objects as go
 import pytest
 import xarray as xr
 
+import rotorsim as rs
 from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
@@ -169,8 +170,22 @@ def test_importing_rotorsim_does_not_import_a_plot_library() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("result", [xr.Dataset(), None, "run.nc"])
+@pytest.mark.parametrize("result", [xr.DataArray(0.0), None, "run.nc"])
 def test_a_report_of_anything_but_a_result_is_refused_with_the_types_it_takes(result, tmp_path):
-    with pytest.raises(DataError, match=f"^report: {type(result).__name__} is not a Diagnosis or Verification; "):
+    with pytest.raises(
+        DataError, match=f"^report: {type(result).__name__} is not a Diagnosis, a Verification or a record; "
+    ):
         write(result, tmp_path / "report.html")
+    with pytest.raises(DataError, match="record"):
+        write(xr.Dataset(), tmp_path / "report.html")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_record_in_memory_makes_the_page_of_its_file(tmp_path):
+    made = rs.experiments.steady("plain_rotor", duration=0.1)
+    made.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    write_report(tmp_path / "run.nc", tmp_path / "file.html")
+    write_report(made, tmp_path / "memory.html")
+    write(made, tmp_path / "write.html")
+    pages = [(tmp_path / f"{name}.html").read_text() for name in ("file", "memory", "write")]
+    assert len({re.sub("[0-9a-f]{8}-[0-9a-f-]{27}", "", page) for page in pages}) == 1  # plotly draws its identifiers

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import rotorsim.report as report
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
+from rotorsim.base.errors import DataError
 
 
 @pytest.fixture(scope="module")
@@ -43,3 +45,11 @@ def test_sag_is_drawn_downwards_in_micrometres(rotor):
     found = rotor.run_static()
     y = report.sag(found.dataset()).data[1].y
     assert y == pytest.approx(found.displacement[1::4] * 1e6, rel=1e-4) and max(y) < 0
+
+
+@pytest.mark.parametrize(
+    "draw", [report.shaft_campbell, report.critical_speed_map, report.unbalance_response, report.sag]
+)
+def test_another_dataset_is_refused_in_a_sentence(draw):
+    with pytest.raises(DataError, match=f"{draw.__name__}: there is no '.*'; give the .dataset"):
+        draw(xr.Dataset({"time": ("time", [0.0, 1.0])}))

@@ -16,6 +16,7 @@ from rotorsim.base.units import show as text
 from rotorsim.commands.lazy_group import example
 from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.part import Part
+from rotorsim.machine.rotor import LinearBearing
 from rotorsim.machine.toml import entries
 
 
@@ -55,7 +56,12 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     """Dotted path, value in engineering units and description of every field."""
+    if isinstance(part, LinearBearing):
+        alike = {"kyy": part.kxx, "cyy": part.cxx}
+        part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
     for name, value, spec, doc in entries(part):
+        if name == "kind":
+            continue
         here = f"{path}.{name}".lstrip(".")
         if isinstance(value, Part):
             yield from rows(value, here)

@@ -8,13 +8,22 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
+from rotorsim.base.errors import DataError
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
 
 
+def _need(found: xr.Dataset, figure: str, *names: str) -> None:
+    """Raise DataError unless this is the dataset of the result that the figure shows."""
+    missing = [name for name in names if name not in getattr(found, "variables", ())]
+    if missing:
+        raise DataError(f"{figure}: there is no '{missing[0]}'; give the .dataset() of the fe_shaft result")
+
+
 def shaft_campbell(found: xr.Dataset) -> go.Figure:
     """Natural frequencies and logarithmic decrements over speed; triangles up whirl forward, down backward."""
+    _need(found, "shaft_campbell", "speed", "wn", "log_dec", "whirl")
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
     speed = found["speed"].values * TO_RPM
     for k in range(found.sizes["branch"]):
@@ -38,6 +47,7 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
 
 def critical_speed_map(found: xr.Dataset) -> go.Figure:
     """Undamped critical speeds over the stiffness of the bearings, both logarithmic."""
+    _need(found, "critical_speed_map", "stiffness", "wn")
     figure = go.Figure()
     for k in range(found.sizes["mode"]):
         figure.add_trace(go.Scatter(x=compact(found["stiffness"].values), y=compact(found["wn"].values[k] * TO_RPM),
@@ -50,6 +60,7 @@ def critical_speed_map(found: xr.Dataset) -> go.Figure:
 
 def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) -> go.Figure:
     """Half axis and phase of the whirl over speed at `nodes`; without them at the one that moves most."""
+    _need(found, "unbalance_response", "frequency", "major", "x", "z")
     chosen = nodes or (int(found["major"].values.max(axis=1).argmax()),)
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
     speed = found["frequency"].values * TO_RPM
@@ -68,6 +79,7 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
 
 def sag(found: xr.Dataset) -> go.Figure:
     """The bent shaft at rest in x and y."""
+    _need(found, "sag", "x", "y", "z")
     figure = go.Figure()
     for axis, colour in zip("xy", PIN_COLOURS, strict=False):
         figure.add_trace(go.Scatter(x=compact(found["z"].values * 1e3), y=compact(found[axis].values * TO_UM),

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
+
+import xarray as xr
 
 from rotorsim.report.pages.page import save_page
 from rotorsim.report.pages.run import analyse
 from rotorsim.signals.record_blocks import open_record
 
 
-def write_report(record_path: str | Path, html_path: str | Path) -> None:
+def write_report(record: xr.Dataset | str | Path, html_path: str | Path) -> None:
     """Write the report of a record as one HTML file, complete or not at all.
 
     The attribute `experiment` chooses the figures; what cannot be made of the record is named with the reason. A record
@@ -17,8 +20,8 @@ def write_report(record_path: str | Path, html_path: str | Path) -> None:
 
     Parameters
     ----------
-    record_path : path
-        NetCDF file of the schema (`identification.records.schema`); read in blocks, however long.
+    record : Dataset or path
+        Record of the schema (`identification.records.schema`) or its NetCDF file; read in blocks, however long.
     html_path : path
         The page; with plotly.js inside some 6 MB.
 
@@ -27,5 +30,5 @@ def write_report(record_path: str | Path, html_path: str | Path) -> None:
     DataError
         If the record cannot be read, has no displacement of the disc, or the page cannot be written.
     """
-    with open_record(record_path) as record:
-        save_page(analyse(record), html_path)
+    with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
+        save_page(analyse(opened), html_path)
