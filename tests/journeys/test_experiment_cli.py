@@ -108,7 +108,7 @@ def test_every_help_page_has_an_example(run, name):
         (["chirp", "--axis", "z"], "axis: 'z' is not known; choose one of x, y, both"),
         (["multisine", "--low", "10.2 Hz", "--high", "10.8 Hz"], "multisine: fewer than two lines"),
         (["multisine", "--periods", "2.5"], "periods: 2.5 is not a whole number"),
-        (["staircase", "--step", "1.5 V"], "step = 1.5 V"),
+        (["staircase", "--step", "1.5 V"], "step: '1.5 V' does not divide the amplitude of 2 V; give e.g. '2 V'"),
         (["slow_roll", "--speed", "0 rpm"], "must be above 0"),
         (["coastdown", "--stop", "7000 rpm"], "is not below the start"),
         (["controlled", "--controller", "mine:law"], "controller: 'mine:law' is not known; choose one of p"),

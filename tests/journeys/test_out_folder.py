@@ -26,11 +26,11 @@ FILES = {
     ("design", "p", "model.json", "--report"): ("out.json", "out.html"),
     ("identify", "x.nc"): ("out.json",),
     ("machine", "calibrate", ROTOR, "--targets", "dtu_orifice"): ("out.json",),
-    ("fmu", "export", ROTOR): ("out.json",),
-    ("fmu", "export", ROTOR, "--fmi", "2,3"): ("out_fmi2.json", "out_fmi3.json"),
+    ("fmu", "export", ROTOR): ("out.json.fmu",),
+    ("fmu", "export", ROTOR, "--fmi", "2,3"): ("out.json_fmi2.fmu", "out.json_fmi3.fmu"),
     ("fmu", "system", "law.json"): ("out.json",),
 }
-"""Commands and what they write for `--out out.json`."""
+"""Commands and what they write for `--out out.json`; a unit's name ends in .fmu."""
 STUDIES = [("study", "whole"), ("study", "control", "model.json"), ("study", "identification-vs-physics")]
 
 

@@ -45,7 +45,7 @@ def test_coupling_forces_resonate_at_a_fraction_of_the_critical_speeds(rig, harm
     pressure, plant = 0.3e6, rig({f"effects.coupling.{force}": "4 N"})
     centre = 115.0 / harmonic
     start, stop = 2 * np.pi * np.array([0.7, 1.35]) * centre
-    duration = 0.65 * centre / 10
+    duration = round(0.65 * centre / 10, 3)
     record = plant.simulate(duration, lambda t: start + (stop - start) * t / duration, pressure)
     turns = record["angle"].values / (2 * np.pi)
     wave = np.exp(-1j * harmonic * record["angle"].values)[:, None] * record["disc"].values
