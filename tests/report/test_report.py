@@ -176,7 +176,7 @@ def test_a_report_of_anything_but_a_result_is_refused_with_the_types_it_takes(re
         DataError, match=f"^report: {type(result).__name__} is not a Diagnosis, a Verification or a record; "
     ):
         write(result, tmp_path / "report.html")
-    with pytest.raises(DataError, match="^record: neither .disc. nor"):
+    with pytest.raises(DataError, match=r"^record: neither .disc. nor"):
         write(xr.Dataset(), tmp_path / "report.html")
     assert not list(tmp_path.iterdir())
 
