@@ -1,8 +1,9 @@
 """Compilation of kernels: allocation-free numba functions with a safe disk cache.
 
 `kernel` compiles an entry point, `inlined` a building block that is merged into its callers, so that literal sizes
-given by a caller reach every loop. Both refuse any allocation at compile time (``_nrt=False``), which is what lets the
-same code run outside Python. Kernels never raise: they return a status.
+given by a caller reach every loop, `part` what only the entry points of a generated module call. All refuse any
+allocation at compile time (``_nrt=False``), which is what lets the same code run outside Python. Kernels never raise:
+they return a status.
 
 numba's own cache looks only at the file of the decorated function; a change in a building block elsewhere would serve
 stale physics. Hence the cache folder carries the hash of every kernel source given to `cache_folder`.
@@ -26,6 +27,7 @@ import platformdirs
 from numba.core import config
 
 from reynolds.kernel_cache import KernelCache
+from reynolds.linked import LinkedCompiler
 from rotorsim.base.interrupt import apart
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
@@ -34,6 +36,23 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """A building block: merged into the kernels that call it."""
     return numba.njit(forceinline=True, **_OPTIONS)(function)
+
+
+def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """A function of a generated module that only its entry points call, merged into its callers with `inline`."""
+
+    def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+        if config.DISABLE_JIT:
+            return function
+        return numba.njit(
+            forceinline=inline,
+            no_cpython_wrapper=True,
+            no_cfunc_wrapper=True,
+            pipeline_class=LinkedCompiler,
+            **_OPTIONS,
+        )(function)
+
+    return compiled
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:

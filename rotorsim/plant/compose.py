@@ -1,43 +1,58 @@
-"""Generation of a machine's kernel module: literal sizes, static calls of its effects, the step.
+"""Generation of a machine's kernel module: sizes as numbers, static calls of its effects, the step.
 
-The module is the templates one after another, with the names of `stubs.py` replaced. It lies in the user's cache
-folder under a name that hashes every source that goes into it, so a change of any kernel gives a new module, new
-parameter values never recompile, and numba's disk cache holds the machine code next to it.
+The module holds the functions of the templates, with those of `stubs.py` written for the machine; the film's kernels
+are a module of their own, which machines with the same film share. Both lie in the user's cache folder under a name
+that hashes every source that goes into them, so a change of any kernel gives a new module, new parameter values never
+recompile, and numba's disk cache holds the machine code next to it.
 """
 
 from __future__ import annotations
 
-import ast
 import importlib.util
 import inspect
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from numbers import Number
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
+from reynolds import film, forces, injector, lanes, newton, residual, ring, steady, transient
 from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root, private_root
+from reynolds.specialise import kernel_functions, write_module
 from rotorsim.base.cache import key_of, source_files
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, make_folder, sweep, write_text
 from rotorsim.effects import Effect
 from rotorsim.plant.kernel_module import KernelModule
+from rotorsim.plant.kernels import (
+    cosimulation,
+    entry,
+    equilibrium_kernel,
+    film_gap,
+    lu,
+    modal_rotor,
+    motion_forces,
+    outputs,
+    piezo,
+    step,
+    supply,
+)  # fmt: skip
 from rotorsim.plant.kernels.modal_rotor import RotorLayout
 from rotorsim.plant.kernels.motion_forces import SLOT
 from rotorsim.plant.kernels.rig_layout import RigLayout
 from rotorsim.plant.ports import FUNCTIONS
 
-KERNELS = Path(__file__).parent / "kernels"
-TEMPLATES = ("piezo", "supply", "film_gap", "outputs", "step", "entry", "equilibrium_kernel", "cosimulation")
-NEEDED = """from reynolds.grid import Layout
-from reynolds.jit import inlined
-from rotorsim.plant.kernels.motion_forces import NUDGE, add_tangent, correct_guess, form_compliance, guess, miss
-from rotorsim.plant.kernels.motion_forces import velocity
-from rotorsim.plant.kernels.rig_layout import RigLayout
-from rotorsim.plant.kernels.modal_rotor import RotorLayout, add_force, build_support, project"""
+CHECK = "# hash of the lines above: "
+FILM_SOURCES = (film, forces, injector, lanes, residual, ring, newton, transient, steady)
+FILM_ENTRIES = ("newton", "refresh")
+"""Kernels of the film that are compiled once for a grid, whatever the effects are."""
+SOURCES = (
+    lu, modal_rotor, motion_forces, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel, cosimulation,
+)  # fmt: skip
+ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
 
 
 @dataclass(frozen=True)
@@ -52,37 +67,30 @@ class Call:
     """Its number among the effects of its port."""
 
 
-def compose(film: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
+def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
-    imports, bodies = _templates()
+    ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
     kernels = [f"from {k.__module__} import {k.__name__} as {c.record}_kernel" for c in calls if (k := _kernel(c))]
-    literals = f"FILM = {film!r}\nROTOR = {rotor!r}\nRIG = {rig!r}"
-    functions = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    head = "\n".join([NEEDED, *imports, *kernels])
-    text = "\n\n\n".join([head, literals, *functions, *bodies]) + "\n"
-    name = f"rotorsim_plant_{key_of(text, _sources_hash(calls))[:16]}"
+    film_name = f"rotorsim_film_{key_of(repr(layout), _sources_hash(()))[:16]}"
+    name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
+
+    def film_text() -> str:
+        functions = [f for m in FILM_SOURCES for f in kernel_functions(m)]
+        return write_module(functions, {"L": layout}, FILM_SOURCES, FILM_ENTRIES)
+
+    def text() -> str:
+        layouts = dict.fromkeys(("L", "FL", "FILM"), layout) | {"R": rotor, "ROTOR": rotor, "RIG": rig}
+        own = [f for m in SOURCES for f in kernel_functions(m)]
+        names = {f.name for m in FILM_SOURCES for f in kernel_functions(m)}
+        imports = [f"from {film_name} import {', '.join(sorted(names))}", *kernels]
+        return write_module([*kernel_functions("\n".join(ports)), *own], layouts, SOURCES, ENTRIES, imports)
+
+    load_module(film_name, film_text)
     return cast(KernelModule, load_module(name, text))
 
 
 def _kernel(call: Call) -> Any:
     return type(call.effect).kernel
-
-
-def _templates() -> tuple[list[str], list[str]]:
-    """Imports from elsewhere and bodies of all templates."""
-    inside = {f"rotorsim.plant.kernels.{name}" for name in ("stubs", *TEMPLATES)} | {"__future__"}
-    imports: dict[str, None] = {}
-    bodies = []
-    for name in TEMPLATES:
-        source = (KERNELS / f"{name}.py").read_text(encoding="utf-8")
-        lines = source.splitlines()
-        nodes = ast.parse(source).body
-        imported = [n for n in nodes if isinstance(n, (ast.Import, ast.ImportFrom))]
-        for node in imported:
-            if getattr(node, "module", None) not in inside:
-                imports[ast.unparse(node)] = None
-        bodies.append("\n".join(lines[imported[-1].end_lineno or 0 :]).strip())
-    return list(imports), bodies
 
 
 def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
@@ -133,17 +141,29 @@ def _sources_of(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
     return files
 
 
-def _written(root: Path, name: str, text: str) -> Path:
+def _written(root: Path, name: str, text: Callable[[], str]) -> Path:
     """The file of a generated module below a cache folder; raises WriteError."""
     path = root / "plants" / f"{name}.py"
-    if not path.exists() or path.read_text() != text:
+    if not _is_whole(path):
         sweep(make_folder(path.parent))
-        write_text(path, text)
+        body = text()
+        write_text(path, f"{body}{CHECK}{key_of(body)}\n")
     return path
 
 
-def load_module(name: str, text: str) -> ModuleType:
-    """A generated module, written once to the user's cache folder, where numba keeps its machine code next to it."""
+def _is_whole(path: Path) -> bool:
+    """Whether a generated file is as it was written."""
+    if not path.exists():
+        return False
+    body, mark, check = path.read_text(encoding="utf-8", errors="replace").rpartition(CHECK)
+    return bool(mark) and check == f"{key_of(body)}\n"
+
+
+def load_module(name: str, text: Callable[[], str]) -> ModuleType:
+    """A generated module, written once to the user's cache folder, where numba keeps its machine code next to it.
+
+    `name` holds a hash of all that `text` is made of.
+    """
     if name in sys.modules:
         return sys.modules[name]
     try:

@@ -48,4 +48,4 @@ def loop_module(assembly: Assembly) -> ModuleType:
     """The module with `run_loop` for a machine."""
     text = TEXT.format(plant=assembly.module.__name__, read=READ)
     key = key_of(text, sources_hash("rotorsim/control/runtime"))
-    return load_module(f"rotorsim_loop_{key[:16]}", text)
+    return load_module(f"rotorsim_loop_{key[:16]}", lambda: text)

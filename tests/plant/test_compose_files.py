@@ -28,7 +28,7 @@ def folders(tmp_path, monkeypatch):
 def test_a_module_is_written_whole_and_what_a_killed_process_left_is_removed(folders):
     folders[0].mkdir(parents=True)
     (folders[0] / f".made_here.py.{_node()}-999999999-0.part").touch()
-    assert load_module("made_here", TEXT).number == 1
+    assert load_module("made_here", lambda: TEXT).number == 1
     assert [path.name for path in folders[0].iterdir() if path.is_file()] == ["made_here.py"]
 
 
@@ -45,7 +45,7 @@ def test_a_cache_that_takes_no_more_is_no_error(folders, monkeypatch):
         write(path, text)
 
     monkeypatch.setattr(compose, "write_text", full)
-    module = load_module("made_there", TEXT)
+    module = load_module("made_there", lambda: TEXT)
     assert module.number == 1 and folders[1] in Path(module.__file__).parents
 
 

@@ -12,7 +12,13 @@ from rotorsim.effects import REGISTRY
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu")
 FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
-PRIVATE = {"fmu/kernel_object.py", "reynolds/jit.py", "reynolds/kernel_cache.py", "reynolds/lanes.py"}
+PRIVATE = {
+    "fmu/kernel_object.py",
+    "reynolds/jit.py",
+    "reynolds/kernel_cache.py",
+    "reynolds/lanes.py",
+    "reynolds/linked.py",
+}
 """Files that may use numba.core or llvmlite."""
 MOST_LOCAL_IMPORTS, MOST_FILES = 150, 24
 BY_NAME = {

@@ -31,7 +31,7 @@ def load(tmp_path, monkeypatch):
         import sys
 
         sys.modules.pop("kernel_of_a_test", None)
-        return load_module("kernel_of_a_test", SOURCE).largest
+        return load_module("kernel_of_a_test", lambda: SOURCE).largest
 
     return fresh
 
