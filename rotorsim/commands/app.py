@@ -27,6 +27,7 @@ class Commands(LazyGroup):
         "verify": "verify.verify",
         "diagnose": "diagnose.diagnose",
         "hide": "hide.hide",
+        "warm": "warm.warm",
     }
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:

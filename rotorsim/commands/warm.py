@@ -1,0 +1,52 @@
+"""`rotorsim warm`: compile the kernels of machines before they are needed."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import AsJson, PlantOptions
+from rotorsim.machine import shipped_machines
+from rotorsim.plant import Plant
+from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.compose import is_compiled
+
+
+@example("rotorsim warm dtu_gas_bearing --grid 64x16")
+def warm(
+    machines: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[MACHINE]...", help="Machines, shipped or files; default all shipped."),
+    ] = None,
+    *,
+    settings: PlantOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Compile the kernels of machines now, so that their first run starts at once."""
+    plants = {name: settings.plant(name) for name in machines or shipped_machines()}
+    took = {}
+    for name, plant in plants.items():
+        if is_compiled(plant.assembly.module):
+            typer.echo(f"{name}: compiled already", err=True)
+            took[name] = 0.0
+            continue
+        typer.echo(f"{name}: compiling, about half a minute", err=True)
+        start = time.monotonic()
+        compile_kernels(plant)
+        took[name] = round(time.monotonic() - start, 1)
+        typer.echo(f"{name}: compiled in {took[name]:.0f} s", err=True)
+    if as_json:
+        typer.echo(json.dumps({"seconds": took}, indent=2))
+
+
+def compile_kernels(plant: Plant) -> None:
+    """Compile what a run of the plant calls, by an equilibrium whose outcome does not matter and a run of no samples."""
+    a = plant.assembly
+    w = a.w.copy()
+    a.module.settle(w, a.w, a.ix, a.P, 0.0, a.machine.gas.ambient_pressure)
+    a.module.run(w, a.ix, a.P, np.empty((0, 6)), np.empty((0, len(COLUMNS))), a.steps_per_sample)

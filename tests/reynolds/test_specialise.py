@@ -1,0 +1,92 @@
+"""Kernels with their sizes written as numbers: the same arithmetic, decided branches left out."""
+
+import inspect
+import sys
+from collections import namedtuple
+
+import numpy as np
+import pytest
+
+import reynolds
+from reynolds import kernels, specialise
+from reynolds.jit import inlined
+from rotorsim.plant.compose import load_module
+
+Sizes = namedtuple("Sizes", "n first wide")
+FACTOR = 3.0
+
+
+@inlined
+def scaled(w, L, k):
+    """Scaled value."""
+    if L.wide == 1 and w[k] > 0.0:
+        return FACTOR * w[L.first + L.n // 2 + k]
+    return w[L.first - L.n + k] if L.n > 4 else 0.0
+
+
+@inlined
+def total(w, L):
+    """Sum of the scaled values."""
+    result = 0.0
+    for k in range(L.n):
+        if L.wide == 0:
+            result += 1.0
+        result += scaled(w, L, k)
+    return result
+
+
+def source(**values):
+    """Text of a module of the functions above, without its import lines."""
+    functions = [f for g in (scaled, total) for f in specialise.kernel_functions(inspect.getsource(g.py_func))]
+    module = inspect.getmodule(scaled.py_func)
+    return specialise.write_module(functions, {"L": Sizes(**values)}, [module], ["total"])
+
+
+def test_fields_are_numbers_and_known_branches_are_gone():
+    text = source(n=4, first=10, wide=0)
+    assert "L" not in text.replace("NLL", "") and "if" not in text.split("def total")[0].split("def scaled")[1]
+    assert "return 0.0" in text and "range(4)" in text and "FACTOR" not in text
+    wide = source(n=6, first=10, wide=1)
+    assert "if w[k] > 0.0" in wide and "w[13 + k]" in wide and "w[4 + k]" in wide and "+= 1.0" not in wide
+    assert f"from {__name__} import FACTOR" in wide
+
+
+def test_entries_are_kernels_and_the_rest_are_parts():
+    text = source(n=4, first=10, wide=1)
+    assert "@part(True)\ndef scaled(w, k):" in text and "@kernel\ndef total(w):" in text
+
+
+def test_a_name_without_a_meaning_is_an_error():
+    functions = specialise.kernel_functions("@inlined\ndef f(w):\n    return w[0] * NOWHERE\n")
+    with pytest.raises(NameError, match="'NOWHERE' has no meaning"):
+        specialise.write_module(functions, {}, [reynolds], [])
+
+
+def test_the_film_of_a_plant_gives_the_bits_of_the_film_alone(rig):
+    """Factorisation and Newton's method on one state: sizes as arguments against sizes as numbers."""
+    plant = rig()
+    a = plant.assembly
+    one = plant.start(600.0, 0.5e6).w.copy()
+    other = one.copy()
+    film = a.module.newton
+    U, iadt = 600.0 * a.P.film.radius, 1.0 / 2e-5
+    one[a.film.journal] = other[a.film.journal] = 5e-6
+    kernels.factorise(one, a.ix, a.P.film, a.film, U, iadt)
+    assert kernels.iterate(one, a.ix, a.P.film, a.film, U, iadt, 1e-6, 20, False) > 0
+    a.module.refresh(other, a.ix, a.P.film, U, iadt)
+    assert film(other, a.ix, a.P.film, U, iadt, 1e-6, 20, False) > 0
+    assert np.array_equal(one, other) and not np.array_equal(one[: a.film.size], a.w[: a.film.size])
+
+
+def test_machines_that_differ_in_effects_share_the_films_kernels(rig):
+    first, second = rig().assembly.module, rig({"effects.crack.loss": "1 kN/m"}).assembly.module
+    assert first is not second and first.newton is second.newton
+
+
+def test_a_generated_module_that_was_damaged_is_written_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+    path = tmp_path / "plants" / "made_twice.py"
+    for damage in (b"number = ", b""):
+        assert load_module("made_twice", lambda: "number = 1\n").number == 1
+        path.write_bytes(path.read_bytes()[:4] + damage)
+        del sys.modules["made_twice"]
