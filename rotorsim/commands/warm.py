@@ -21,7 +21,7 @@ from rotorsim.plant.compose import is_compiled
 def warm(
     machines: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[MACHINE]...", help="Machines, shipped or files; default all shipped."),
+        typer.Argument(metavar="[MACHINE]...", help="Shipped machines or files; default all shipped."),
     ] = None,
     *,
     settings: PlantOptions,
@@ -45,7 +45,7 @@ def warm(
 
 
 def compile_kernels(plant: Plant) -> None:
-    """Compile what a run of the plant calls, by an equilibrium whose outcome does not matter and a run of no samples."""
+    """Compile what a run of the plant calls, by an equilibrium, whatever its outcome, and a run of no samples."""
     a = plant.assembly
     w = a.w.copy()
     a.module.settle(w, a.w, a.ix, a.P, 0.0, a.machine.gas.ambient_pressure)
