@@ -125,9 +125,9 @@ ELSEWHERE = {
 """Commands that write and are disturbed in another file."""
 SILENT = {
     ("campaign", "check"), ("campaign", "status"), ("data", "check"), ("data", "mapping"), ("fmu", "check"),
-    ("fmu", "info"), ("machine", "check"), ("machine", "effects"), ("machine", "show"),
+    ("fmu", "info"), ("machine", "check"), ("machine", "effects"), ("machine", "show"), ("warm",),
 }  # fmt: skip
-"""Commands that write no file."""
+"""Commands that write no file outside the cache."""
 LIKE = {("experiment",): ("experiment", "steady")}
 """Groups whose commands are one function: the command that stands for all."""
 
