@@ -26,8 +26,8 @@ import numba
 import platformdirs
 from numba.core import config
 
+from reynolds.compiler import KernelCompiler, LinkedCompiler, compiling
 from reynolds.kernel_cache import KernelCache
-from reynolds.linked import LinkedCompiler
 from rotorsim.base.interrupt import apart
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
@@ -35,7 +35,7 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """A building block: merged into the kernels that call it."""
-    return numba.njit(forceinline=True, **_OPTIONS)(function)
+    return numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
 
 
 def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -65,10 +65,10 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
         return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
-    dispatcher = numba.njit(**_OPTIONS)(function)
+    dispatcher = numba.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
     with _cached_in(cache_folder(own.parent.glob("*.py") if module.__package__ else [own])):
         dispatcher._cache = KernelCache(function)
-    dispatcher.compile = partial(apart, dispatcher.compile)  # it may take minutes and receives no signals
+    dispatcher.compile = partial(apart, compiling()(dispatcher.compile))  # it takes long and receives no signals
     return dispatcher
 
 

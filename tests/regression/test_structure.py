@@ -17,7 +17,7 @@ PRIVATE = {
     "reynolds/jit.py",
     "reynolds/kernel_cache.py",
     "reynolds/lanes.py",
-    "reynolds/linked.py",
+    "reynolds/compiler.py",
 }
 """Files that may use numba.core or llvmlite."""
 MOST_LOCAL_IMPORTS, MOST_FILES = 150, 24
