@@ -1,8 +1,8 @@
 """Compilers of kernels: numba's, without what kernels do not need.
 
 Most of numba's work on a kernel is Python's, and much of it is repeated or for nothing: it types every sum of two
-floats anew, trying a dozen templates, and looks for closures, generators and arrays to fuse. Here signatures of operators are
-remembered, and only the passes that kernels need are made. The code that comes out is the same.
+floats anew, trying a dozen templates, and looks for closures, generators and arrays to fuse. Here the signatures of
+operators are remembered, and only the passes that kernels need are made. The code that comes out is the same.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import Any
 from numba.core import typed_passes as typed, untyped_passes as untyped
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.compiler_machinery import PassManager
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager
 from numba.core.types.functions import BaseFunction
 
 PASSES = (
@@ -32,14 +32,15 @@ YOUNG = 50_000
 @contextmanager
 def compiling() -> Iterator[None]:
     """Compile with remembered signatures and few collections of garbage: numba makes a million objects that stay."""
+    functions: Any = BaseFunction
     with global_compiler_lock:
-        asked, thresholds = BaseFunction.get_call_type, gc.get_threshold()
-        BaseFunction.get_call_type = _remembered
+        asked, thresholds = functions.get_call_type, gc.get_threshold()
+        functions.get_call_type = _remembered
         gc.set_threshold(YOUNG, *thresholds[1:])
         try:
             yield
         finally:
-            BaseFunction.get_call_type = asked
+            functions.get_call_type = asked
             gc.set_threshold(*thresholds)
 
 
@@ -50,7 +51,7 @@ def _remembered(function: BaseFunction, context: Any, arguments: Any, named: dic
     return _signature(function, context, tuple(arguments))
 
 
-_ask = BaseFunction.get_call_type
+_ask: Any = BaseFunction.get_call_type
 
 
 @cache
