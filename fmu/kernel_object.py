@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu.places import temporary_error, workspace
+from reynolds.compiler import link_only
 from reynolds.jit import cache_root
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import WriteError, make_folder, write_bytes
@@ -132,7 +133,7 @@ def _child() -> None:
     from rotorsim.machine.schema import Machine
     from rotorsim.plant.assemble import assemble
 
-    _stop_at_ir()
+    link_only()
     assembly = assemble(Machine.from_text(request["machine"]))
     ir = entry_ir(assembly.module.serve, serve_signature(assembly), ENTRY)
     for name, (triple, cpu, features) in request["jobs"].items():
@@ -147,17 +148,6 @@ def _main() -> None:
     except OSError as error:
         print(temporary_error(error), file=sys.stderr)
         sys.exit(NO_PLACE)
-
-
-def _stop_at_ir() -> None:
-    """Let numba make no machine code of its own: nothing of it runs in the child, and it is 40 % of the work."""
-    from numba import _dynfunc
-    from numba.core.cpu import CPUContext
-
-    def never_called(self: Any, library: Any, fndesc: Any, env: Any) -> Any:
-        return _dynfunc.make_function(fndesc.lookup_module(), fndesc.qualname, "", 1, env, (library,))
-
-    CPUContext.get_executable = never_called
 
 
 def serve_signature(assembly: Any) -> Any:

@@ -11,6 +11,7 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from hashlib import sha256
 from typing import Any
 
 from numba.core import typed_passes as typed, untyped_passes as untyped
@@ -18,6 +19,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
+from numba.core.itanium_mangler import mangle
 from numba.core.types.functions import BaseFunction
 
 PASSES = (
@@ -25,6 +27,8 @@ PASSES = (
     typed.NopythonTypeInference, typed.PreLowerStripPhis, typed.IRLegalization, typed.NativeLowering,
     typed.NoPythonBackend,
 )  # fmt: skip
+SHARED = "shared"
+"""Name of the libraries of `SharedCompiler`."""
 YOUNG = 50_000
 """New objects after which garbage is collected."""
 
@@ -59,8 +63,26 @@ def _signature(function: BaseFunction, context: Any, arguments: tuple[Any, ...])
     return _ask(function, context, arguments, {})
 
 
+_linked_only = False
+
+
+def link_only() -> None:
+    """Make no machine code in this process, whose kernels leave it as LLVM IR: that of an entry point has all it calls."""
+    global _linked_only
+    _linked_only = True
+
+
 class KernelCompiler(Compiler):
     """Compiler of allocation-free functions of numbers, arrays, records and tuples."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        if _linked_only:
+            self.link_only()
+
+    def link_only(self) -> None:
+        """Make no machine code of this function."""
+        self.state.library = LinkedLibrary(self.state.targetctx.codegen(), "linked")
 
     def define_pipelines(self) -> list[PassManager]:
         """The passes."""
@@ -73,6 +95,11 @@ class KernelCompiler(Compiler):
 
 class LinkedLibrary(JITCodeLibrary):
     """Code without an address: what numba does with one finds none."""
+
+    def add_linking_library(self, library: JITCodeLibrary) -> None:
+        """Link other code, but for what is shared: that is called where it is."""
+        if library.name != SHARED:
+            super().add_linking_library(library)
 
     def _optimize_final_module(self) -> None:
         """The entry point's library is optimised when this one is part of it."""
@@ -104,4 +131,24 @@ class LinkedCompiler(KernelCompiler):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self.state.library = LinkedLibrary(self.state.targetctx.codegen(), "linked")
+        self.link_only()
+
+
+class SharedCompiler(KernelCompiler):
+    """Compiler of an entry point that other modules call as machine code, under a name that is the same everywhere.
+
+    Its arguments have the same types in all of them.
+    """
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        if _linked_only:
+            return
+        self.state.library = self.state.targetctx.codegen().create_library(SHARED)
+        self.state.library.enable_object_caching()  # as numba does with one of its own
+        self.state.targetctx.mangler = _lasting_name
+
+
+def _lasting_name(name: str, arguments: Any, **_: Any) -> str:
+    """Symbol of a function: its name, and its types as a hash, since numba numbers records as they come."""
+    return str(mangle(f"{name}_{sha256(str(arguments).encode()).hexdigest()[:12]}", ()))

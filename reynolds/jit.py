@@ -18,15 +18,15 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numba
 import platformdirs
-from numba.core import config
+from numba.core import config, types
 
-from reynolds.compiler import KernelCompiler, LinkedCompiler, compiling
+from reynolds.compiler import KernelCompiler, LinkedCompiler, SharedCompiler, compiling
 from reynolds.kernel_cache import KernelCache
 from rotorsim.base.interrupt import apart
 
@@ -44,18 +44,28 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         if config.DISABLE_JIT:
             return function
-        return numba.njit(
-            forceinline=inline,
-            no_cpython_wrapper=True,
-            no_cfunc_wrapper=True,
-            pipeline_class=LinkedCompiler,
-            **_OPTIONS,
-        )(function)
+        options = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler}
+        dispatcher = numba.njit(forceinline=inline, **options)(function)
+        if inline:  # numbers reach it where it is merged: it need not be compiled for each
+            template = dispatcher.get_call_template
+            dispatcher.get_call_template = lambda given, named: template([types.unliteral(a) for a in given], named)
+        return dispatcher
 
     return compiled
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+@cache
+def merged(block: Callable[..., Any]) -> Callable[..., Any]:
+    """A building block of another module as a part, which costs no machine code of its own."""
+    return part(inline=True)(getattr(block, "py_func", block))
+
+
+def shared(function: Callable[..., Any]) -> Callable[..., Any]:
+    """An entry point of a generated module that others call as it is, without compiling it into their own."""
+    return kernel(function, SharedCompiler)
+
+
+def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] = KernelCompiler) -> Callable[..., Any]:
     """An entry point, cached on disk under the hash of the sources it may be made of.
 
     These are all files of its package, or the file alone if it belongs to none (a generated module, whose name hashes
@@ -65,7 +75,7 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
         return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
-    dispatcher = numba.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
+    dispatcher = numba.njit(pipeline_class=compiler, **_OPTIONS)(function)
     with _cached_in(cache_folder(own.parent.glob("*.py") if module.__package__ else [own])):
         dispatcher._cache = KernelCache(function)
     dispatcher.compile = partial(apart, compiling()(dispatcher.compile))  # it takes long and receives no signals

@@ -8,10 +8,40 @@ and written before the index names it. An unreadable or unwritable file is not a
 from __future__ import annotations
 
 import hashlib
+import sys
 from contextlib import suppress
 from typing import Any
 
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+
+from reynolds.compiler import SHARED, LinkedLibrary
+
+_places: dict[str, tuple[str, str, Any]] = {}
+"""Module, function and types of each symbol of shared code that this process has."""
+
+
+def _noted(result: Any) -> Any:
+    """A compile result whose symbol is kept if its code is shared."""
+    if result.library.name == SHARED:
+        f = result.fndesc
+        _places[f.mangled_name] = f.modname, f.qualname, f.argtypes
+    return result
+
+
+class _Results(CompileResultCacheImpl):
+    """What is kept of a kernel: its code, and which shared code that calls."""
+
+    def reduce(self, result: Any) -> Any:
+        """Places of the shared code, and numba's own form of the result."""
+        functions = _noted(result).library._final_module.functions
+        return [_places[f.name] for f in functions if f.is_declaration and f.name in _places], super().reduce(result)
+
+    def rebuild(self, context: Any, kept: Any) -> Any:
+        """The result, after the shared code that it calls."""
+        places, result = kept
+        for module, name, arguments in places:
+            getattr(sys.modules[module], name).compile(arguments)
+        return _noted(super().rebuild(context, result))
 
 
 class _Files(IndexDataCacheFile):
@@ -37,12 +67,15 @@ class _Files(IndexDataCacheFile):
 class KernelCache(FunctionCache):
     """Cache of one kernel."""
 
+    _impl_class = _Results
+
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code where the disk takes it."""
+        """Keep machine code, if there is any, where the disk takes it."""
         with suppress(OSError):
-            super().save_overload(sig, data)
+            if not isinstance(data.library, LinkedLibrary):
+                super().save_overload(sig, data)

@@ -122,22 +122,27 @@ def write_module(
     sources: Sequence[ModuleType],
     entries: Collection[str],
     imports: Sequence[str] = (),
+    decorator: str = "kernel",
 ) -> str:
     """Source text of a module of functions with the layouts, by the names they have there, written as numbers.
 
     What the functions use and do not define is imported by the lines `imports`, or from the sources: a constant, or
-    a function that is compiled apart. All but the `entries` are parts. Raises NameError for a name without a meaning.
+    a function that is compiled apart. The `entries` get a decorator, all else is a part. Raises NameError for a name without a meaning.
     """
     numbers = Numbers(layouts)
     found = [numbers.visit(f) for f in functions]
     for function in found:
         if function.name in entries:
-            function.decorator_list = [ast.Name("kernel")]
+            function.decorator_list = [ast.Name(decorator)]
         else:
             inline = ast.Constant(_decorator(function) == "inlined")
             function.decorator_list = [ast.Call(ast.Name("part"), [inline], [])]
     known = {f.name for f in found} | {a.asname or a.name for line in imports for a in _aliases(line)}
-    lines = ["from reynolds.jit import kernel, part", *imports, *_import_lines(_globals_of(found) - known, sources)]
+    lines = [
+        f"from reynolds.jit import {decorator}, part",
+        *imports,
+        *_import_lines(_globals_of(found) - known, sources),
+    ]
     return "\n\n\n".join(["\n".join(lines), *(ast.unparse(ast.fix_missing_locations(f)) for f in found)]) + "\n"
 
 

@@ -70,27 +70,28 @@ class Call:
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    kernels = [f"from {k.__module__} import {k.__name__} as {c.record}_kernel" for c in calls if (k := _kernel(c))]
+    kernels = [line for c in calls if (k := type(c.effect).kernel) for line in _taken(k, f"{c.record}_kernel")]
     film_name = f"rotorsim_film_{key_of(repr(layout), _sources_hash(()))[:16]}"
     name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
 
     def film_text() -> str:
         functions = [f for m in FILM_SOURCES for f in kernel_functions(m)]
-        return write_module(functions, {"L": layout}, FILM_SOURCES, FILM_ENTRIES)
+        return write_module(functions, {"L": layout}, FILM_SOURCES, FILM_ENTRIES, decorator="shared")
 
     def text() -> str:
         layouts = dict.fromkeys(("L", "FL", "FILM"), layout) | {"R": rotor, "ROTOR": rotor, "RIG": rig}
         own = [f for m in SOURCES for f in kernel_functions(m)]
         names = {f.name for m in FILM_SOURCES for f in kernel_functions(m)}
-        imports = [f"from {film_name} import {', '.join(sorted(names))}", *kernels]
+        imports = [f"from {film_name} import {', '.join(sorted(names))}", "from reynolds.jit import merged", *kernels]
         return write_module([*kernel_functions("\n".join(ports)), *own], layouts, SOURCES, ENTRIES, imports)
 
     load_module(film_name, film_text)
     return cast(KernelModule, load_module(name, text))
 
 
-def _kernel(call: Call) -> Any:
-    return type(call.effect).kernel
+def _taken(kernel: Any, name: str) -> tuple[str, str]:
+    """Lines that take an effect's kernel into a module."""
+    return f"from {kernel.__module__} import {kernel.__name__} as {name}", f"{name} = merged({name})"
 
 
 def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
