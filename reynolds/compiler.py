@@ -67,7 +67,7 @@ _linked_only = False
 
 
 def link_only() -> None:
-    """Make no machine code in this process, whose kernels leave it as LLVM IR: that of an entry point has all it calls."""
+    """Make no machine code in this process: kernels leave it as LLVM IR, an entry point's with all that it calls."""
     global _linked_only
     _linked_only = True
 

@@ -24,7 +24,8 @@ from typing import Any
 
 import numba
 import platformdirs
-from numba.core import config, types
+from numba.core import config
+from numba.core.types.misc import unliteral
 
 from reynolds.compiler import KernelCompiler, LinkedCompiler, SharedCompiler, compiling
 from reynolds.kernel_cache import KernelCache
@@ -48,7 +49,7 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         dispatcher = numba.njit(forceinline=inline, **options)(function)
         if inline:  # numbers reach it where it is merged: it need not be compiled for each
             template = dispatcher.get_call_template
-            dispatcher.get_call_template = lambda given, named: template([types.unliteral(a) for a in given], named)
+            dispatcher.get_call_template = lambda given, named: template([unliteral(a) for a in given], named)
         return dispatcher
 
     return compiled

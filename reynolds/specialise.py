@@ -127,7 +127,8 @@ def write_module(
     """Source text of a module of functions with the layouts, by the names they have there, written as numbers.
 
     What the functions use and do not define is imported by the lines `imports`, or from the sources: a constant, or
-    a function that is compiled apart. The `entries` get a decorator, all else is a part. Raises NameError for a name without a meaning.
+    a function that is compiled apart. The `entries` get the decorator, all others are parts. Raises NameError for a
+    name without a meaning.
     """
     numbers = Numbers(layouts)
     found = [numbers.visit(f) for f in functions]

@@ -70,7 +70,7 @@ class Call:
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    kernels = [line for c in calls if (k := type(c.effect).kernel) for line in _taken(k, f"{c.record}_kernel")]
+    kernels = [line for c in calls for line in _taken(type(c.effect).kernel, f"{c.record}_kernel")]
     film_name = f"rotorsim_film_{key_of(repr(layout), _sources_hash(()))[:16]}"
     name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
 
@@ -89,8 +89,10 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
     return cast(KernelModule, load_module(name, text))
 
 
-def _taken(kernel: Any, name: str) -> tuple[str, str]:
-    """Lines that take an effect's kernel into a module."""
+def _taken(kernel: Any, name: str) -> Sequence[str]:
+    """Lines that take an effect's kernel, if it has one, into a module."""
+    if kernel is None:
+        return ()
     return f"from {kernel.__module__} import {kernel.__name__} as {name}", f"{name} = merged({name})"
 
 
