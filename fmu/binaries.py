@@ -36,7 +36,7 @@ def compilers(targets: Sequence[Target]) -> dict[str, list[str]]:
 
 
 def compiles(model: Unit, targets: Sequence[Target], cpu: str) -> bool:
-    """Whether an export has to compile kernels, which takes about a minute; objects of earlier ones are kept."""
+    """Whether an export has to compile kernels, which takes about 20 s; objects of earlier ones are kept."""
     return isinstance(model, PlantUnit) and bool(to_compile(model.assembly.module.__name__, _jobs(targets, cpu)))
 
 

@@ -15,7 +15,7 @@ from fmu.reference import Reference, make_reference
 from fmu.targets import Target, host
 from rotorsim.base.errors import DataError
 
-COMPILING = "compiling the kernels for use outside Python: about a minute, once for this kind of machine"
+COMPILING = "compiling the kernels for use outside Python: about 20 s, once for this kind of machine"
 
 
 def versions(words: str) -> tuple[int, ...]:

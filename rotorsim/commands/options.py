@@ -15,7 +15,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from reynolds.jit import cache_folder
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
@@ -120,10 +119,8 @@ def a_folder(path: Path | None) -> Path | None:
 
 def note_compiling(assembly: Assembly, *kernels: str) -> None:
     """Print one line on stderr if a kernel of a machine ('settle', 'run') is to be compiled first."""
-    module = assembly.module
-    folder = cache_folder([Path(str(module.__file__))])
-    if not all(any(folder.rglob(f"{module.__name__}.{kernel}-*.nbi")) for kernel in kernels):
-        print("compiling the kernels for this kind of machine: half a minute, once", file=sys.stderr, flush=True)
+    if note := assembly.compile_note(*kernels):
+        print(note, file=sys.stderr, flush=True)
 
 
 @contextmanager

@@ -14,7 +14,6 @@ from rotorsim.commands.options import AsJson, PlantOptions
 from rotorsim.machine import shipped_machines
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
-from rotorsim.plant.compose import is_compiled
 
 
 @example("rotorsim warm dtu_gas_bearing --grid 64x16")
@@ -31,11 +30,12 @@ def warm(
     plants = {name: settings.plant(name) for name in machines or shipped_machines()}
     took = {}
     for name, plant in plants.items():
-        if is_compiled(plant.assembly.module):
+        note = plant.assembly.compile_note("settle", "run")
+        if not note:
             typer.echo(f"{name}: compiled already", err=True)
             took[name] = 0.0
             continue
-        typer.echo(f"{name}: compiling, about half a minute", err=True)
+        typer.echo(note, err=True)
         start = time.monotonic()
         compile_kernels(plant)
         took[name] = round(time.monotonic() - start, 1)

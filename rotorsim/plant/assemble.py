@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,7 @@ from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.compose import Call, compose
+from rotorsim.plant.compose import FILM_ENTRIES, Call, compose, is_compiled
 from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
@@ -51,6 +52,17 @@ class Assembly:
     def steps_per_sample(self) -> int:
         """Time steps in one sample of 5 kHz."""
         return round(SAMPLE / self.machine.solver.time_step)
+
+    def compile_note(self, *kernels: str) -> str:
+        """What is compiled before a kernel ('settle', 'run') first runs, and for how long; empty if none is."""
+        if is_compiled(self.module, kernels):
+            return ""
+        parts, seconds = [], 3.0 + 0.15 * len(self.calls)
+        if self.film_model is not None:
+            solver = is_compiled(sys.modules[self.module.newton.__module__], FILM_ENTRIES)
+            parts, seconds = [] if solver else ["film"], seconds + (5.0 if solver else 9.0)
+        parts += ["rotor", f"{len(self.calls)} effects"]
+        return f"compiling {self.machine.name} ({', '.join(parts)}): about {seconds:.0f} s, once"
 
 
 def assemble(machine: Machine) -> Assembly:

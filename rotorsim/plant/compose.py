@@ -111,10 +111,10 @@ def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
     }
 
 
-def is_compiled(module: KernelModule) -> bool:
-    """Whether machine code of the module's step is in the disk cache already."""
+def is_compiled(module: Any, kernels: Sequence[str] = ("run",)) -> bool:
+    """Whether machine code of kernels of a module is in the disk cache already."""
     folder = cache_folder([Path(str(module.__file__))])
-    return folder.exists() and any(folder.rglob(f"{module.__name__}.run-*.nbi"))
+    return folder.exists() and all(any(folder.rglob(f"{module.__name__}.{kernel}-*.nbi")) for kernel in kernels)
 
 
 def _sources_hash(calls: Sequence[Call]) -> str:

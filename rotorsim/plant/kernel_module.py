@@ -18,6 +18,8 @@ class KernelModule(Protocol):
 
     __name__: str
     __file__: str | None
+    newton: Any
+    """Film solver, of the module that machines with the same film share."""
 
     def settle(self, w: Array, initial: Array, ix: Array, P: Any, speed: float, supply: float) -> int:
         """Fill w with the equilibrium at speed [rad/s] and supply [Pa, absolute]; a code of `equilibrium_kernel`."""

@@ -7,8 +7,9 @@ import pytest
 from rotorsim.commands.diagnose import STAGES, Stages
 from rotorsim.commands.options import note_compiling
 from rotorsim.plant import Plant
+from rotorsim.plant.compose import FILM_ENTRIES
 
-LINE = "compiling the kernels for this kind of machine: half a minute, once\n"
+LINE = "compiling plain_rotor (rotor, 2 effects): about 3 s, once\n"
 PLAN = 'name = "p"\nmachine = "plain_rotor"\n[experiments.steady]\nkind = "steady"\nduration = "2 ms"\n'
 COMMANDS = [
     ["experiment", "steady", "plain_rotor", "--duration", "2 ms", "--no-report"],
@@ -30,12 +31,21 @@ def assembly():
 @pytest.fixture
 def empty(assembly, monkeypatch, tmp_path):
     """A cache without any machine code; what this process has it keeps."""
-    monkeypatch.setattr("rotorsim.commands.options.cache_folder", lambda sources: tmp_path / "empty")
+    monkeypatch.setattr("rotorsim.plant.compose.cache_folder", lambda sources: tmp_path / "empty")
 
 
 def test_what_is_on_disk_is_not_announced(assembly, capsys):
     note_compiling(assembly, "settle", "run")
     assert capsys.readouterr() == ("", "")
+
+
+def test_the_film_is_compiled_once_for_all_effects(rig, tmp_path, monkeypatch):
+    a, b = rig().assembly, rig({"effects.crack.loss": "1 kN/m"}).assembly
+    monkeypatch.setattr("rotorsim.plant.compose.cache_folder", lambda sources: tmp_path)
+    assert "(film, rotor, " in a.compile_note("run")
+    for kernel in FILM_ENTRIES:
+        (tmp_path / f"{a.module.newton.__module__}.{kernel}-1.nbi").touch()
+    assert " (rotor, " in b.compile_note("run")
 
 
 @pytest.mark.usefixtures("empty")

@@ -9,7 +9,7 @@ from rotorsim.plant.compose import is_compiled
 
 def test_what_is_compiled_is_named_once_and_then_there(run):
     code, out, err = run("warm", "plain_rotor", "--json")
-    assert code == 0 and json.loads(out)["seconds"].keys() == {"plain_rotor"} and "plain_rotor: compil" in err
+    assert code == 0 and json.loads(out)["seconds"].keys() == {"plain_rotor"} and "plain_rotor: compiled" in err
     assert is_compiled(Plant("plain_rotor").assembly.module)
     assert run("warm", "plain_rotor") == (0, "", "plain_rotor: compiled already\n")
 
