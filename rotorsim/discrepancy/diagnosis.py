@@ -55,11 +55,15 @@ class Workshop:
     """The twin with the injectors' other law, and the changes that match its flow."""
 
     @classmethod
-    def of(cls, machine: Machine, effects: Iterable[str] | None = None) -> Workshop:
+    def of(
+        cls, machine: Machine, effects: Iterable[str] | None = None, progress: Progress = lambda _: None
+    ) -> Workshop:
         """Twins of a machine with all effects of the catalogue, or these, as candidates."""
         only = None if effects is None else tuple(sorted(set(effects)))
         fine_grid = GRID if machine.film is None else FINE_GRID
         twin = Twin(machine, GRID, STEP, only=only)
+        if not is_compiled(twin.assembly.module):
+            progress("compile")
         return cls(twin, Twin(machine, fine_grid, FINE_STEP, only=only), other_law(twin))
 
 
@@ -72,10 +76,8 @@ def work_on(
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
     forms = candidates(Twin(machine, GRID, STEP) if workshop is None else workshop.twin, effects)
-    workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms})
+    workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: Comparison(workshop.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
-    if not is_compiled(workshop.twin.assembly.module):
-        progress("compile")
     return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
 
 

@@ -6,6 +6,8 @@ import pytest
 
 from rotorsim.commands.diagnose import STAGES, Stages
 from rotorsim.commands.options import note_compiling
+from rotorsim.discrepancy import diagnosis
+from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import FILM_ENTRIES
 
@@ -54,6 +56,14 @@ def test_every_command_notes_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path
     (tmp_path / "plan.toml").write_text(PLAN)
     code, out, message = run(*words, "--json", "--out", "o")
     assert code == 0 and message == LINE and json.loads(out)
+
+
+def test_a_diagnosis_notes_it_before_it_compiles_anything(monkeypatch):
+    order = []
+    monkeypatch.setattr(diagnosis, "is_compiled", lambda module: False)
+    monkeypatch.setattr(diagnosis, "other_law", lambda twin: order.append("equilibrium"))
+    diagnosis.Workshop.of(load_machine("plain_rotor"), progress=order.append)
+    assert order == ["compile", "equilibrium"]
 
 
 def test_a_diagnosis_notes_in_a_pipe_that_it_compiles_and_nothing_else(capsys):

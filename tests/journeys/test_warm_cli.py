@@ -1,10 +1,17 @@
 """`rotorsim warm`: kernels compiled ahead of the first run."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
 
 from rotorsim.commands.warm import compile_kernels
 from rotorsim.plant import Plant
-from rotorsim.plant.compose import is_compiled
+from rotorsim.plant.compose import _is_whole, is_compiled
 
 
 def test_what_is_compiled_is_named_once_and_then_there(run):
@@ -24,3 +31,20 @@ def test_compiling_leaves_the_plant_as_it_was():
     before = plant.assembly.w.copy()
     compile_kernels(plant)
     assert (plant.assembly.w == before).all()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of Windows are others")
+def test_ctrl_c_ends_it_at_once_and_leaves_whole_files(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rotorsim", "warm", "dtu_gas_bearing"],
+        env=os.environ | {"ROTORSIM_CACHE_DIR": str(tmp_path)}, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    assert process.stderr.readline().startswith("compiling dtu_gas_bearing (film, rotor, 11 effects): about ")
+    time.sleep(2.0)
+    asked = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=10)[1] == "interrupted before the end; the same command starts again\n"
+    assert process.returncode == 130 and time.monotonic() - asked < 2.0
+    modules = [path for path in (tmp_path / "plants").iterdir() if path.is_file()]
+    assert len(modules) == 2 and all(_is_whole(path) for path in modules)
