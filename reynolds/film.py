@@ -11,24 +11,38 @@ regular; the contact force is an effect of its own.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import dot
+from reynolds.lanes import two_dots, wide_vectors
 
 
 @inlined
 def thickness(w, F, L):
-    """Fill h (ghosts and edges too) and its slope dh/d(nominal gap) from the journal position."""
+    """Fill h (ghosts and edges too) from the journal position."""
+    wide_vectors()
     x, y = w[L.journal], w[L.journal + 1]
     low = F.h_min
     inverse = 0.25 / low
     for k in range(L.length):
         gap = w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
-        near = min(max(gap, 0.0), 2.0 * low)
-        w[L.h + k] = max(gap - 2.0 * low, 0.0) + low + near * near * inverse
-        w[L.slope + k] = near * 2.0 * inverse
+        near = gap if gap > 0.0 else 0.0
+        near = near if near < 2.0 * low else 2.0 * low
+        # the parabola lies above the gap and touches it at 2 h_min, where `near` ends
+        kept = low + near * near * inverse
+        w[L.h + k] = kept if kept > gap else gap
+
+
+@inlined
+def thickness_slope(w, F, L):
+    """Fill the slope dh/d(nominal gap), ghosts and edges too."""
+    x, y = w[L.journal], w[L.journal + 1]
+    low = F.h_min
+    inverse = 0.5 / low
+    for k in range(L.length):
+        gap = w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
+        w[L.slope + k] = min(max(gap, 0.0), 2.0 * low) * inverse
 
 
 @inlined
 def force(w, L):
     """Film force on the journal [N] into w[force]; the constant ambient pressure adds nothing over a full turn."""
-    w[L.force] = dot(w, L.p + L.first, L.force_x + L.first, L.span)
-    w[L.force + 1] = dot(w, L.p + L.first, L.force_y + L.first, L.span)
+    fx, fy = two_dots(w, L.p + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
+    w[L.force], w[L.force + 1] = fx, fy

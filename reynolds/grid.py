@@ -20,7 +20,7 @@ import numpy as np
 from reynolds.errors import FilmError
 
 FILM_ARRAYS = (
-    "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "q", "m", "flow_t", "flow_z", "r", "m_rhs",
+    "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "p_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
@@ -53,8 +53,6 @@ class Layout(NamedTuple):
     clearance: int
     p: int
     h: int
-    q: int
-    m: int
     flow_t: int
     flow_z: int
     r: int
@@ -197,7 +195,8 @@ def make_layout(
     A `rarefied` film slips at the walls by w[slip]; mu and slip stand in the workspace because effects change them.
     """
     rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
-    length = _round(8 + (grid.n_theta + 2) * stride + 8)
+    first = _round(8 + stride)
+    length = _round(first + (grid.n_theta + 1) * stride + 8)
     span = _round(grid.n_theta * stride)
     borders, blocks = n_inj + 2, grid.n_theta * rows * rows
     sizes = {name: length for name in FILM_ARRAYS}
@@ -221,7 +220,7 @@ def make_layout(
     }  # fmt: skip
     return Layout(
         n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, rarefied=int(rarefied),
-        n_inj=n_inj, n_border=borders, length=length, span=span, first=8 + stride, size=at, **offsets, **integers,
+        n_inj=n_inj, n_border=borders, length=length, span=span, first=first, size=at, **offsets, **integers,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reynolds.film import force
+from reynolds.film import force, thickness_slope
 from reynolds.forces import friction_torque as torque
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, journal_direction, newton, refresh
@@ -49,6 +49,7 @@ def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
 def linear_terms(w, ix, F, L, U):
     """Jacobian without storage at the present state, and thickness derivatives after X and Y in borders 0 and 1."""
     residual(w, ix, F, L, U, 0.0)
+    thickness_slope(w, F, L)
     jacobian(w, F, L, U, 0.0)
     for axis in range(2):
         journal_direction(w, L, axis)

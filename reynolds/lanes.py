@@ -39,6 +39,14 @@ def _zero(lanes: int) -> Any:
     return ir.Constant(ir.VectorType(_DOUBLE, lanes), [0.0] * lanes)
 
 
+def _sum_of_lanes(builder: Any, lanes: Any) -> Any:
+    parts = [builder.extract_element(lanes, ir.Constant(ir.IntType(32), i)) for i in range(LANES)]
+    while len(parts) > 1:
+        half = len(parts) // 2
+        parts = [builder.fadd(parts[i], parts[i + half]) for i in range(half)]
+    return parts[0]
+
+
 @intrinsic
 def _dot(typing, w, x, y, n):
     def generate(context, builder, signature, args):
@@ -49,14 +57,40 @@ def _dot(typing, w, x, y, n):
             a = builder.load(_vector_at(builder, data, builder.add(args[1], k), LANES), align=8)
             b = builder.load(_vector_at(builder, data, builder.add(args[2], k), LANES), align=8)
             builder.store(builder.fadd(builder.load(total), builder.fmul(a, b)), total)
-        lanes = builder.load(total)
-        parts = [builder.extract_element(lanes, ir.Constant(ir.IntType(32), i)) for i in range(LANES)]
-        while len(parts) > 1:
-            half = len(parts) // 2
-            parts = [builder.fadd(parts[i], parts[i + half]) for i in range(half)]
-        return parts[0]
+        return _sum_of_lanes(builder, builder.load(total))
 
     return types.float64(w, types.intp, types.intp, types.intp), generate
+
+
+@intrinsic
+def _two_dots(typing, w, x, y, z, n):
+    def generate(context, builder, signature, args):
+        data = _data(context, builder, signature.args[0], args[0])
+        totals = [cgutils.alloca_once_value(builder, _zero(LANES)) for _ in range(2)]
+        step = ir.Constant(args[4].type, LANES)
+        with cgutils.for_range_slice(builder, ir.Constant(args[4].type, 0), args[4], step) as (k, _):
+            a = builder.load(_vector_at(builder, data, builder.add(args[1], k), LANES), align=8)
+            for total, other in zip(totals, args[2:4], strict=True):
+                b = builder.load(_vector_at(builder, data, builder.add(other, k), LANES), align=8)
+                builder.store(builder.fadd(builder.load(total), builder.fmul(a, b)), total)
+        sums = [_sum_of_lanes(builder, builder.load(total)) for total in totals]
+        return context.make_tuple(builder, signature.return_type, sums)
+
+    return types.UniTuple(types.float64, 2)(w, *[types.intp] * 4), generate
+
+
+@intrinsic
+def wide_vectors(typing):
+    """Let the loops of the very function that calls this fill 512-bit vectors where the processor has them; same bits.
+
+    Compilers take half of that by default, which slowed the clock of older processors less.
+    """
+
+    def generate(context, builder, signature, args):
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # llvmlite's own `add` knows no text
+        return context.get_dummy_value()
+
+    return types.none(), generate
 
 
 def _block_product(lanes: int, columns: int) -> Any:
@@ -101,6 +135,10 @@ def _dot_plain(w: Any, x: int, y: int, n: int) -> float:
     return parts[0]
 
 
+def _two_dots_plain(w: Any, x: int, y: int, z: int, n: int) -> tuple[float, float]:
+    return _dot_plain(w, x, y, n), _dot_plain(w, x, z, n)
+
+
 def _rows_plain(lanes: int) -> Any:
     def product(w: Any, block: int, lead: int, x: int, y: int, n: int, keep: bool) -> None:
         sums = []
@@ -114,14 +152,25 @@ def _rows_plain(lanes: int) -> Any:
     return product
 
 
+def _nothing() -> None:
+    pass
+
+
 if config.DISABLE_JIT:
     _dot, _rows_of_8, _rows_of_4 = _dot_plain, _rows_plain(8), _rows_plain(4)
+    _two_dots, wide_vectors = _two_dots_plain, _nothing
 
 
 @inlined
 def dot(w, x, y, n):
     """Sum of x_k y_k over n values, n a multiple of 8, in eight partial sums."""
     return _dot(w, x, y, n)
+
+
+@inlined
+def two_dots(w, x, y, z, n):
+    """Sums of x_k y_k and x_k z_k, each as `dot` adds it, in the time of one: an addition waits for the last."""
+    return _two_dots(w, x, y, z, n)
 
 
 @inlined
@@ -145,6 +194,7 @@ def multiply(w, block, x, y, n, keep):
 @inlined
 def add_columns(w, y, first_column, distance, factors, columns, start, n):
     """y_k += sum_c factor_c column_c[k] for n values from `start`; four columns a sweep."""
+    wide_vectors()
     done = 0
     for c in range(0, columns - 3, 4):
         a, b, d, e = w[factors + c], w[factors + c + 1], w[factors + c + 2], w[factors + c + 3]

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import math
 
+from reynolds.film import thickness_slope
 from reynolds.jit import inlined
-from reynolds.lanes import add_columns, dot
+from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, invert_block, keep_spike, open_solve, spike_rhs
 
@@ -41,8 +42,7 @@ def read_force(w, L, array):
     """Force (fx, fy) [N] that the change of pressure q / (2 p) of the array q at offset `array` makes."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.dp + k] = 0.5 * w[array + k] / w[L.p + k]
-    fx = dot(w, L.dp + L.first, L.force_x + L.first, L.span)
-    fy = dot(w, L.dp + L.first, L.force_y + L.first, L.span)
+    fx, fy = two_dots(w, L.dp + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
     return fx, fy
 
 
@@ -60,6 +60,7 @@ def read_footprint(w, ix, L, i, array):
 def refresh(w, ix, F, L, U, iadt):
     """Factorise at the present state: ring, borders and the small system. Leaves no residual behind."""
     residual(w, ix, F, L, U, iadt)
+    thickness_slope(w, F, L)
     jacobian(w, F, L, U, iadt)
     factor(w, L)
     for k in range(L.length):
@@ -137,11 +138,13 @@ def scale_rows(w, L):
     In trouble (`CAREFUL`) p changes by the frozen derivative: storage is linear in p, and a gap that opens fast empties
     almost to zero pressure, where steps in q would overshoot for ever.
     """
+    wide_vectors()
     careful = w[L.convergence + CAREFUL] > 0.0
     for k in range(L.first, L.first + L.n_theta * L.stride):
-        inverse = 1.0 / w[L.m + k]
-        ratio = w[L.h_frozen + k] * w[L.p + k] * inverse
-        w[L.two_p + k] = 0.5 * w[L.h + k] * inverse
+        p, h = w[L.p + k], w[L.h + k]
+        inverse = 1.0 / (p * h)
+        ratio = w[L.h_frozen + k] * p * inverse
+        w[L.two_p + k] = 0.5 * h * inverse
         w[L.r + k] *= -(ratio * ratio * ratio)
     if careful:
         for k in range(L.first, L.first + L.n_theta * L.stride):
@@ -151,12 +154,12 @@ def scale_rows(w, L):
 @inlined
 def solve_borders(w, ix, L):
     """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
+    wide_vectors()
     build_small(w, ix, L)
     nb, ni = L.n_border, L.n_inj
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.dp + k] = w[L.p + k] + w[L.r + k] * w[L.two_p + k]
-    fx = dot(w, L.dp + L.first, L.force_x + L.first, L.span)
-    fy = dot(w, L.dp + L.first, L.force_y + L.first, L.span)
+    fx, fy = two_dots(w, L.dp + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
     o = L.small + nb
     for i in range(ni):
         w[o + i] = w[L.defect + i] + w[L.gain_q + i] * read_footprint(w, ix, L, i, L.r)
@@ -182,17 +185,21 @@ def add_borders(w, L):
 @inlined
 def update(w, ix, F, L):
     """Apply the correction in r; returns its size: rms of the pressures / ambient + journal / clearance scale."""
+    wide_vectors()
     ni = L.n_inj
     for k in range(L.first, L.first + L.n_theta * L.stride):
         dp = w[L.r + k] * w[L.two_p + k]
         w[L.dp + k] = dp
-        w[L.p + k] = min(max(w[L.p + k] + dp, 0.2 * w[L.p + k]), 5.0 * w[L.p + k])
+        least, most = 0.2 * w[L.p + k], 5.0 * w[L.p + k]
+        new = w[L.p + k] + dp
+        new = least if new < least else new
+        w[L.p + k] = most if new > most else new
     total = dot(w, L.dp + L.first, L.dp + L.first, L.span)
     wrap(w, L, L.p)
     dx, dy = w[L.small + ni], w[L.small + ni + 1]
-    most = LONGEST_MOVE * F.clearance
-    w[L.journal] += min(max(dx, -most), most)
-    w[L.journal + 1] += min(max(dy, -most), most)
+    longest = LONGEST_MOVE * F.clearance
+    w[L.journal] += min(max(dx, -longest), longest)
+    w[L.journal + 1] += min(max(dy, -longest), longest)
     for i in range(ni):
         dq = read_footprint(w, ix, L, i, L.r)
         dh = -(w[L.inj_cos + i] * dx + w[L.inj_sin + i] * dy)

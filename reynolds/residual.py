@@ -23,6 +23,7 @@ import math
 from reynolds.film import thickness
 from reynolds.injector import nozzle, pin_flow
 from reynolds.jit import inlined
+from reynolds.lanes import wide_vectors
 
 CAREFUL = 4
 """Place in w[convergence] that asks for chord slopes of the injectors' flows."""
@@ -30,28 +31,25 @@ CAREFUL = 4
 
 @inlined
 def fluxes(w, F, L, U):
-    """Flux per length through the theta and z faces behind each node, divided by the step; also q and m."""
+    """Flux per length through the theta and z faces behind each node, divided by the step."""
+    wide_vectors()
     shear = U / (4.0 * F.dy)
     drag = abs(shear)
-    cross = 1.0 / (12.0 * w[L.mu] * F.dy * F.dy)
-    kt = 1.0 / (24.0 * w[L.mu] * F.dy * F.dy)
-    kz = 1.0 / (24.0 * w[L.mu] * F.dz * F.dz)
-    for k in range(L.length):
-        w[L.q + k] = w[L.p + k] * w[L.p + k]
-        w[L.m + k] = w[L.p + k] * w[L.h + k]
+    # h_1 + h_2 and its cube stand for twice the face's thickness and eight times its cube
+    cross = 1.0 / (48.0 * w[L.mu] * F.dy * F.dy)
+    kt = 1.0 / (192.0 * w[L.mu] * F.dy * F.dy)
+    kz = 1.0 / (192.0 * w[L.mu] * F.dz * F.dz)
     for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
-        hf = 0.5 * (w[L.h + k] + w[L.h + k + L.stride])
-        ms = w[L.m + k] + w[L.m + k + L.stride]
-        upwind = max(drag - 0.5 * ms * hf * cross, 0.0)
-        w[L.flow_t + k] = (
-            shear * ms
-            - upwind * (w[L.m + k + L.stride] - w[L.m + k])
-            - kt * (hf * hf * hf) * (w[L.q + k + L.stride] - w[L.q + k])
-        )
-        hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
-        w[L.flow_z + k] = kz * w[L.link + k] * (hz * hz * hz) * (w[L.q + k] - w[L.q + k + 1])
+        p, p_t, p_z = w[L.p + k], w[L.p + k + L.stride], w[L.p + k + 1]
+        h, h_t, h_z = w[L.h + k], w[L.h + k + L.stride], w[L.h + k + 1]
+        m, m_t = p * h, p_t * h_t
+        h2, z2 = h + h_t, h + h_z
+        upwind = drag - (m + m_t) * h2 * cross
+        upwind = upwind if upwind > 0.0 else 0.0
+        w[L.flow_t + k] = shear * (m + m_t) - upwind * (m_t - m) - kt * (h2 * h2 * h2) * (p_t * p_t - p * p)
+        w[L.flow_z + k] = kz * w[L.link + k] * (z2 * z2 * z2) * (p * p - p_z * p_z)
     if L.rarefied == 1:
-        slip_flow(w, L, kt, kz)
+        slip_flow(w, L, 8.0 * kt, 8.0 * kz)
 
 
 @inlined
@@ -81,7 +79,8 @@ def footprint_mean(w, ix, L, k):
     plain = 0.0
     corrected = 0.0
     for n in range(ix[L.reader_start + k], ix[L.reader_start + k + 1]):
-        q = w[L.q + ix[L.reader_cell + n]]
+        p = w[L.p + ix[L.reader_cell + n]]
+        q = p * p
         plain += w[L.plain_weight + n] * q
         corrected += w[L.reader_weight + n] * q
     outward = (corrected - plain) * w[L.beta + k] >= 0.0
@@ -133,11 +132,13 @@ def injection(w, ix, F, L, iadt):
 @inlined
 def residual(w, ix, F, L, U, iadt):
     """Residual of every cell [Pa m/s] into r, with the storage term (m - m_rhs) iadt."""
+    wide_vectors()
     thickness(w, F, L)
     fluxes(w, F, L, U)
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.r + k] = (
-            w[L.weight + k] * ((w[L.m + k] - w[L.m_rhs + k]) * iadt + w[L.flow_t + k] - w[L.flow_t + k - L.stride])
+            w[L.weight + k]
+            * ((w[L.p + k] * w[L.h + k] - w[L.m_rhs + k]) * iadt + w[L.flow_t + k] - w[L.flow_t + k - L.stride])
             + w[L.flow_z + k]
             - w[L.flow_z + k - 1]
         )
@@ -161,7 +162,7 @@ def jacobian(w, F, L, U, iadt):
     kz = 1.0 / (24.0 * w[L.mu] * F.dz * F.dz)
     s = L.stride
     for k in range(L.first, L.first + L.n_theta * s):
-        own, west, east = w[L.m + k], w[L.m + k - s], w[L.m + k + s]
+        own, west, east = w[L.p + k] * w[L.h + k], w[L.p + k - s] * w[L.h + k - s], w[L.p + k + s] * w[L.h + k + s]
         he = 0.5 * (w[L.h + k] + w[L.h + k + s])
         hw = 0.5 * (w[L.h + k] + w[L.h + k - s])
         ue = max(drag - 0.5 * (own + east) * he * cross, 0.0)
@@ -214,17 +215,18 @@ def thickness_derivative(w, ix, F, L, U, iadt, gain, out):
     for k in range(L.first - s, L.first + L.n_theta * s):
         hf = 0.5 * (w[L.h + k] + w[L.h + k + s])
         df = 0.5 * (w[L.dh + k] + w[L.dh + k + s])
-        a, b = w[L.p + k] * w[L.dh + k], w[L.p + k + s] * w[L.dh + k + s]
-        ms = w[L.m + k] + w[L.m + k + s]
-        jump = w[L.m + k + s] - w[L.m + k]
+        p, p_t, p_z = w[L.p + k], w[L.p + k + s], w[L.p + k + 1]
+        a, b = p * w[L.dh + k], p_t * w[L.dh + k + s]
+        ms = p_t * w[L.h + k + s] + p * w[L.h + k]
+        jump = p_t * w[L.h + k + s] - p * w[L.h + k]
         upwind = max(drag - 0.5 * ms * hf * cross, 0.0)
         blend = -0.5 * cross * ((a + b) * hf + ms * df) if upwind > 0.0 else 0.0
         w[L.flow_t + k] = (
-            shear * (a + b) - upwind * (b - a) - blend * jump - kt * 3.0 * hf * hf * df * (w[L.q + k + s] - w[L.q + k])
+            shear * (a + b) - upwind * (b - a) - blend * jump - kt * 3.0 * hf * hf * df * (p_t * p_t - p * p)
         )
         hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
         dz = 0.5 * (w[L.dh + k] + w[L.dh + k + 1])
-        w[L.flow_z + k] = kz * w[L.link + k] * 3.0 * hz * hz * dz * (w[L.q + k] - w[L.q + k + 1])
+        w[L.flow_z + k] = kz * w[L.link + k] * 3.0 * hz * hz * dz * (p * p - p_z * p_z)
         if L.rarefied == 1:
             twice = 4.0 * w[L.slip]
             w[L.flow_t + k] -= kt * twice * hf * df * (w[L.p + k + s] - w[L.p + k])

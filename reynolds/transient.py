@@ -16,6 +16,7 @@ import math
 
 from reynolds.film import thickness
 from reynolds.jit import inlined
+from reynolds.lanes import wide_vectors
 
 GAMMA = 2.0 - math.sqrt(2.0)
 STAGE = 1.0 - math.sqrt(0.5)
@@ -42,12 +43,14 @@ TABLE = tuple(float(v) for v in predictor_table())
 @inlined
 def predict(w, L, stage, order):
     """Starting values of p and plena for a stage from the last `order` + 1 values."""
+    wide_vectors()
     row = 16 * stage + 4 * order
     b, c, d = TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
     # written in differences: a constant (the edge pressure) is kept to the last bit
     for k in range(L.length):
         now, one, two, three = w[L.p + k], w[L.p_1 + k], w[L.p_2 + k], w[L.p_3 + k]
-        w[L.p + k] = max(now + b * (one - now) + c * (two - now) + d * (three - now), 0.1 * now)
+        next = now + b * (one - now) + c * (two - now) + d * (three - now)
+        w[L.p + k] = 0.1 * now if next < 0.1 * now else next
         if stage == TO_MID:
             w[L.p_3 + k] = two
             w[L.p_2 + k] = one
@@ -76,6 +79,7 @@ def start(w, ix, F, L):
 @inlined
 def stage_rhs(w, L, stage, adt):
     """Right-hand sides m_rhs and plenum_rhs of a stage."""
+    wide_vectors()
     if stage == TO_MID:
         for k in range(L.length):
             w[L.m_rhs + k] = w[L.m_old + k] + adt * w[L.rate + k]
@@ -95,10 +99,11 @@ def end_stage(w, L, stage, adt):
     The mass kept is the one the fluxes of the answer account for, p h minus the residual that Newton's tolerance has
     left (in r after `newton`): so mass is conserved to round-off and the tolerance leaves no drift.
     """
+    wide_vectors()
     keep = L.m_mid if stage == TO_MID else L.m_old
     inverse = 1.0 / adt
     for k in range(L.first, L.first + L.n_theta * L.stride):
-        m = w[L.m + k] - adt * w[L.per_weight + k] * w[L.r + k]
+        m = w[L.p + k] * w[L.h + k] - adt * w[L.per_weight + k] * w[L.r + k]
         w[L.rate + k] = (m - w[L.m_rhs + k]) * inverse if stage == TO_END else w[L.rate + k]
         w[keep + k] = m
     for i in range(L.n_inj):

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.plant.assemble import Assembly
@@ -80,7 +81,7 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     Raises NoLiftOffError where the film does not carry the rotor, MachineFileError where an actuator cannot hold its
     pin at the bias, ConvergenceError if the iteration with effects does not converge.
     """
-    w = np.empty_like(a.w)
+    w = at_cache_line(a.w.size)
     status = a.module.settle(w, a.w, a.ix, a.P, float(speed), pressure + a.machine.gas.ambient_pressure)
     if status == BEYOND_STROKE:
         raise MachineFileError(

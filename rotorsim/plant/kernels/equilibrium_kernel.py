@@ -112,7 +112,7 @@ def rest_film(w):
     """Give the film a past at rest and no rates."""
     for k in range(FILM.length):
         w[FILM.p_1 + k] = w[FILM.p_2 + k] = w[FILM.p_3 + k] = w[FILM.p + k]
-        w[FILM.m_old + k] = w[FILM.m + k]
+        w[FILM.m_old + k] = w[FILM.p + k] * w[FILM.h + k]
         w[FILM.rate + k] = 0.0
     for k in range(FILM.n_inj):
         plenum = w[FILM.plenum + k]
