@@ -11,13 +11,12 @@ regular; the contact force is an effect of its own.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import two_dots, wide_vectors
+from reynolds.lanes import two_dots
 
 
 @inlined
 def thickness(w, F, L):
     """Fill h (ghosts and edges too) from the journal position."""
-    wide_vectors()
     x, y = w[L.journal], w[L.journal + 1]
     low = F.h_min
     inverse = 0.25 / low

@@ -7,6 +7,7 @@ bodies define what is computed and run when compilation is switched off.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -127,6 +128,43 @@ def _block_product(lanes: int, columns: int) -> Any:
 _rows_of_8, _rows_of_4 = _block_product(8, 2), _block_product(4, 2)
 
 
+def _elementwise(lanes: int, operands: int, value: Callable[..., Any], plain: Callable[..., Any]) -> Any:
+    """Intrinsic y = f(a, b, ...) for `lanes` values: all are read before one is written, in whatever order they lie."""
+
+    def generate(context, builder, signature, args):
+        data = _data(context, builder, signature.args[0], args[0])
+        read = [builder.load(_vector_at(builder, data, at, lanes), align=8) for at in args[2:]]
+        builder.store(value(builder, *read), _vector_at(builder, data, args[1], lanes), align=8)
+        return context.get_dummy_value()
+
+    def signature(w, count):
+        return types.none(w, *[types.intp] * count)
+
+    @intrinsic
+    def one(typing, w, y, a):
+        return signature(w, 2), generate
+
+    @intrinsic
+    def two(typing, w, y, a, b):
+        return signature(w, 3), generate
+
+    @intrinsic
+    def three(typing, w, y, a, b, c):
+        return signature(w, 4), generate
+
+    def on_slices(w: Any, y: int, *offsets: int) -> None:
+        w[y : y + lanes] = plain(*(w[a : a + lanes].copy() for a in offsets))
+
+    return on_slices if config.DISABLE_JIT else (one, two, three)[operands - 1]
+
+
+_copy_8, _copy_4 = (_elementwise(k, 1, lambda b, x: x, lambda x: x) for k in (8, 4))
+_times_8, _times_4 = (_elementwise(k, 2, lambda b, x, y: b.fmul(x, y), lambda x, y: x * y) for k in (8, 4))
+_less_product_8, _less_product_4 = (
+    _elementwise(k, 3, lambda b, x, y, z: b.fsub(x, b.fmul(y, z)), lambda x, y, z: x - y * z) for k in (8, 4)
+)
+
+
 def _dot_plain(w: Any, x: int, y: int, n: int) -> float:
     parts = [sum((float(w[x + k] * w[y + k]) for k in range(lane, n, LANES)), 0.0) for lane in range(LANES)]
     while len(parts) > 1:
@@ -192,9 +230,50 @@ def multiply(w, block, x, y, n, keep):
 
 
 @inlined
+def copy(w, y, a, n):
+    """y = a for n values."""
+    done = 0
+    for k in range(0, n - 7, 8):
+        _copy_8(w, y + k, a + k)
+        done = k + 8
+    for k in range(done, n - 3, 4):
+        _copy_4(w, y + k, a + k)
+        done = k + 4
+    for k in range(done, n):
+        w[y + k] = w[a + k]
+
+
+@inlined
+def times(w, y, a, b, n):
+    """y = a b for n values."""
+    done = 0
+    for k in range(0, n - 7, 8):
+        _times_8(w, y + k, a + k, b + k)
+        done = k + 8
+    for k in range(done, n - 3, 4):
+        _times_4(w, y + k, a + k, b + k)
+        done = k + 4
+    for k in range(done, n):
+        w[y + k] = w[a + k] * w[b + k]
+
+
+@inlined
+def less_product(w, y, a, b, c, n):
+    """y = a - b c for n values."""
+    done = 0
+    for k in range(0, n - 7, 8):
+        _less_product_8(w, y + k, a + k, b + k, c + k)
+        done = k + 8
+    for k in range(done, n - 3, 4):
+        _less_product_4(w, y + k, a + k, b + k, c + k)
+        done = k + 4
+    for k in range(done, n):
+        w[y + k] = w[a + k] - w[b + k] * w[c + k]
+
+
+@inlined
 def add_columns(w, y, first_column, distance, factors, columns, start, n):
     """y_k += sum_c factor_c column_c[k] for n values from `start`; four columns a sweep."""
-    wide_vectors()
     done = 0
     for c in range(0, columns - 3, 4):
         a, b, d, e = w[factors + c], w[factors + c + 1], w[factors + c + 2], w[factors + c + 3]

@@ -66,8 +66,8 @@ def refresh(w, ix, F, L, U, iadt):
     for k in range(L.length):
         w[L.h_frozen + k] = w[L.h + k]
         w[L.p_frozen + k] = w[L.p + k]
-    for c in range(L.n_rows + L.n_border):
-        border = c - L.n_rows
+    for c in range(2 * L.n_rows + L.n_border):
+        border = c - 2 * L.n_rows
         if border < 0:
             spike_rhs(w, L, c)
         else:
@@ -138,7 +138,6 @@ def scale_rows(w, L):
     In trouble (`CAREFUL`) p changes by the frozen derivative: storage is linear in p, and a gap that opens fast empties
     almost to zero pressure, where steps in q would overshoot for ever.
     """
-    wide_vectors()
     careful = w[L.convergence + CAREFUL] > 0.0
     for k in range(L.first, L.first + L.n_theta * L.stride):
         p, h = w[L.p + k], w[L.h + k]
@@ -154,7 +153,6 @@ def scale_rows(w, L):
 @inlined
 def solve_borders(w, ix, L):
     """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
-    wide_vectors()
     build_small(w, ix, L)
     nb, ni = L.n_border, L.n_inj
     for k in range(L.first, L.first + L.n_theta * L.stride):
@@ -185,7 +183,6 @@ def add_borders(w, L):
 @inlined
 def update(w, ix, F, L):
     """Apply the correction in r; returns its size: rms of the pressures / ambient + journal / clearance scale."""
-    wide_vectors()
     ni = L.n_inj
     for k in range(L.first, L.first + L.n_theta * L.stride):
         dp = w[L.r + k] * w[L.two_p + k]
@@ -226,6 +223,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
     and kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer.
     STALE_FACTORS asks the caller for `refresh` and another, `careful` go.
     """
+    wide_vectors()
     before = 0.0
     n = 0
     done = False

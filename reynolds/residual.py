@@ -23,7 +23,6 @@ import math
 from reynolds.film import thickness
 from reynolds.injector import nozzle, pin_flow
 from reynolds.jit import inlined
-from reynolds.lanes import wide_vectors
 
 CAREFUL = 4
 """Place in w[convergence] that asks for chord slopes of the injectors' flows."""
@@ -32,7 +31,6 @@ CAREFUL = 4
 @inlined
 def fluxes(w, F, L, U):
     """Flux per length through the theta and z faces behind each node, divided by the step."""
-    wide_vectors()
     shear = U / (4.0 * F.dy)
     drag = abs(shear)
     # h_1 + h_2 and its cube stand for twice the face's thickness and eight times its cube
@@ -132,7 +130,6 @@ def injection(w, ix, F, L, iadt):
 @inlined
 def residual(w, ix, F, L, U, iadt):
     """Residual of every cell [Pa m/s] into r, with the storage term (m - m_rhs) iadt."""
-    wide_vectors()
     thickness(w, F, L)
     fluxes(w, F, L, U)
     for k in range(L.first, L.first + L.n_theta * L.stride):

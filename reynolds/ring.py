@@ -1,19 +1,25 @@
 r"""Direct solver for the ring of theta lines (block cyclic tridiagonal, diagonal couplings).
 
-Line i has a tridiagonal block D_i in z and diagonal couplings W_i, E_i to its neighbours. The ring is cut at line 0;
-the lines to either side are eliminated by two chains that meet half-way,
+Line i has a tridiagonal block D_i in z and diagonal couplings W_i, E_i to its neighbours. The ring is cut at two
+opposite lines; the lines of either half are eliminated by two chains that meet half-way,
 
 .. math:: D_i \leftarrow D_i - W_i D_{i-1}^{-1} E_{i-1},
 
-and the cut is closed by a spike: x_i = x'_i - S_i x_0, with x' the solution for x_0 = 0. Only D_i^{-1} and S_i are
-stored, as dense blocks column by column, so that a solve is three small matrix-vector products a line. Source: Golub
-& Van Loan (2013), sections 4.5 and 4.8 (block elimination, bordering).
+and the cuts are closed by spikes: x_i = x'_i - S_i x_c, with x' the solution for x_c = 0 at both cuts c. Only D_i^{-1}
+and S_i are stored, as dense blocks column by column, so that a solve is two small matrix-vector products a line in four
+chains that do not wait for each other, and two where a spike reaches: it fades with the distance from its cut, and what
+is below `FADED` of its start is left out, which costs an iteration that corrects itself nothing. Source: Golub & Van
+Loan (2013), sections 4.5 and 4.8 (block elimination, bordering).
 """
 
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import add_columns, multiply
+from reynolds.lanes import add_columns, copy, less_product, multiply, times
+
+REACH = 5
+"""Place in w[convergence] of the number of lines to either side of a cut at which its spike is not faded."""
+FADED = 1e-3
 
 
 @inlined
@@ -62,97 +68,150 @@ def eliminate(w, L, i, other, to_other, from_other):
 
 @inlined
 def factor(w, L):
-    """Eliminate both chains of the Jacobian in diag, west, east, down, up; `close_ring` completes the factorisation."""
+    """Eliminate the four chains of the Jacobian in diag, west, east, down, up; `keep_spike` completes the factors."""
     n, s, half = L.n_rows, L.stride, L.n_theta // 2
-    for order in range(L.n_theta):
-        # 0, then 1, N-1, 2, N-2, ... and the middle last
-        step = (order + 1) // 2
-        ahead = order % 2 == 1
-        i = step if ahead or step == 0 else L.n_theta - step
-        load_block(w, L, i, L.first + i * s)
-        for side in range(2):
-            inner = (side == 0 and ahead and step > 1) or (side == 1 and not ahead and step > 1)
-            if inner or (i == half and order > 1):
-                other = i - 1 if side == 0 else i + 1
-                to_other = L.west if side == 0 else L.east
-                from_other = L.east if side == 0 else L.west
-                eliminate(w, L, i, other, to_other, from_other)
-        if i > 0:
-            invert_block(w, L.inverse + i * n * n, n)
+    for cut in range(0, L.n_theta, half):
+        for order in range(half):
+            # of the lines from one cut to the next 0, then 1, half - 1, 2, half - 2, ... and the middle last
+            step = (order + 1) // 2
+            ahead = order % 2 == 1
+            from_cut = step if ahead or step == 0 else half - step
+            i = cut + from_cut
+            load_block(w, L, i, L.first + i * s)
+            for side in range(2):
+                inner = (side == 0 and ahead and step > 1) or (side == 1 and not ahead and step > 1)
+                if inner or (from_cut == half // 2 and order > 1):
+                    other = i - 1 if side == 0 else i + 1
+                    to_other = L.west if side == 0 else L.east
+                    from_other = L.east if side == 0 else L.west
+                    eliminate(w, L, i, other, to_other, from_other)
+            if from_cut > 0:
+                invert_block(w, L.inverse + i * n * n, n)
 
 
 @inlined
 def spike_rhs(w, L, c):
-    """Couplings of the open chain to unknown c of line 0, into r."""
+    """Couplings of the open chains to unknown c of the two cut lines (the first line's rows, then the other's)."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.r + k] = 0.0
-    first_line, last_line = L.first + L.stride, L.first + (L.n_theta - 1) * L.stride
-    w[L.r + first_line + c] = w[L.west + first_line + c]
-    w[L.r + last_line + c] = w[L.east + last_line + c]
+    after, before, row = beside_cut(L, c)
+    w[L.r + after + row] = w[L.west + after + row]
+    w[L.r + before + row] = w[L.east + before + row]
+
+
+@inlined
+def beside_cut(L, c):
+    """Starts of the lines after and before the cut of unknown c, and its row."""
+    cut = c // L.n_rows * (L.n_theta // 2)
+    before = (cut + L.n_theta - 1) % L.n_theta
+    return L.first + (cut + 1) * L.stride, L.first + before * L.stride, c % L.n_rows
 
 
 @inlined
 def keep_spike(w, L, c):
-    """Store the spike column just solved in r, and complete the closing block with the last one."""
-    n, s = L.n_rows, L.stride
-    first_line, last_line = L.first + s, L.first + (L.n_theta - 1) * s
+    """Store the spike column just solved in r and how far the spikes reach, and complete the closing block."""
+    n, s, half = L.n_rows, L.stride, L.n_theta // 2
     column = L.spike + c * L.length
     for k in range(L.length):
         w[column + k] = w[L.r + k]
     for i in range(L.n_theta):
-        for e in range(n if i > 0 else 0, s):
+        for e in range(0 if i % half == 0 else n, s):
             w[column + L.first + i * s + e] = 0.0
-    for a in range(n):
-        w[L.closure + c * n + a] = w[L.inverse + c * n + a] - (
-            w[L.east + L.first + a] * w[L.r + first_line + a] + w[L.west + L.first + a] * w[L.r + last_line + a]
+    for a in range(2 * n):
+        after, before, row = beside_cut(L, a)
+        line = L.first + a // n * half * s
+        own = w[L.inverse + (a // n * half) * n * n + (c % n) * n + row] if a // n == c // n else 0.0
+        w[L.closure + c * 2 * n + a] = own - (
+            w[L.east + line + row] * w[L.r + after + row] + w[L.west + line + row] * w[L.r + before + row]
         )
-    if c == n - 1:
-        invert_block(w, L.closure, n)
+    reach = 1.0 if c == 0 else w[L.convergence + REACH]
+    w[L.convergence + REACH] = max(reach, reach_of(w, L, c))
+    if c == 2 * n - 1:
+        invert_block(w, L.closure, 2 * n)
+
+
+@inlined
+def reach_of(w, L, c):
+    """Number of lines to either side of its cut at which the spike in r is not faded."""
+    after, before, _ = beside_cut(L, c)
+    for back in range(1, L.n_theta // 2):
+        distance = L.n_theta // 2 - 1 - back
+        ahead = after + distance * L.stride
+        behind = L.first + (before - L.first + (L.n_theta - distance) * L.stride) % (L.n_theta * L.stride)
+        for e in range(L.n_rows):
+            if abs(w[L.r + ahead + e]) > FADED or abs(w[L.r + behind + e]) > FADED:
+                return distance + 1.0
+    return 1.0
 
 
 @inlined
 def open_solve(w, L, r):
-    """Solve the open chain of lines 1 .. n_theta - 1 in place for the right-hand side at r."""
-    n, s, half = L.n_rows, L.stride, L.n_theta // 2
-    o = L.lanes
-    u = o + s
-    for step in range(1, half):
-        a, b = L.first + step * s, L.first + (L.n_theta - step) * s
-        multiply(w, L.inverse + step * n * n, r + a, o, n, False)
-        multiply(w, L.inverse + (L.n_theta - step) * n * n, r + b, u, n, False)
-        for e in range(n):
-            w[r + a + e] = w[o + e]
-            w[r + b + e] = w[u + e]
-            w[r + a + s + e] -= w[L.west + a + s + e] * w[o + e]
-        for e in range(n):
-            w[r + b - s + e] -= w[L.east + b - s + e] * w[u + e]
-    middle = r + L.first + half * s
-    multiply(w, L.inverse + half * n * n, middle, o, n, False)
-    for e in range(n):
-        w[middle + e] = w[o + e]
-    for back in range(1, half):
-        step = half - back
-        a, b = L.first + step * s, L.first + (L.n_theta - step) * s
-        for e in range(n):
-            w[o + e] = w[L.east + a + e] * w[r + a + s + e]
-            w[u + e] = w[L.west + b + e] * w[r + b - s + e]
-        multiply(w, L.inverse + step * n * n, o, r + a, n, True)
-        multiply(w, L.inverse + (L.n_theta - step) * n * n, u, r + b, n, True)
+    """Solve the four open chains in place for the right-hand side at r; the cut lines stay."""
+    n, s, half, middle = L.n_rows, L.stride, L.n_theta // 2, L.n_theta // 4
+    lead = (n + 7) // 8 * 8
+    for step in range(1, middle):
+        for cut in range(2):
+            x = L.lanes + 2 * cut * lead
+            i, j = cut * half + step, cut * half + half - step
+            a, b = L.first + i * s, L.first + j * s
+            if step == 1:
+                copy(w, x, r + a, n)
+                copy(w, x + lead, r + b, n)
+            else:
+                less_product(w, x, r + a, L.west + a, r + a - s, n)
+                less_product(w, x + lead, r + b, L.east + b, r + b + s, n)
+            multiply(w, L.inverse + i * n * n, x, r + a, n, False)
+            multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
+    for cut in range(2):
+        x = L.lanes + 2 * cut * lead
+        i = cut * half + middle
+        a = L.first + i * s
+        less_product(w, x, r + a, L.west + a, r + a - s, n)
+        less_product(w, x, x, L.east + a, r + a + s, n)
+        multiply(w, L.inverse + i * n * n, x, r + a, n, False)
+    for back in range(1, middle):
+        for cut in range(2):
+            x = L.lanes + 2 * cut * lead
+            i, j = cut * half + middle - back, cut * half + middle + back
+            a, b = L.first + i * s, L.first + j * s
+            times(w, x, L.east + a, r + a + s, n)
+            times(w, x + lead, L.west + b, r + b - s, n)
+            multiply(w, L.inverse + i * n * n, x, r + a, n, True)
+            multiply(w, L.inverse + j * n * n, x + lead, r + b, n, True)
 
 
 @inlined
 def close_ring(w, L, r):
-    """Turn the open chain's solution at offset r into the ring's; edge values become 0."""
-    n, s, last = L.n_rows, L.stride, L.n_theta - 1
-    first, tail, zero = L.first + s, L.first + last * s, L.first
-    o = L.lanes
+    """Turn the open chains' solution at offset r into the ring's; edge values become 0."""
+    n, s, half = L.n_rows, L.stride, L.n_theta // 2
+    known, cuts = L.lanes, L.lanes + (2 * n + 7) // 8 * 8
     for i in range(L.n_theta):
         for e in range(n, s):
             w[r + L.first + i * s + e] = 0.0
+    for cut in range(2):
+        line, x = L.first + cut * half * s, known + cut * n
+        before = line - s if cut == 1 else line + (L.n_theta - 1) * s
+        less_product(w, x, r + line, L.east + line, r + line + s, n)
+        less_product(w, x, x, L.west + line, r + before, n)
+    for a in range(2 * n):
+        w[cuts + a] = 0.0
+    multiply(w, L.closure, known, cuts, 2 * n, True)
+    lines = lines_at_once(L)
+    for near in range(0, half, lines):
+        if near < w[L.convergence + REACH]:
+            far = near + lines
+            second = L.spike + n * L.length
+            add_columns(w, r, L.spike, L.length, cuts, n, L.first + (near + 1) * s, lines * s)
+            add_columns(w, r, L.spike, L.length, cuts, n, L.first + (L.n_theta - far) * s, lines * s)
+            add_columns(w, r, second, L.length, cuts + n, n, L.first + (half + near + 1) * s, lines * s)
+            add_columns(w, r, second, L.length, cuts + n, n, L.first + (half - far) * s, lines * s)
     for a in range(n):
-        w[o + a] = w[r + zero + a] - w[L.east + zero + a] * w[r + first + a] - w[L.west + zero + a] * w[r + tail + a]
-        w[o + s + a] = 0.0
-    multiply(w, L.closure, o, o + s, n, True)
-    for a in range(n):
-        w[r + zero + a] = -w[o + s + a]
-    add_columns(w, r, L.spike, L.length, o + s, n, first, last * s)
+        w[r + L.first + a] = -w[cuts + a]
+        w[r + L.first + half * s + a] = -w[cuts + n + a]
+
+
+@inlined
+def lines_at_once(L):
+    """Number of lines, a divisor of those between the cuts, in which the reach of the spikes is counted."""
+    half = L.n_theta // 2
+    return 8 if half % 8 == 0 else 4 if half % 4 == 0 else 2

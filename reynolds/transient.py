@@ -16,7 +16,6 @@ import math
 
 from reynolds.film import thickness
 from reynolds.jit import inlined
-from reynolds.lanes import wide_vectors
 
 GAMMA = 2.0 - math.sqrt(2.0)
 STAGE = 1.0 - math.sqrt(0.5)
@@ -43,7 +42,6 @@ TABLE = tuple(float(v) for v in predictor_table())
 @inlined
 def predict(w, L, stage, order):
     """Starting values of p and plena for a stage from the last `order` + 1 values."""
-    wide_vectors()
     row = 16 * stage + 4 * order
     b, c, d = TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
     # written in differences: a constant (the edge pressure) is kept to the last bit
@@ -79,7 +77,6 @@ def start(w, ix, F, L):
 @inlined
 def stage_rhs(w, L, stage, adt):
     """Right-hand sides m_rhs and plenum_rhs of a stage."""
-    wide_vectors()
     if stage == TO_MID:
         for k in range(L.length):
             w[L.m_rhs + k] = w[L.m_old + k] + adt * w[L.rate + k]
@@ -99,7 +96,6 @@ def end_stage(w, L, stage, adt):
     The mass kept is the one the fluxes of the answer account for, p h minus the residual that Newton's tolerance has
     left (in r after `newton`): so mass is conserved to round-off and the tolerance leaves no drift.
     """
-    wide_vectors()
     keep = L.m_mid if stage == TO_MID else L.m_old
     inverse = 1.0 / adt
     for k in range(L.first, L.first + L.n_theta * L.stride):

@@ -11,6 +11,7 @@ import math
 
 from reynolds.film import force
 from reynolds.jit import kernel
+from reynolds.lanes import wide_vectors
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.kernels.film_gap import shape_gap
@@ -171,6 +172,7 @@ def journal_force(w):
 @kernel
 def try_step(w, ix, P, dt):
     """One TR-BDF2 step; returns 1, or NOT_CONVERGED with the film taken back (the rotor's start is untouched)."""
+    wide_vectors()
     adt = STAGE * dt
     order = int(w[ROTOR.order])
     for stage in range(2):
