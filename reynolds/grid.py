@@ -27,7 +27,7 @@ FILM_ARRAYS = (
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
-                   "plenum_2", "plenum_3")  # fmt: skip
+                   "plenum_2", "plenum_3", "local_p", "local_h")  # fmt: skip
 NOZZLE_TERMS = 16
 
 
@@ -104,6 +104,8 @@ class Layout(NamedTuple):
     plenum_1: int
     plenum_2: int
     plenum_3: int
+    local_p: int
+    local_h: int
     nozzle: int
     source_weight: int
     reader_weight: int

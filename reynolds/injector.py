@@ -95,50 +95,69 @@ def nozzle_coefficients(kappa: float, gas_constant: float, temperature: float) -
 
 
 @inlined
-def nozzle(up, down, c, w):
-    """Nozzle function [kg/(s m^2)] and its derivatives after upstream and downstream pressure [Pa].
-
-    `c` is the offset of `nozzle_coefficients` in w. Backflow has the opposite sign.
-    """
-    sign = 1.0
-    if down > up:
-        sign = -1.0
-        up, down = down, up
-    r = down / up
-    t = 1.0 - r
-    if r <= w[c + NOZZLE_TERMS]:
-        choked = w[c + NOZZLE_TERMS + 1]
-        g, dg = choked, 0.0
-    elif t < w[c + NOZZLE_TERMS + 3]:
-        dg = w[c + NOZZLE_TERMS + 2]
-        g = dg * t
-    else:
-        # Horner's rule for the even and the odd powers side by side
-        s = t * t
-        odd, even = w[c + NOZZLE_TERMS - 1], w[c + NOZZLE_TERMS - 2]
-        d_odd, d_even = 0.0, 0.0
-        for n in range(NOZZLE_TERMS - 3, 0, -2):
-            d_odd, d_even = d_odd * s + odd, d_even * s + even
-            odd, even = odd * s + w[c + n], even * s + w[c + n - 1]
-        value = even + t * odd
-        slope = odd + 2.0 * t * (d_even + t * d_odd)
-        root = math.sqrt(t)
-        g = root * value
-        dg = root * slope + 0.5 * value / root
-    flow = up * g
-    d_up = g + dg * r
-    d_down = -dg
-    if sign < 0.0:
-        return -flow, -d_down, -d_up
-    return flow, d_up, d_down
+def nozzle_table(w, c):
+    """`nozzle_coefficients`, from offset `c` of w on, as values that a loop over injectors keeps."""
+    return (
+        (w[c], w[c + 2], w[c + 4], w[c + 6], w[c + 8], w[c + 10], w[c + 12], w[c + 14]),
+        (w[c + 1], w[c + 3], w[c + 5], w[c + 7], w[c + 9], w[c + 11], w[c + 13], w[c + 15]),
+        (w[c + 16], w[c + 17], w[c + 18], w[c + 19]),
+    )
 
 
 @inlined
-def pin_flow(pressure, supply, conductance, law, c, w):
+def horner(c, s):
+    """Value and derivative of the polynomial in s with eight coefficients, by Horner's rule."""
+    a, b = c[7], c[6]
+    value, slope = a * s + b, a
+    slope, value = slope * s + value, value * s + c[5]
+    slope, value = slope * s + value, value * s + c[4]
+    slope, value = slope * s + value, value * s + c[3]
+    slope, value = slope * s + value, value * s + c[2]
+    slope, value = slope * s + value, value * s + c[1]
+    slope, value = slope * s + value, value * s + c[0]
+    return value, slope
+
+
+@inlined
+def nozzle(up, down, table):
+    """Nozzle function [kg/(s m^2)] and its derivatives after upstream and downstream pressure [Pa].
+
+    `table` is that of `nozzle_table`. Backflow has the opposite sign. Written without branches, so that several nozzles
+    are evaluated at once.
+    """
+    even_terms, odd_terms, (critical, choked, linear, limit) = table
+    backward = down > up
+    high, low = (down, up) if backward else (up, down)
+    r = low / high
+    t = 1.0 - r
+    # the even and the odd powers of t side by side
+    s = t * t
+    even, d_even = horner(even_terms, s)
+    odd, d_odd = horner(odd_terms, s)
+    value = even + t * odd
+    slope = odd + 2.0 * t * (d_even + t * d_odd)
+    root = math.sqrt(max(t, limit))
+    g = root * value
+    dg = root * slope + 0.5 * value / root
+    g = linear * t if t < limit else g
+    dg = linear if t < limit else dg
+    g = choked if r <= critical else g
+    dg = 0.0 if r <= critical else dg
+    flow = high * g
+    d_high = g + dg * r
+    return (
+        -flow if backward else flow,
+        dg if backward else d_high,
+        -d_high if backward else -dg,
+    )
+
+
+@inlined
+def pin_flow(pressure, supply, conductance, law, table):
     """Mass flow through the pin seat [kg/s] and its derivative after the plenum pressure."""
     if law == 1:
         return conductance * (supply * supply - pressure * pressure), -2.0 * conductance * pressure
-    flow, _, d_down = nozzle(supply, pressure, c, w)
+    flow, _, d_down = nozzle(supply, pressure, table)
     return conductance * flow, conductance * d_down
 
 

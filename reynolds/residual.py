@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from reynolds.film import thickness
-from reynolds.injector import nozzle, pin_flow
+from reynolds.injector import nozzle, nozzle_table, pin_flow
 from reynolds.jit import inlined
 
 CAREFUL = 4
@@ -87,44 +87,56 @@ def footprint_mean(w, ix, L, k):
 
 
 @inlined
-def injection(w, ix, F, L, iadt):
-    """Pin and film flow of every injector, the plenum's residual and what Newton needs of both.
-
-    Eliminating the plenum pressure leaves the change of the film flow, d m_film = defect + gain_q dq_loc + gain_h
-    dh_loc; the plenum itself changes by dP = -shift - pull_q dq_loc - pull_h dh_loc.
-    """
+def read_footprints(w, ix, F, L):
+    """Pressure and thickness that every injector's nozzle sees, into w[local_p] and w[local_h]."""
     for k in range(L.n_inj):
         q_loc = footprint_mean(w, ix, L, k)
         h_loc = 0.0
         for n in range(ix[L.source_start + k], ix[L.source_start + k + 1]):
             h_loc += w[L.source_weight + n] * w[L.h + ix[L.source_cell + n]]
-        h_loc *= 1.0 + L.half
-        p_loc = math.sqrt(max(q_loc, 1e-4 * F.pa * F.pa))
-        plenum = w[L.plenum + k]
-        pin, pin_slope = pin_flow(plenum, w[L.supply + k], w[L.pin_conductance + k], L.law, L.nozzle, w)
-        flux, d_up, d_down = nozzle(plenum, p_loc, L.nozzle, w)
-        if w[L.convergence + CAREFUL] > 0.0 and abs(plenum - p_loc) > 1e-6 * plenum:
-            # the tangent of a root function overshoots through zero and back for ever; the chord lands there
-            chord = flux / (plenum - p_loc)
-            d_up, d_down = max(d_up, chord), min(d_down, -chord)
-        area = w[L.curtain + k] * h_loc
+        w[L.local_h + k] = h_loc * (1.0 + L.half)
+        w[L.local_p + k] = math.sqrt(max(q_loc, 1e-4 * F.pa * F.pa))
+
+
+@inlined
+def injection(w, ix, F, L, iadt):
+    """Pin and film flow of every injector, the plenum's residual and what Newton needs of both.
+
+    Eliminating the plenum pressure leaves the change of the film flow, d m_film = defect + gain_q dq_loc + gain_h
+    dh_loc; the plenum itself changes by dP = -shift - pull_q dq_loc - pull_h dh_loc. The injectors' nozzles are
+    evaluated side by side, in lanes.
+    """
+    read_footprints(w, ix, F, L)
+    careful = w[L.convergence + CAREFUL] > 0.0
+    table = nozzle_table(w, L.nozzle)
+    for k in range(L.n_inj):
+        plenum, p_loc = w[L.plenum + k], w[L.local_p + k]
+        pin, pin_slope = pin_flow(plenum, w[L.supply + k], w[L.pin_conductance + k], L.law, table)
+        flux, d_up, d_down = nozzle(plenum, p_loc, table)
+        # the tangent of a root function overshoots through zero and back for ever; the chord lands there
+        chord = flux / (plenum - p_loc)
+        by_chord = careful and abs(plenum - p_loc) > 1e-6 * plenum
+        d_up, d_down = (max(d_up, chord), min(d_down, -chord)) if by_chord else (d_up, d_down)
+        area = w[L.curtain + k] * w[L.local_h + k]
         film = area * flux
         storage = w[L.capacity + k] * iadt
         residual = storage * (plenum - w[L.plenum_rhs + k]) - pin + film
         inverse = 1.0 / (storage - pin_slope + area * d_up)
         through = 1.0 - area * d_up * inverse
+        film_q = area * d_down * 0.5 / p_loc
+        film_h = w[L.curtain + k] * flux
         w[L.pin_flow + k] = pin
         w[L.film_flow + k] = film
         w[L.pin_p + k] = pin_slope
         w[L.film_p + k] = area * d_up
-        w[L.film_q + k] = area * d_down * 0.5 / p_loc
-        w[L.film_h + k] = w[L.curtain + k] * flux
+        w[L.film_q + k] = film_q
+        w[L.film_h + k] = film_h
         w[L.defect + k] = -residual * area * d_up * inverse
-        w[L.gain_q + k] = through * w[L.film_q + k]
-        w[L.gain_h + k] = through * w[L.film_h + k]
+        w[L.gain_q + k] = through * film_q
+        w[L.gain_h + k] = through * film_h
         w[L.shift + k] = residual * inverse
-        w[L.pull_q + k] = w[L.film_q + k] * inverse
-        w[L.pull_h + k] = w[L.film_h + k] * inverse
+        w[L.pull_q + k] = film_q * inverse
+        w[L.pull_h + k] = film_h * inverse
 
 
 @inlined

@@ -9,7 +9,7 @@ This file is a template as `step` is.
 
 from __future__ import annotations
 
-from reynolds.injector import pin_flow
+from reynolds.injector import nozzle_table, pin_flow
 from reynolds.jit import inlined
 from rotorsim.plant.kernels.piezo import drive_piezos, pin_at
 from rotorsim.plant.kernels.stubs import FILM, RIG, inject, plenum_factor, supply_line
@@ -19,10 +19,11 @@ from rotorsim.plant.kernels.stubs import FILM, RIG, inject, plenum_factor, suppl
 def throttle(w, k, conductance, supply):
     """Give an injector a new conductance and supply pressure at once, and its plenum the rate that goes with them."""
     plenum = w[FILM.plenum_old + k]
-    before, _ = pin_flow(plenum, w[FILM.supply + k], w[FILM.pin_conductance + k], FILM.law, FILM.nozzle, w)
+    table = nozzle_table(w, FILM.nozzle)
+    before, _ = pin_flow(plenum, w[FILM.supply + k], w[FILM.pin_conductance + k], FILM.law, table)
     w[FILM.pin_conductance + k] = conductance
     w[FILM.supply + k] = supply
-    after, _ = pin_flow(plenum, supply, conductance, FILM.law, FILM.nozzle, w)
+    after, _ = pin_flow(plenum, supply, conductance, FILM.law, table)
     w[FILM.plenum_rate + k] += (after - before) / w[FILM.capacity + k]
 
 
