@@ -128,7 +128,7 @@ class Layout(NamedTuple):
     border_force: int
     border_reader: int
     small: int
-    small_inverse: int
+    small_matrix: int
     lanes: int
     convergence: int
     mu: int
@@ -209,7 +209,7 @@ def make_layout(
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": 2 * rows * length, "closure": 4 * rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
-        "small_inverse": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
+        "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
     }  # fmt: skip
     offsets, at = {}, base

@@ -20,7 +20,7 @@ from reynolds.film import thickness_slope
 from reynolds.jit import inlined
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, jacobian, residual, thickness_derivative
-from reynolds.ring import close_ring, factor, invert_block, keep_spike, open_solve, spike_rhs
+from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
@@ -114,23 +114,39 @@ def border_column(w, ix, F, L, U, iadt, c, column):
 
 @inlined
 def build_small(w, ix, L):
-    """Inverse of the border system: changes of the film flows, as scaled rows see them, and journal displacement."""
+    """Matrix of the border system: changes of the film flows, as scaled rows see them, and journal displacement."""
     nb = L.n_border
     for i in range(L.n_inj):
         cell = ix[L.source_cell + ix[L.source_start + i]]
         ratio = w[L.h + cell] / w[L.h_frozen + cell]
         for c in range(nb):
-            w[L.small_inverse + c * nb + i] = -w[L.gain_q + i] * w[L.border_reader + i * nb + c]
-        w[L.small_inverse + i * nb + i] += ratio * ratio * ratio
+            w[L.small_matrix + c * nb + i] = -w[L.gain_q + i] * w[L.border_reader + i * nb + c]
+        w[L.small_matrix + i * nb + i] += ratio * ratio * ratio
     for row in range(2):
         r = L.n_inj + row
         b = L.journal_b + 2 * row
         for c in range(nb):
             f = L.border_force + 2 * c
-            w[L.small_inverse + c * nb + r] = -(w[b] * w[f] + w[b + 1] * w[f + 1])
+            w[L.small_matrix + c * nb + r] = -(w[b] * w[f] + w[b + 1] * w[f + 1])
         for col in range(2):
-            w[L.small_inverse + (L.n_inj + col) * nb + r] += w[L.journal_a + 2 * row + col]
-    invert_block(w, L.small_inverse, nb)
+            w[L.small_matrix + (L.n_inj + col) * nb + r] += w[L.journal_a + 2 * row + col]
+
+
+@inlined
+def eliminate_small(w, matrix, x, n):
+    """Solve the column-major n x n system in place for x; the small system is near the unit matrix: no pivoting."""
+    for c in range(n):
+        pivot = 1.0 / w[matrix + c * n + c]
+        w[x + c] *= pivot
+        for a in range(n):
+            if a != c:
+                w[x + a] -= w[matrix + c * n + a] * w[x + c]
+        for b in range(c + 1, n):
+            factor = w[matrix + b * n + c] * pivot
+            for a in range(n):
+                if a != c:
+                    w[matrix + b * n + a] -= w[matrix + c * n + a] * factor
+            w[matrix + b * n + c] = factor
 
 
 @inlined
@@ -169,12 +185,9 @@ def solve_borders(w, ix, L):
         w[o + ni + row] = (
             w[L.journal_rhs + row] - w[a] * w[L.journal] - w[a + 1] * w[L.journal + 1] + w[b] * fx + w[b + 1] * fy
         )
+    eliminate_small(w, L.small_matrix, o, nb)
     for a in range(nb):
-        w[L.small + a] = 0.0
-    for c in range(nb):
-        v = w[o + c]
-        for a in range(nb):
-            w[L.small + a] += w[L.small_inverse + c * nb + a] * v
+        w[L.small + a] = w[o + a]
 
 
 @inlined
