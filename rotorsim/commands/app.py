@@ -27,6 +27,7 @@ class Commands(LazyGroup):
         "verify": "verify.verify",
         "diagnose": "diagnose.diagnose",
         "hide": "hide.hide",
+        "balance": "balance.balance",
         "warm": "warm.warm",
     }
 

@@ -94,6 +94,11 @@ COMMANDS = (
         ("diagnose",), (ROTOR, "{inputs}/hidden/records", "--effect", "runout", "--out", f"{OUT}/diagnosis"),
         ("diagnosis/diagnosis.json", "diagnosis/gap.nc", "diagnosis/report.html"), resumes=True, code=10,
     ),
+    Command(
+        ("balance",), ("bently_rk4", "{inputs}/vectors.csv", "--mapping", "{inputs}/vectors.toml",
+                       "--out", f"{OUT}/balance"),
+        ("balance/balance.json", "balance/unbalance.csv", "balance/report.html"), compiles=False,
+    ),
     Command(("machine", "new"), (f"{OUT}/mine.toml", "--from", ROTOR), ("mine.toml",), compiles=False),
     Command(
         ("machine", "calibrate"), (RIG, "--targets", "{inputs}/targets.toml", "--passes", "2",

@@ -53,6 +53,8 @@ def make_inputs(folder: Path) -> Path:
     p.make(p.Spec()).save(folder / "law.json")
     (folder / "plan.toml").write_text(PLAN)
     (folder / "targets.toml").write_text(TARGETS)
+    shutil.copy(TESTS.parent / "docs" / "rk4" / "open.csv", folder / "vectors.csv")
+    shutil.copy(TESTS.parent / "docs" / "rk4" / "balance.toml", folder / "vectors.toml")
     return folder
 
 

@@ -1,0 +1,244 @@
+"""Tables of 1X vectors: conditions of a rotor with known or unknown added unbalance, and the mapping of their columns.
+
+::
+
+    [conditions]
+    column = ["cond", "id"]          # the first that a file has; rows with the same text are repeats of one condition
+    speed = "speed"                  # text of the nominal speed; without it all rows have one
+    [speed]
+    column = "rpm"
+    unit = "rpm"
+    [readings.p1x]                   # a displacement probe
+    real = "p1x_re"                  # or: amplitude and phase (a lag, in degrees) instead of real and imaginary
+    imaginary = "p1x_im"
+    unit = "mil"                     # 0-pk
+    position = "120 mm"
+    angle = "0 deg"
+    [planes.disc_1]
+    amount = "U1"                    # empty or absent in rows whose unbalance is unknown
+    angle = "U1_deg"
+    unit = "g*mm"
+    position = "160 mm"
+    radius = "30 mm"                 # of the holes for correction weights
+    holes = 16
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.records.units import amplitude_factor, factor
+from rotorsim.base.errors import DataError
+from rotorsim.base.sentences import listing, quote
+from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.units import parse
+
+READING = ("real", "imaginary", "amplitude", "phase", "unit", "position", "angle", "conjugated")
+PLANE = ("amount", "angle", "unit", "position", "radius", "holes")
+SECTIONS = {"conditions": ("column", "speed"), "speed": ("column", "unit")}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A probe: position along the shaft [m] and angle from x towards y [rad], None where it is not stated."""
+
+    name: str
+    position: float | None = None
+    angle: float | None = None
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A balancing plane: position along the shaft [m], radius [m] and number of its holes, the first at angle 0."""
+
+    name: str
+    position: float | None = None
+    radius: float | None = None
+    holes: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """1X vectors of a rotor at the same speeds in several conditions.
+
+    Attributes
+    ----------
+    labels : names of the conditions (n,)
+    speeds : names of the nominal speeds (s,)
+    speed : measured speeds [rad/s] (n, s), NaN where a condition was not measured
+    vectors : complex (n, s, readings) [m 0-pk], mean of the repeats; x(t) = Re(vector exp(i angle))
+    scatter : variance of a repeat (readings,) [m^2], both components together; NaN without repeats
+    unbalance : complex added unbalance (n, planes) [kg m], NaN where unknown
+    """
+
+    labels: tuple[str, ...]
+    speeds: tuple[str, ...]
+    speed: np.ndarray
+    vectors: np.ndarray
+    scatter: np.ndarray
+    unbalance: np.ndarray
+    readings: tuple[Reading, ...]
+    planes: tuple[Plane, ...]
+
+    @property
+    def known(self) -> np.ndarray:
+        """Which conditions have a known unbalance (n,)."""
+        return np.asarray(np.isfinite(self.unbalance).all(axis=1))
+
+    @property
+    def flat(self) -> np.ndarray:
+        """Vectors (n, speeds x readings)."""
+        return self.vectors.reshape(len(self.labels), -1)
+
+
+def read_conditions(paths: Sequence[str | Path], mapping: str | Path | Mapping[str, Any]) -> Conditions:
+    """Conditions of CSV files with the columns that a mapping names; rows of one condition are averaged.
+
+    Raises
+    ------
+    DataError
+        For a file that cannot be read, a column or entry that is not there, or a value that is no number: one sentence.
+    """
+    tables = _tables(mapping)
+    rows = [(path, row) for path in paths for row in _rows(Path(path))]
+    if not rows:
+        raise DataError(f"{listing(str(p) for p in paths)}: no rows")
+    names = _section("conditions", tables.get("conditions", {}), SECTIONS["conditions"])
+    clock = _section("speed", tables.get("speed", {}), SECTIONS["speed"])
+    for part, key in ((names, "column"), (clock, "column")):
+        if key not in part:
+            raise DataError("mapping: [conditions] and [speed] must name a column")
+    readings = {n: _section(f"readings.{n}", t, READING) for n, t in tables.get("readings", {}).items()}
+    planes = {n: _section(f"planes.{n}", t, PLANE) for n, t in tables.get("planes", {}).items()}
+    if not readings or not planes:
+        raise DataError("mapping: name at least one probe in [readings.NAME] and one plane in [planes.NAME]")
+    return _collect(rows, names, clock, readings, planes)
+
+
+def _collect(rows: list[Any], names: Any, clock: Any, readings: Any, planes: Any) -> Conditions:
+    labels = tuple(dict.fromkeys(_text(p, r, names["column"]) for p, r in rows))
+    speeds = tuple(sorted(dict.fromkeys(_text(p, r, names["speed"]) if "speed" in names else "" for p, r in rows)))
+    shape = (len(labels), len(speeds))
+    values: dict[tuple[int, int], list[np.ndarray]] = {}
+    speed, unbalance = np.full(shape, np.nan), np.full((len(labels), len(planes)), np.nan, dtype=complex)
+    for path, row in rows:
+        i = labels.index(_text(path, row, names["column"]))
+        j = speeds.index(_text(path, row, names["speed"]) if "speed" in names else "")
+        values.setdefault((i, j), []).append(np.array([_vector(path, row, n, t) for n, t in readings.items()]))
+        speed[i, j] = factor(clock.get("unit", "rpm"), "rad/s") * _number(path, row, clock["column"])
+        added = [_added(path, row, n, t) for n, t in planes.items()]
+        if np.isfinite(unbalance[i]).all() and not np.allclose(unbalance[i], added, equal_nan=True):
+            raise DataError(f"{path}: condition {quote(labels[i])} has two different labels; correct one")
+        unbalance[i] = added
+    vectors = np.full((*shape, len(readings)), np.nan, dtype=complex)
+    spread, spare = np.zeros(len(readings)), 0
+    for at, repeats in values.items():
+        vectors[at] = np.mean(repeats, axis=0)
+        spread += (np.abs(np.array(repeats) - vectors[at]) ** 2).sum(axis=0)
+        spare += len(repeats) - 1
+    return Conditions(
+        labels,
+        speeds,
+        speed,
+        vectors,
+        spread / spare if spare else np.full(len(readings), np.nan),
+        unbalance,
+        tuple(Reading(n, _length(t, "position"), _angle(t)) for n, t in readings.items()),
+        tuple(Plane(n, _length(t, "position"), _length(t, "radius"), t.get("holes")) for n, t in planes.items()),
+    )
+
+
+def _vector(path: Any, row: dict[str, str], name: str, entry: dict[str, Any]) -> complex:
+    scale = amplitude_factor(entry.get("unit", "m"))
+    if "real" in entry and "imaginary" in entry:
+        value = complex(_number(path, row, entry["real"]), _number(path, row, entry["imaginary"]))
+    elif "amplitude" in entry and "phase" in entry:
+        lag = math.radians(_number(path, row, entry["phase"]))
+        value = _number(path, row, entry["amplitude"]) * complex(math.cos(lag), -math.sin(lag))
+    else:
+        raise DataError(f"mapping: [readings.{name}] needs real and imaginary, or amplitude and phase")
+    return scale * (value.conjugate() if entry.get("conjugated") else value)
+
+
+def _added(path: Any, row: dict[str, str], name: str, entry: dict[str, Any]) -> complex:
+    if "amount" not in entry or "angle" not in entry:
+        raise DataError(f"mapping: [planes.{name}] needs the columns amount and angle")
+    if not row.get(entry["amount"], "").strip():
+        return complex(np.nan, np.nan)
+    turn = math.radians(_number(path, row, entry["angle"]))
+    amount = _quantity(f"1 {entry.get('unit', 'kg*m')}", "kg*m") * _number(path, row, entry["amount"])
+    return amount * complex(math.cos(turn), math.sin(turn))
+
+
+def _tables(mapping: str | Path | Mapping[str, Any]) -> Mapping[str, Any]:
+    if isinstance(mapping, Mapping):
+        tables = dict(mapping)
+    else:
+        try:
+            tables = tomllib.loads(Path(mapping).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise DataError(f"{mapping}: not a mapping ({error})") from error
+    known = (*SECTIONS, "readings", "planes")
+    for name in tables:
+        if name not in known:
+            raise DataError(f"mapping: unknown table [{name}]; {did_you_mean(name, known)}")
+    return tables
+
+
+def _section(name: str, table: Any, known: Sequence[str]) -> dict[str, Any]:
+    if not isinstance(table, Mapping):
+        raise DataError(f"mapping: {name} must be a table")
+    for key in table:
+        if key not in known:
+            raise DataError(f"mapping: [{name}] has no entry {quote(key)}; {did_you_mean(key, known)}")
+    return dict(table)
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return [{k: v or "" for k, v in row.items() if k is not None} for row in csv.DictReader(file)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DataError(f"{path}: not a table of comma-separated values ({error})") from error
+
+
+def _text(path: Any, row: dict[str, str], column: str | Sequence[str]) -> str:
+    """Text of a column, or of the first that is there of several."""
+    for one in [column] if isinstance(column, str) else column:
+        if one in row:
+            return row[one].strip()
+    raise DataError(f"{path}: no column {quote(column)}; the file has {listing(row)}")
+
+
+def _number(path: Any, row: dict[str, str], column: str) -> float:
+    text = _text(path, row, column)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise DataError(f"{path}: column {quote(column)} holds {quote(text)}, which is no number")
+    return value
+
+
+def _length(table: dict[str, Any], key: str) -> float | None:
+    return _quantity(table[key], "m") if key in table else None
+
+
+def _angle(table: dict[str, Any]) -> float | None:
+    return _quantity(table["angle"], "rad") if "angle" in table else None
+
+
+def _quantity(value: Any, unit: str) -> float:
+    try:
+        return parse(value, unit)
+    except ValueError as error:
+        raise DataError(f"mapping: {error}") from None

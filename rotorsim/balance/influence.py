@@ -1,0 +1,194 @@
+r"""Influence coefficients with an error model: what each plane's unbalance adds to each 1X vector.
+
+Vectors y (m,) of a condition with added unbalance u (q,) are
+
+.. math:: y = y_0 + H u + e, \qquad \operatorname{cov} e = S,
+
+with one complex row of H a reading and speed. S holds what repeats of one condition do not show: a mounting, a drift of
+the machine and of its first unbalance move all probes together, so the errors of the readings are strongly correlated
+and the plain least-squares answer follows the worst of them. H and y_0 are least squares over the conditions with a
+label; S is the covariance of what they leave, its correlations shrunk as far as its few conditions cannot show them
+(Schaefer & Strimmer 2005); u is then the generalised least-squares estimate (Aitken). Sources: Goodman (1964) for least
+squares over speeds and probes, Schaefer & Strimmer (2005).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from rotorsim.balance.conditions import Conditions
+from rotorsim.base.errors import DataError
+
+REGION = 0.9
+"""Content of the regions that are stated."""
+USUAL = 0.999
+"""Share of conditions whose vectors leave no more than is taken for usual."""
+DOUBT = 1e-3
+"""Probability, for all labels together, below which a label is taken to contradict the others."""
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """Influence coefficients and their errors.
+
+    Attributes
+    ----------
+    coefficients : complex (m, q) [m/(kg m)], of vectors without added unbalance too: base (m,) [m]
+    covariance : complex (m, m) [m^2] of a condition's errors, E[e e^H]
+    leverage : (q + 1, q + 1), inverse of the normal matrix of coefficients and base
+    freedom : conditions less unknowns
+    """
+
+    coefficients: np.ndarray
+    base: np.ndarray
+    covariance: np.ndarray
+    leverage: np.ndarray
+    freedom: int
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Unbalance (q,) [kg m] of one condition, its complex covariance (q, q) [kg^2 m^2], the degrees of freedom of both.
+
+    `left` is the weighted square of what the vectors leave, per degree of freedom: about 1. Above what one condition in
+    thousand leaves (another day, another mounting) the covariance grows with it.
+    """
+
+    unbalance: np.ndarray
+    covariance: np.ndarray
+    freedom: int
+    left: float
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviation of either component of each plane's unbalance (q,) [kg m]."""
+        return np.asarray(np.sqrt(np.diag(self.covariance).real / 2))
+
+    def inside(self, truth: np.ndarray) -> np.ndarray:
+        """Whether each plane's truth (q,) lies in its region of probability REGION."""
+        distance = np.abs(self.unbalance - truth) ** 2 / np.diag(self.covariance).real
+        return np.asarray(distance < stats.f.ppf(REGION, 2, 2 * self.freedom))
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """Every labelled condition estimated from the others: truth and estimates (n, q) [kg m], regions met (n, q).
+
+    `contradicts` lists the labels that all others together contradict.
+    """
+
+    labels: tuple[str, ...]
+    truth: np.ndarray
+    estimates: np.ndarray
+    inside: np.ndarray
+    contradicts: tuple[str, ...]
+
+    @property
+    def vector_rms(self) -> float:
+        """Root mean square of the vector errors of a plane [kg m]."""
+        return float(np.sqrt((np.abs(self.estimates - self.truth) ** 2).mean()))
+
+    @property
+    def magnitude_error(self) -> float:
+        """Mean absolute error of the magnitudes [kg m]."""
+        return float(np.abs(np.abs(self.estimates) - np.abs(self.truth)).mean())
+
+    @property
+    def content(self) -> float:
+        """Share of the labels that lie in their region of probability REGION."""
+        return float(self.inside.mean())
+
+
+def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
+    """Influence of `unbalance` (n, q) [kg m] on `vectors` (n, m) [m], both complex and complete.
+
+    Raises
+    ------
+    DataError
+        If there are not more conditions than unknowns, or planes were only ever changed together.
+    """
+    n, q = unbalance.shape
+    regressors = np.column_stack([unbalance, np.ones(n)])
+    scale = np.concatenate([np.full(q, np.abs(unbalance).max() or 1.0), [1.0]])
+    if n < q + 3:
+        raise DataError(f"{n} conditions with a known unbalance: at least {q + 3} are needed for {q} planes")
+    if np.linalg.matrix_rank(regressors / scale, tol=1e-6 * np.sqrt(n)) < q + 1:
+        raise DataError("the known unbalances never changed the planes apart; add a trial weight in one plane alone")
+    leverage = np.linalg.inv((regressors / scale).conj().T @ (regressors / scale)) / np.outer(scale, scale)
+    solution = leverage @ (regressors.conj().T @ vectors)
+    return Influence(
+        solution[:q].T, solution[q], _covariance(vectors - regressors @ solution, n - q - 1), leverage, n - q - 1
+    )
+
+
+def influence_of(coefficients: np.ndarray, vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
+    """Influence with given coefficients (m, q): base and errors from `vectors` (n, m) with `unbalance` (n, q)."""
+    n = len(vectors)
+    left = vectors - unbalance @ coefficients.T
+    base = left.mean(axis=0)
+    leverage = np.zeros((coefficients.shape[1] + 1,) * 2)
+    leverage[-1, -1] = 1.0 / n
+    return Influence(coefficients, base, _covariance(left - base, n - 1), leverage, n - 1)
+
+
+def _covariance(left: np.ndarray, freedom: int) -> np.ndarray:
+    """Covariance (m, m) of residuals (n, m), its correlations shrunk by what `freedom` cannot tell."""
+    plain = (left.conj().T @ left).T / freedom
+    size = np.sqrt(np.diag(plain).real)
+    correlation = plain / np.outer(size, size)
+    apart = ~np.eye(len(size), dtype=bool)
+    strength = np.abs(correlation[apart]) ** 2
+    shrink = min(1.0, float(((1 - strength) ** 2).sum() / freedom / max(strength.sum(), 1e-300)))
+    correlation = np.where(apart, (1 - shrink) * correlation, 1.0)
+    return np.asarray(correlation * np.outer(size, size))
+
+
+def estimate(found: Influence, vectors: np.ndarray) -> Estimate:
+    """Unbalance of a condition from its vectors (m,), NaN where it was not measured.
+
+    Raises DataError if fewer vectors are there than planes.
+    """
+    there = np.isfinite(vectors)
+    H, S = found.coefficients[there], found.covariance[np.ix_(there, there)]
+    m, q = H.shape
+    if m < q:
+        raise DataError(f"{m} vectors cannot tell {q} planes apart")
+    weighted = np.linalg.solve(S, H)
+    covariance = np.linalg.inv(H.conj().T @ weighted)
+    unbalance = covariance @ (weighted.conj().T @ (vectors[there] - found.base[there]))
+    rest = vectors[there] - found.base[there] - H @ unbalance
+    left = float((rest.conj() @ np.linalg.solve(S, rest)).real / max(m - q, 1))
+    # what m readings took from the covariance's degrees of freedom, and the coefficients' own errors
+    freedom = max(found.freedom - m + q, 1)
+    at = np.append(unbalance, 1.0)
+    unusual = left / float(stats.f.ppf(USUAL, 2 * max(m - q, 1), 2 * found.freedom))
+    wider = (1.0 + float((at @ found.leverage @ at.conj()).real)) * max(unusual, 1.0)
+    return Estimate(unbalance, covariance * wider * found.freedom / freedom, freedom, left)
+
+
+Fit = Callable[[np.ndarray, np.ndarray], Influence]
+
+
+def leave_one_out(conditions: Conditions, fit: Fit = fit_influence) -> LeftOut:
+    """Each condition with a label estimated from the others.
+
+    `fit` makes an Influence of vectors (n, m) and unbalances (n, q).
+    """
+    known = np.flatnonzero(conditions.known)
+    vectors, truth = conditions.flat[known], conditions.unbalance[known]
+    if not np.isfinite(vectors).all():
+        raise DataError("a condition with a known unbalance was not measured at every speed; leave it out")
+    estimates, inside, doubtful = np.zeros_like(truth), np.zeros(truth.shape, bool), []
+    for i, at in enumerate(known):
+        others = np.arange(len(known)) != i
+        one = estimate(fit(vectors[others], truth[others]), vectors[i])
+        estimates[i], inside[i] = one.unbalance, one.inside(truth[i])
+        away = one.unbalance - truth[i]
+        distance = float((away.conj() @ np.linalg.solve(one.covariance, away)).real) / len(away)
+        if stats.f.sf(distance, 2 * len(away), 2 * one.freedom) * len(known) < DOUBT:
+            doubtful.append(conditions.labels[at])
+    return LeftOut(tuple(conditions.labels[k] for k in known), truth, estimates, inside, tuple(doubtful))

@@ -1,0 +1,66 @@
+"""Influence of unbalance from a machine's physical model, with one complex factor a probe fitted to labelled records.
+
+The model gives the whirl of the shaft at each probe for unbalance in each plane. What a probe makes of it, its angle,
+its sensitivity, the origin of the angles, is one complex number that all planes and speeds share: with it a condition
+or two tell what influence coefficients need a trial weight in every plane for.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from fe_shaft.response import run_unbalance_response
+from rotorsim.balance.conditions import Conditions
+from rotorsim.balance.influence import Fit, Influence, fit_influence, influence_of
+from rotorsim.base.errors import DataError
+from rotorsim.machine import Machine
+from rotorsim.plant.mesh import Mesh
+
+
+def model_influence(machine: Machine, conditions: Conditions) -> np.ndarray:
+    """Complex influence (speeds x readings, planes) [m/(kg m)] of the machine on linear bearings, in x of each probe.
+
+    Raises DataError for a position that is missing or not on the shaft, or a bearing that is not linear.
+    """
+    if machine.film is not None:
+        raise DataError(f"{machine.name}: a balancing model needs linear bearings; this machine has a gas film")
+    mesh = Mesh(machine)
+    speed = np.nanmedian(conditions.speed, axis=0)
+    columns = []
+    for plane in conditions.planes:
+        whirl = run_unbalance_response(mesh.rotor, _node(mesh, plane), 1.0, 0.0, speed)
+        at = [4 * _node(mesh, r) for r in conditions.readings]
+        columns.append(np.concatenate([whirl.response[at, k] for k in range(len(speed))]))
+    return np.stack(columns, axis=1)
+
+
+def _node(mesh: Mesh, part: object) -> int:
+    name, position = getattr(part, "name", ""), getattr(part, "position", None)
+    if position is None:
+        raise DataError(f"{name}: the mapping gives no position; the physical model needs one")
+    shaft = mesh.machine.shaft
+    if not shaft.start - 1e-9 <= position <= shaft.end + 1e-9:
+        raise DataError(f"{name}: {1e3 * position:g} mm is not on the shaft")
+    return mesh.node(position)
+
+
+def fit_physical(machine: Machine, conditions: Conditions) -> Fit:
+    """Fit of an Influence that keeps the machine's shape: a complex factor a probe, and the first vector of each."""
+    return partial(_fit, model_influence(machine, conditions), len(conditions.readings))
+
+
+def _fit(model: np.ndarray, readings: int, vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
+    free = fit_influence(vectors, unbalance)
+    predicted = unbalance @ model.T
+    weight = 1.0 / np.diag(free.covariance).real
+    factors = np.zeros(readings, dtype=complex)
+    away = predicted - predicted.mean(axis=0)
+    measured = vectors - vectors.mean(axis=0)
+    for k in range(readings):
+        same = slice(k, None, readings)
+        a, b = away[:, same], measured[:, same]
+        factors[k] = (weight[same] * a.conj() * b).sum() / (weight[same] * np.abs(a) ** 2).sum()
+    coefficients = model * np.tile(factors, model.shape[0] // readings)[:, None]
+    return influence_of(coefficients, vectors, unbalance)

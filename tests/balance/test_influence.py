@@ -1,0 +1,89 @@
+"""Influence coefficients with correlated errors: estimates, regions, doubtful labels."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorsim.balance import Conditions, Plane, Reading, estimate, fit_influence, leave_one_out
+from rotorsim.base.errors import DataError
+
+
+def noise(generator, *shape):
+    return (generator.standard_normal(shape) + 1j * generator.standard_normal(shape)) / np.sqrt(2)
+
+
+def conditions(seed, n=30, drift=2e-6, apart=5e-8):
+    """A rotor with two planes and six readings whose first unbalance drifts from one condition to the next."""
+    generator = np.random.default_rng(seed)
+    H = noise(generator, 6, 2)
+    u = noise(generator, n, 2) * 2e-5
+    along = noise(generator, 6)
+    e = drift * noise(generator, n)[:, None] * along + apart * noise(generator, n, 6)
+    y = 1e-5 * noise(generator, 6) + u @ H.T + e
+    return Conditions(
+        tuple(f"c{k}" for k in range(n)), ("",), np.full((n, 1), 100.0), y[:, None, :], np.full(6, np.nan), u,
+        tuple(Reading(f"p{k}") for k in range(6)), (Plane("a"), Plane("b")),
+    )  # fmt: skip
+
+
+def test_exact_vectors_give_the_exact_unbalance():
+    c = conditions(1, drift=0.0, apart=1e-15)
+    found = fit_influence(c.flat[1:], c.unbalance[1:])
+    np.testing.assert_allclose(estimate(found, c.flat[0]).unbalance, c.unbalance[0], rtol=1e-6)
+
+
+def test_a_drift_that_moves_all_probes_together_is_seen_through():
+    """It leaves the plane that it does not look like: plain least squares follows it."""
+    c = conditions(2)
+    plain = [
+        np.linalg.lstsq(f.coefficients, c.flat[i] - f.base, rcond=None)[0] - c.unbalance[i]
+        for i in range(30)
+        for f in [fit_influence(np.delete(c.flat, i, 0), np.delete(c.unbalance, i, 0))]
+    ]
+    assert leave_one_out(c).vector_rms < 0.25 * np.sqrt((np.abs(plain) ** 2).mean())
+
+
+def test_regions_of_90_percent_hold_about_90_percent():
+    content = np.mean([leave_one_out(conditions(seed)).content for seed in range(12)])
+    assert 0.85 < content < 0.97
+
+
+def test_a_wrong_label_is_named_and_no_other():
+    c = conditions(3)
+    u = c.unbalance.copy()
+    u[7, 0] += 2e-5
+    assert leave_one_out(replace(c, unbalance=u)).contradicts == ("c7",)
+    assert leave_one_out(c).contradicts == ()
+
+
+def test_a_speed_that_was_not_measured_makes_the_estimate_less_certain():
+    c = conditions(4)
+    found = fit_influence(c.flat[1:], c.unbalance[1:])
+    y = c.flat[0].copy()
+    y[3:] = np.nan
+    assert (estimate(found, y).deviation > estimate(found, c.flat[0]).deviation).all()
+
+
+def test_vectors_of_another_machine_state_widen_the_region():
+    c = conditions(5)
+    found = fit_influence(c.flat[1:], c.unbalance[1:])
+    far = estimate(found, c.flat[0] + np.array([0, 0, 0, 0, 0, 1e-5]))
+    assert far.left > 10 and (far.deviation > 2 * estimate(found, c.flat[0]).deviation).all()
+
+
+@pytest.mark.parametrize("angle", [0.3, 2.0])
+def test_the_origin_of_the_angles_does_not_matter(angle):
+    c = conditions(6)
+    turned = replace(c, vectors=c.vectors * np.exp(1j * angle))
+    assert leave_one_out(turned).vector_rms == pytest.approx(leave_one_out(c).vector_rms, rel=1e-9)
+
+
+def test_planes_that_were_never_changed_apart_are_refused():
+    c = conditions(7)
+    with pytest.raises(DataError, match="trial weight in one plane alone"):
+        fit_influence(c.flat, np.stack([c.unbalance[:, 0]] * 2, axis=1))
+    with pytest.raises(DataError, match="4 conditions with a known unbalance: at least 5"):
+        fit_influence(c.flat[:4], c.unbalance[:4])
+    with pytest.raises(DataError, match="1 vectors cannot tell 2 planes apart"):
+        estimate(fit_influence(c.flat, c.unbalance), np.array([1e-6, *[np.nan] * 5]))

@@ -1,0 +1,57 @@
+"""`rotorsim balance`: the measured rotor kit, from tables to weights, and bad input."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+RK4 = Path(__file__).parents[2] / "docs" / "rk4"
+MAPPING = (RK4 / "balance.toml").read_text(encoding="utf-8")
+
+
+def test_the_measured_kit_within_the_errors_that_are_stated(run, tmp_path):
+    out = tmp_path / "b"
+    code, text, err = run(
+        "balance", "bently_rk4", RK4 / "open.csv", RK4 / "unlabelled.csv", "--mapping", RK4 / "balance.toml",
+        "--out", out, "--json",
+    )  # fmt: skip
+    found = json.loads(text)
+    assert code == 0 and err == ""
+    best = found["methods"]["influence coefficients"]
+    assert best["vector_rms_gmm"] < 2.0 and best["magnitude_error_gmm"] < 1.5
+    assert 0.8 <= best["share_in_90_percent_regions"] <= 0.97 and best["contradicted_labels"] == []
+    assert found["methods"]["physical model"]["vector_rms_gmm"] < 9.0
+    assert len(found["unbalance"]) == 56
+    assert (out / "report.html").exists()
+    printed, kept = (p.read_text().splitlines() for p in (out / "unbalance.csv", RK4.parent / "rk4_prediction.csv"))
+    for a, b in zip(printed, kept, strict=True):
+        assert a.split(",")[0] == b.split(",")[0]
+        if not a.startswith("id"):
+            assert [float(x) for x in a.split(",")[1:]] == pytest.approx([float(x) for x in b.split(",")[1:]], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("[readings.p1x]", "[reading.p1x]"), "unknown table [reading]; did you mean 'readings'?"),
+        (('unit = "mil"', 'units = "mil"'), "[readings.p1x] has no entry 'units'"),
+        (('real = "p1x_1x_re_mil"', 'real = "p9x"'), "no column 'p9x'"),
+        (('position = "120 mm"', 'position = "120"'), "mapping: '120'"),
+        (('amount = "U1_gmm"', 'amount = "role"'), "column 'role' holds 'baseline', which is no number"),
+        (('position = "160 mm"', 'position = "900 mm"'), "disc_1: 900 mm is not on the shaft"),
+        (("[conditions]", "[conditions"), "not a mapping"),
+    ],
+)
+def test_a_wrong_mapping_ends_in_one_sentence(run, tmp_path, change, says):
+    mapping = tmp_path / "m.toml"
+    mapping.write_text(MAPPING.replace(*change, 1))
+    code, out, err = run("balance", "bently_rk4", RK4 / "open.csv", "--mapping", mapping, "--out", tmp_path / "b")
+    assert code == 2 and out == "" and says in err and err.count("\n") == 1
+    assert not (tmp_path / "b").exists()
+
+
+def test_records_without_a_label_and_unknown_conditions_are_refused(run, tmp_path):
+    line = ("balance", "bently_rk4", RK4 / "unlabelled.csv", "--mapping", RK4 / "balance.toml", "--out", tmp_path / "b")
+    assert run(*line)[0] == 2 and "no condition has a known unbalance" in run(*line)[2]
+    line = ("balance", "bently_rk4", RK4 / "open.csv", "--mapping", RK4 / "balance.toml", "--out", tmp_path / "b")
+    assert "--correct: no condition 'A999'" in run(*line, "--correct", "A999")[2]
