@@ -144,7 +144,7 @@ def _numbers(value: complex, deviation: float | None) -> dict[str, float]:
 
 
 def _table(conditions: Conditions, found: dict[str, Estimate]) -> str:
-    """CSV of the unknown unbalances; sd_gmm is the standard deviation of either component, the larger of the planes'."""
+    """CSV of the unknown unbalances; sd_gmm is the standard deviation of either component in the worse plane."""
     planes = range(1, len(conditions.planes) + 1)
     lines = [",".join(["id", *(f"U{k}_{unit}" for k in planes for unit in ("gmm", "deg")), "sd_gmm"])]
     for label, one in found.items():

@@ -31,7 +31,7 @@ def test_the_measured_kit_within_the_errors_that_are_stated(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "says"),
+    ("change", "shown"),
     [
         (("[readings.p1x]", "[reading.p1x]"), "unknown table [reading]; did you mean 'readings'?"),
         (('unit = "mil"', 'units = "mil"'), "[readings.p1x] has no entry 'units'"),
@@ -42,11 +42,11 @@ def test_the_measured_kit_within_the_errors_that_are_stated(run, tmp_path):
         (("[conditions]", "[conditions"), "not a mapping"),
     ],
 )
-def test_a_wrong_mapping_ends_in_one_sentence(run, tmp_path, change, says):
+def test_a_wrong_mapping_ends_in_one_sentence(run, tmp_path, change, shown):
     mapping = tmp_path / "m.toml"
     mapping.write_text(MAPPING.replace(*change, 1))
     code, out, err = run("balance", "bently_rk4", RK4 / "open.csv", "--mapping", mapping, "--out", tmp_path / "b")
-    assert code == 2 and out == "" and says in err and err.count("\n") == 1
+    assert code == 2 and out == "" and shown in err and err.count("\n") == 1
     assert not (tmp_path / "b").exists()
 
 

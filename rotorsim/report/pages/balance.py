@@ -57,7 +57,8 @@ def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.
             ):  # fmt: skip
                 figure.add_trace(go.Scatter(x=compact(values.real), y=compact(values.imag), mode="markers", name=name,
                                             text=list(test.labels), legendgroup=name, showlegend=row == 1 and k == 0,
-                                            marker={"color": colour, "symbol": symbol, "size": 8}), row, k + 1)  # fmt: skip
+                                            marker={"color": colour, "symbol": symbol, "size": 8}),
+                                 row, k + 1)  # fmt: skip
     figure.update_xaxes(title_text="at 0 deg [g mm]")
     figure.update_yaxes(title_text="at 90 deg [g mm]", scaleanchor="x")
     return style(figure, 460 * len(tests))
