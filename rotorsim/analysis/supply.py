@@ -30,7 +30,7 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
         return pressure
     free = replace(a, record=_neutral(a, lines))
     flow = float(describe(free, settle(free, speed, pressure)).mass_flow.sum())
-    left = getattr(a.module.supply_line, "py_func", a.module.supply_line)
+    left = a.module.supply_line
     ambient = a.machine.gas.ambient_pressure
 
     def missing(regulator: float) -> float:
