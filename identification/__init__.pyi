@@ -26,6 +26,7 @@ from .records.folder import (
 from .records.frf import FrequencyResponse as FrequencyResponse, frequency_response as frequency_response
 from .records.mapping import Mapping as Mapping, load_mapping as load_mapping
 from .records.prefilter import Prefilter as Prefilter, Signals as Signals, filtered as filtered, runout_of as runout_of
+from .records.resample import resample as resample
 from .records.runout import Runout as Runout, estimate_runout as estimate_runout, on_angle as on_angle
 from .records.sampling import sampling_time as sampling_time
 from .records.schema import (

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
+from identification.records.keyphasor import shaft_angle
 from identification.records.mapping import Entry, Mapping
 from identification.records.schema import AXES, VARIABLES, make_record
 from identification.records.table import Column, Header, Table
@@ -17,6 +18,8 @@ from rotorsim.base.sentences import quote
 if TYPE_CHECKING:
     import xarray as xr
 
+WORST = 20.0
+"""Largest condition number of the probes' directions: two probes about 6 degrees apart."""
 RATE = 1e-3
 """Largest relative difference between a stated sample rate and the file's own clock."""
 
@@ -33,6 +36,7 @@ def assemble(table: Table, mapping: Mapping) -> xr.Dataset:
 def used(mapping: Mapping) -> list[Entry]:
     """All entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
+    single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]
 
 
@@ -40,14 +44,48 @@ def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     groups: dict[str, dict[str, np.ndarray]] = {}
     for (name, label), entry in mapping.channels.items():
         groups.setdefault(name, {})[label] = values(table, entry, VARIABLES[name].units)
+    if mapping.probes:
+        groups["disc_measured"] = _from_probes(table, mapping)
     n = max(column.size for parts in groups.values() for column in parts.values())
     time = _time(table, mapping, n)
     arrays = {name: _joined(name, parts, time.size) for name, parts in groups.items()}
+    if mapping.keyphasor:
+        arrays = _turning(table, mapping, time) | arrays
     arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
     record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays})
     if "pin" in groups:
         record = record.assign_coords(injector=sorted(map(int, groups["pin"])))
     return record
+
+
+def _from_probes(table: Table, mapping: Mapping) -> dict[str, np.ndarray]:
+    """Motion in x and y from probes at their angles, by least squares if there are more than two."""
+    columns = [values(table, entry, "m") for entry, _ in mapping.probes.values()]
+    angles = np.array([angle for _, angle in mapping.probes.values()])
+    names = ", ".join(mapping.probes)
+    if len({column.size for column in columns}) > 1:
+        raise ReadError(f"probes {names}: have different numbers of samples; take columns of one length")
+    seen = np.column_stack([np.cos(angles), np.sin(angles)])
+    if len(columns) < 2 or np.linalg.cond(seen) > WORST:
+        raise ReadError(f"probes {names}: do not see both x and y; add one at another angle")
+    x, y = np.linalg.lstsq(seen, np.array(columns), rcond=None)[0]
+    return {"x": x, "y": y}
+
+
+def _turning(table: Table, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
+    """Angle and speed of the shaft from the keyphasor."""
+    assert mapping.keyphasor is not None
+    entry, how = mapping.keyphasor
+    signal = values(table, entry, "V")
+    if signal.size != time.size:
+        raise ReadError(f"keyphasor: {signal.size} samples but {time.size} times; take columns of one length")
+    if not np.isfinite(signal).all():
+        raise ReadError("keyphasor: has missing values; cut them out")
+    try:
+        angle, speed = shaft_angle(time, signal, how)
+    except ReadError as error:
+        raise ReadError(f"keyphasor: {error}") from error
+    return {"angle": angle, "speed": speed}
 
 
 def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:

@@ -12,6 +12,15 @@
     [constants]
     pressure = "0.3 MPa"
 
+    [keyphasor]                     # pulses: the shaft's angle and speed
+    column = "key"
+    unit = "V"
+    edge = "falling"                # or rising; level = "2.5 V", hysteresis = "0.5 V", pulses = 1
+    [probes.A]                      # in place of channels.disc_measured: probes at any angle from x towards y
+    column = "probe A"
+    unit = "mil"
+    angle = "45 deg"
+
 and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
 sign * scale * (column in SI, through the sensitivity if there is one) + offset.
 """
@@ -27,6 +36,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
+from identification.records.keyphasor import Keyphasor
 from identification.records.schema import AXES, VARIABLES
 from identification.records.units import quantity
 from identification.records.vectors import VECTORS
@@ -35,8 +45,10 @@ from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
 
 MAX_BYTES = 1_000_000
+MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
-_SECTIONS = ("time", "channels", "constants", "speed", "vectors", "file")
+_SECTIONS = ("time", "channels", "keyphasor", "probes", "constants", "speed", "vectors", "file")
+_KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
@@ -65,6 +77,9 @@ class Mapping:
     vectors: dict[tuple[str, int, str], Entry] = field(default_factory=dict)
     file: dict[str, str] = field(default_factory=dict)
     text: str = ""
+    keyphasor: tuple[Entry, Keyphasor] | None = None
+    probes: dict[str, tuple[Entry, float]] = field(default_factory=dict)
+    """Entry of each displacement probe and its angle [rad] from x towards y."""
 
 
 def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
@@ -104,6 +119,8 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
         vectors=_vectors(tables.get("vectors", {})),
         file=_file(tables.get("file", {})),
         text=text,
+        keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
+        probes={name: _probe(f"probes.{name}", part) for name, part in tables.get("probes", {}).items()},
     )
     return _consistent(mapping)
 
@@ -115,12 +132,50 @@ def _consistent(mapping: Mapping) -> Mapping:
         raise ReadError("mapping: [vectors] without [speed]; name the column of the speed and its unit")
     if mapping.speed and not mapping.vectors:
         raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
-    if not mapping.vectors and not mapping.channels:
+    _no_second_source(mapping)
+    if not mapping.vectors and not mapping.channels and not mapping.probes:
         raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
     twice = set(mapping.constants) & {name for name, _ in mapping.channels}
     if twice:
         raise ReadError(f"mapping: {min(twice)} is a channel and a constant; remove one")
     return mapping
+
+
+def _no_second_source(mapping: Mapping) -> None:
+    names = {name for name, _ in mapping.channels} | set(mapping.constants)
+    if mapping.probes and "disc_measured" in names:
+        raise ReadError("mapping: [probes] and [channels.disc_measured] are the same motion; remove one")
+    if mapping.keyphasor and "angle" in names:
+        raise ReadError("mapping: [keyphasor] and [channels.angle] are the same angle; remove one")
+    if mapping.vectors and (mapping.keyphasor or mapping.probes):
+        raise ReadError("mapping: [vectors] are not a time series; remove [keyphasor] and [probes]")
+
+
+def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
+    own = {key: table.pop(key) for key in _KEYPHASOR if key in table}
+    entry = _entry("keyphasor", table)
+    volts = {key: _in_si(f"keyphasor.{key}", own[key], "V") for key in ("level", "hysteresis") if key in own}
+    edge, pulses = own.get("edge", "falling"), own.get("pulses", 1)
+    if edge not in ("falling", "rising"):
+        raise ReadError(f"keyphasor.edge: {quote(edge)}; write falling or rising")
+    if isinstance(pulses, bool) or not isinstance(pulses, int) or not 1 <= pulses <= MOST_PULSES:
+        raise ReadError(f"keyphasor.pulses: {quote(pulses)}; give the whole number of pulses in a turn")
+    return entry, Keyphasor(edge=edge, pulses=pulses, **volts)
+
+
+def _probe(path: str, table: Any) -> tuple[Entry, float]:
+    _table(path, table)
+    part = dict(table)
+    if "angle" not in part:
+        raise ReadError(f"{path}.angle: is missing; give the probe's angle from x towards y, e.g. angle = '45 deg'")
+    return _entry(path, {k: v for k, v in part.items() if k != "angle"}), _in_si(f"{path}.angle", part["angle"], "rad")
+
+
+def _in_si(path: str, value: Any, unit: str) -> float:
+    try:
+        return quantity(value, unit)
+    except ReadError as error:
+        raise ReadError(f"{path}: {error}") from error
 
 
 def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:

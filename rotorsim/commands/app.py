@@ -62,7 +62,12 @@ class Data(LazyGroup):
     """Check measured data, map its channels, convert between formats."""
 
     epilog = "Example: rotorsim data check run.csv"
-    places: ClassVar = {"check": "data.check", "convert": "data.convert", "mapping": "data.mapping"}
+    places: ClassVar = {
+        "check": "data.check",
+        "convert": "data.convert",
+        "mapping": "data.mapping",
+        "resample": "data.resample_command",
+    }
 
 
 class Fmu(LazyGroup):

@@ -17,11 +17,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from identification import Examination, columns, examine, load, mapping_template, read, save
+from identification import Examination, columns, examine, load, mapping_template, read, resample, save
 from identification.records.column_names import likely
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
@@ -68,6 +69,24 @@ def convert(
         save(record, out)
     size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
     typer.echo(f"{out}: written, {size}: {', '.join(map(str, record.data_vars))}")
+
+
+@example("rotorsim data resample run.mat run.nc --mapping rig.toml --rate '5 kHz'")
+def resample_command(
+    file: Annotated[Path, _FILE],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    rate: Annotated[str, typer.Option(help="New sampling rate; the plant's own is 5 kHz.")] = "5 kHz",
+    mapping: Annotated[Path | None, _MAPPING] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+) -> None:
+    """Write a file's data as a record at a lower sampling rate, filtered so that nothing folds back."""
+    if out.exists() and file.exists() and out.samefile(file):
+        raise DataError(f"{out}: is the file to resample; choose another name")
+    new = quantity("rate", rate, "Hz")
+    with files(out, force=force, another="name"):
+        record = resample(read(file, mapping), new)
+        save(record, out)
+    typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
 
 
 @example("rotorsim data mapping run.csv > rig.toml")

@@ -114,6 +114,10 @@ COMMANDS = (
         ("data", "convert"), ("{inputs}/excited.nc", f"{OUT}/record.mat"), ("record.mat",), compiles=False,
         label="mat",
     ),
+    Command(
+        ("data", "resample"), ("{inputs}/excited.nc", f"{OUT}/record.nc", "--rate", "1 kHz"), ("record.nc",),
+        compiles=False,
+    ),
     Command(("fmu", "export"), (ROTOR, "--out", f"{OUT}/rotor.fmu"), ("rotor.fmu",)),
     Command(("fmu", "export"), ("--law", "{inputs}/law.json", "--out", f"{OUT}/law.fmu"), ("law.fmu",), compiles=False,
             label="law"),

@@ -1,0 +1,140 @@
+"""Records as laboratories make them: keyphasor pulses, probes at 45 degrees, high sampling rates."""
+
+import time as clock
+
+import numpy as np
+import pytest
+
+import identification as idn
+from identification.errors import ReadError, SchemaError
+from identification.records.keyphasor import Keyphasor, pulse_times, shaft_angle
+
+RATE = 51200.0
+
+
+def lab(seconds=4.0, start=40.0, end=60.0, rate=RATE):
+    """Time, true angle, and a keyphasor's volts: a notch of 8 degrees, -8 V with noise, over a ramp of speed [Hz]."""
+    t = np.arange(int(seconds * rate)) / rate
+    angle = 2 * np.pi * (start * t + 0.5 * (end - start) / seconds * t**2) + 0.3
+    notch = (angle % (2 * np.pi)) < np.deg2rad(8)
+    volts = np.where(notch, -8.0, -1.0) + 0.1 * np.random.default_rng(1).standard_normal(t.size)
+    return t, angle, volts
+
+
+def test_the_angle_follows_a_ramp_to_a_tenth_of_a_degree():
+    t, angle, volts = lab()
+    found, speed = shaft_angle(t, volts, Keyphasor())
+    inside = slice(2000, -2000)
+    away = found - angle
+    away -= 2 * np.pi * np.round(np.median(away) / (2 * np.pi))
+    # the angle is 0 where the notch begins, within a sample
+    assert np.abs(np.rad2deg(away[inside])).max() < 0.5
+    true = 2 * np.pi * (40 + 5 * t)
+    assert np.abs(speed / true - 1)[inside].max() < 0.01
+
+
+def test_the_edge_the_level_and_pulses_of_a_turn():
+    t, _, volts = lab(start=50, end=50)
+    falling = pulse_times(t, volts, Keyphasor())
+    rising = pulse_times(t, volts, Keyphasor(edge="rising"))
+    assert np.median(rising[:99] - falling[:99]) == pytest.approx(8 / 360 / 50, abs=3e-5)
+    _, speed = shaft_angle(t, volts, Keyphasor(pulses=4))
+    assert np.median(speed) == pytest.approx(2 * np.pi * 50 / 4, rel=1e-3)
+    np.testing.assert_allclose(pulse_times(t, volts, Keyphasor(level=-4.0)), falling, atol=1.1 / RATE)
+
+
+@pytest.mark.parametrize(
+    ("change", "shown"),
+    [
+        (lambda v: np.zeros_like(v), "never passes its level"),
+        (lambda v: np.where(np.arange(v.size) < v.size // 100, v, -1.0), "pulses; at least 4"),
+        (lambda v: np.where(np.abs(np.arange(v.size) / RATE - 2) < 0.015, -1.0, v), "a pulse is missing"),
+    ],
+)
+def test_a_keyphasor_that_cannot_be_followed_is_refused(change, shown):
+    t, _, volts = lab(start=50, end=50)
+    with pytest.raises(ReadError, match=shown):
+        shaft_angle(t, change(volts), Keyphasor())
+
+
+MAPPING = {
+    "time": {"sample_rate": "51.2 kHz"},
+    "keyphasor": {"column": "key", "unit": "V"},
+    "probes": {
+        "A": {"column": "A", "unit": "V", "sensitivity": "200 mV/mil", "angle": "45 deg"},
+        "B": {"column": "B", "unit": "V", "sensitivity": "200 mV/mil", "angle": "135 deg"},
+    },
+    "constants": {"pressure": "0.3 MPa"},
+}
+
+
+def written(path, seconds=4.0):
+    """A file of a lab: 51.2 kHz, two probes at 45 degrees in V of 200 mV/mil, a keyphasor."""
+    t, angle, volts = lab(seconds, 50, 50)
+    x, y = 10e-6 * np.cos(angle), 6e-6 * np.sin(angle)
+    a, b = (x + y) / np.sqrt(2), (y - x) / np.sqrt(2)
+    scale = 0.2 / 25.4e-6
+    table = np.column_stack([a * scale, b * scale, volts])
+    np.savetxt(path, table, delimiter=",", header="A,B,key", comments="", fmt="%.7g")
+    return t, x, y
+
+
+def test_probes_at_45_degrees_in_mils_with_a_keyphasor_become_a_record(tmp_path):
+    _, x, y = written(tmp_path / "lab.csv")
+    record = idn.read(tmp_path / "lab.csv", MAPPING)
+    np.testing.assert_allclose(record["disc_measured"].sel(axis="x"), x, atol=1e-10)
+    np.testing.assert_allclose(record["disc_measured"].sel(axis="y"), y, atol=1e-10)
+    assert float(record["speed"].median()) == pytest.approx(2 * np.pi * 50, rel=1e-4)
+    low = idn.resample(record, 5000.0)
+    assert low.sizes["time"] == 20000 and "51200 Hz to 5000 Hz" in low.attrs["resampled"]
+    inner = slice(200, -200)
+    exact = 10e-6 * np.cos(2 * np.pi * 50 * low["time"].values + 0.3)
+    assert np.abs(low["disc_measured"].sel(axis="x").values - exact)[inner].max() < 2e-8
+    idn.save(low, tmp_path / "low.nc")
+    assert idn.read(tmp_path / "low.nc").sizes["time"] == 20000
+
+
+def test_what_lies_above_half_the_new_rate_does_not_fold_back():
+    t = np.arange(51200) / RATE
+    tone = np.sin(2 * np.pi * 3200 * t)
+    record = idn.make_record(t, {"disc": np.column_stack([tone, tone])})
+    assert np.abs(idn.resample(record, 5000.0)["disc"].values[100:-100]).max() < 0.01
+
+
+def test_a_minute_at_51_kHz_takes_seconds():
+    t = np.arange(int(60 * RATE)) / RATE
+    xy = np.random.default_rng(0).standard_normal((t.size, 2))
+    _, _, volts = lab(1.0, 50, 50)
+    record = idn.make_record(t, {"disc": xy, "disc_measured": xy})
+    start = clock.process_time()
+    shaft_angle(t, np.tile(volts, 60), Keyphasor())
+    idn.resample(record, 5000.0)
+    assert clock.process_time() - start < 10
+
+
+@pytest.mark.parametrize(
+    ("change", "shown"),
+    [
+        ({"probes": {"A": MAPPING["probes"]["A"]}}, "do not see both x and y"),
+        ({"probes": MAPPING["probes"] | {"B": MAPPING["probes"]["A"]}}, "do not see both x and y"),
+        ({"probes": {"A": {"column": "A", "unit": "um"}}}, "probes.A.angle: is missing"),
+        ({"keyphasor": {"column": "key", "unit": "V", "edge": "up"}}, "keyphasor.edge"),
+        ({"keyphasor": {"column": "key", "unit": "V", "pulses": 0}}, "keyphasor.pulses"),
+        ({"keyphasor": {"column": "A", "unit": "V", "Level": "1 V"}}, "unknown entry 'Level'"),
+        ({"channels": {"angle": {"column": "A", "unit": "rad"}}}, "are the same angle; remove one"),
+        ({"channels": {"disc_measured": {"x": {"column": "A", "unit": "V"}}}}, "are the same motion; remove one"),
+    ],
+)
+def test_wrong_entries_are_named(tmp_path, change, shown):
+    written(tmp_path / "lab.csv", 0.2)
+    with pytest.raises(ReadError, match=shown):
+        idn.read(tmp_path / "lab.csv", MAPPING | change)
+
+
+def test_rates_that_cannot_be_are_refused():
+    t = np.arange(1000) / 5000
+    record = idn.make_record(t, {"disc": np.zeros((1000, 2))})
+    with pytest.raises(SchemaError, match="would invent"):
+        idn.resample(record, 10000.0)
+    with pytest.raises(SchemaError, match="no simple ratio"):
+        idn.resample(record, 1234.5678901)
