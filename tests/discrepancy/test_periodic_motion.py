@@ -20,3 +20,12 @@ def test_a_rotor_that_whirls_away_begins_at_rest(coupling):
     a = Plant(machine).assembly
     w = settle(a, 2.0, 0.0)
     np.testing.assert_array_equal(in_motion(a, w.copy(), 2.0, 0.0), w)
+
+
+def test_the_motion_found_repeats_from_turn_to_turn(machine, truth_plant):
+    """At 40 Hz a turn is 125 samples; a start at rest would beat for a minute (damping ratio 0.002 at 44 Hz)."""
+    rows = np.zeros((1000, 6))
+    rows[:, 0] = 2 * np.pi * 40
+    y = truth_plant.run({}, rows, 0.0, turning=True)[:, :2]
+    np.testing.assert_allclose(y[-125:], y[:125], atol=1e-3 * np.ptp(y))
+    assert np.ptp(y[:125], axis=0) == pytest.approx(np.ptp(y[:125, 0]), rel=0.01)  # a circle

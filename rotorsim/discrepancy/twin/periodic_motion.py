@@ -48,6 +48,8 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
     jump = phi @ np.linalg.inv(np.eye(len(A)) - phi)
     n, angle = a.rotor.n, w[a.rotor.angle]
     at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
+    # a step begins at the displacement and velocity of the last one's end, which it keeps apart
+    begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
     rest, began = w, {i: w[i] for i in (a.rig.tick, a.rotor.time, a.rotor.turns)}
     for _ in range(ROUNDS):
         before = w[at].copy()
@@ -57,6 +59,7 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
         if not np.all(np.isfinite(change)):
             return rest
         moved[at] += jump @ change
+        moved[begin] = moved[at]
         w = moved
         w[a.rotor.angle] = angle
         if np.linalg.norm(change) < SETTLED * np.linalg.norm(before):
