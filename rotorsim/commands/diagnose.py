@@ -152,7 +152,7 @@ def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
     """Verdict, gap, new machine file and report: all of them, in place of an older verdict's, or nothing."""
     with replacing_all(out, tuple(RESULTS.values())) as part:
         write_netcdf(part / RESULTS["gap"], diagnosis.gap)
-        if diagnosis.effects:
+        if diagnosis.status != "unknown":
             after = diagnosis.apply()
             after.save(part / RESULTS["machine"])
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")

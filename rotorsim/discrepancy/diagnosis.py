@@ -18,6 +18,7 @@ from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recal
 from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
+from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
@@ -42,6 +43,7 @@ FINE_GRID, FINE_STEP = (32, 16), 1e-4
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
+NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 Progress = Callable[[str], None]
 
 
@@ -122,7 +124,11 @@ class Work:
             if role in self.parts:
                 self.progress("prove")
                 self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
-        verdict, search = self._name(base, flags, apart)
+        try:
+            verdict, search = self._name(base, flags, apart)
+        except NoAnswerError:
+            verdict, search = Verdict("unknown"), None
+            notes.append(NO_ANSWER)
         if verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
         if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
@@ -172,6 +178,8 @@ class Work:
         best = verdict.best
         final = base if best is None else best.fit
         proven, V = self._measured(final, best is not None)
+        # what is not written into the machine file must not have turned its calibration either
+        written = self._measured(base, False) if verdict.status == "partial" else (proven, V)
         unknown: dict[str, Any] = {}
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
@@ -192,12 +200,18 @@ class Work:
             next_experiment=ahead,
             gap=gap,
             notes=(*notes, *map(null_sentence, null_vectors(proven, base.parameters))),
-            calibration=calibration_of(proven, V, base.parameters),
+            calibration=calibration_of(*written, base.parameters),
             evidence=evidence_of(base, best, search),
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(
-                {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out}
+                {
+                    "effects": list(h.keys),
+                    "gone": h.gone,
+                    "cost": h.fit.cost,
+                    "held_out": h.held_out,
+                    "failed": h.failed,
+                }
                 for h in verdict.tried
             ),
         )

@@ -20,6 +20,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
+from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine
@@ -81,7 +82,7 @@ def track(
         a = turned[low:high]
         columns = [np.ones_like(a), np.linspace(-1, 1, len(a))]
         columns += [part(n * a) for n in orders for part in (np.cos, np.sin)]
-        x = np.linalg.lstsq(np.column_stack(columns), displacement[low:high], rcond=None)[0]
+        x = answer(np.linalg.lstsq, np.column_stack(columns), displacement[low:high], rcond=None)[0]
         for i in range(len(orders)):
             # x = c cos(n a) + s sin(n a) = Re((c - i s) exp(i n a))
             out[0, :, 1 + i * len(speeds) + k] = x[2 + 2 * i] - 1j * x[3 + 2 * i]

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.discrepancy.fit.parameters import FitParameter, within
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
@@ -58,7 +59,7 @@ def step_of(J: np.ndarray, r: np.ndarray, v: np.ndarray, p: np.ndarray, damping:
     scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
     A = H / scale[:, None] / scale + damping * np.eye(len(v))
     g = (J.T @ r - p**2 * v) / scale
-    return np.asarray(np.linalg.lstsq(A, g, rcond=1e-12)[0] / scale)
+    return np.asarray(answer(np.linalg.lstsq, A, g, rcond=1e-12)[0] / scale)
 
 
 def fit(
@@ -70,14 +71,17 @@ def fit(
     steps: int = MOST_STEPS,
     progress: Callable[[], None] | None = None,
 ) -> Fit:
-    """Fit parameters from the start `point` with the Jacobian J (n, k) there."""
+    """Fit parameters from the start `point` with the Jacobian J (n, k) there; ends where a step has no answer."""
     parameters, J = tuple(parameters), J.copy()
     p = prior_rows(parameters)
     r = comparison.residual(point) if residual is None else residual
     v = np.array([point.values.get(k, 0.0) for k in parameters])
     cost, damping = cost_of(r, v, p), 1e-6
     for _ in range(steps):
-        change = within(parameters, v + step_of(J, r, v, p, damping)) - v
+        try:
+            change = within(parameters, v + step_of(J, r, v, p, damping)) - v
+        except NoAnswerError:
+            break
         share, done = 1.0, False
         while share > 0.1:
             there = point.moved(parameters, share * change)
@@ -114,7 +118,7 @@ def singular_directions(
     """
     size = np.linalg.norm(J, axis=0)
     seen = size > 1e-9 * size.max()
-    _, s, V = np.linalg.svd(J[:, seen] / size[seen], full_matrices=False)
+    _, s, V = answer(np.linalg.svd, J[:, seen] / size[seen], full_matrices=False)
     names = [k.name for k, ok in zip(parameters, seen, strict=True) if ok]
     found = []
     for i in range(1, len(s)):

@@ -20,6 +20,7 @@ import numpy as np
 
 from rotorsim.base.rounding import normal_root
 from rotorsim.discrepancy.fit.least_squares import Fit, fit as again, prior_rows
+from rotorsim.discrepancy.linear_algebra import answer
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy.residuals.comparison import Comparison
@@ -44,7 +45,7 @@ def fall(fit: Fit) -> float:
     """Predicted decrease of the sum of squares with priors in a Gauss-Newton step."""
     size, J, H = scaled(fit)
     g = J.T @ fit.residual - prior_rows(fit.parameters) ** 2 * fit.vector / size
-    return float(np.sum((g @ normal_root(H)) ** 2))
+    return float(np.sum((g @ answer(normal_root, H)) ** 2))
 
 
 def scaled(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -59,7 +60,7 @@ def scaled(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def covariance(fit: Fit, record: np.ndarray) -> np.ndarray:
     """Covariance (k, k) of the fit parameters; record (n,) is the record number of each value."""
     size, J, H = scaled(fit)
-    root = normal_root(H)
+    root = answer(normal_root, H)
     inverse = root @ root.T
     g = np.array([J[record == i].T @ fit.residual[record == i] for i in np.unique(record)])
     g -= g.mean(axis=0)

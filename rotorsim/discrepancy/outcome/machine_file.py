@@ -28,11 +28,13 @@ HEAD = (
     "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
     "# file before.\n"
 )
+WRITTEN = ("named", "tie")
+"""Verdicts whose effects are written."""
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
 
 
 def extended(diagnosis: Findings) -> Machine:
-    """Machine file with the named, tied or partial effects of a diagnosis and the new calibration."""
+    """Machine file with the named or tied effects of a diagnosis and the new calibration; a partial one is left out."""
     source, plain = diagnosis.machine._source or diagnosis.machine.text, diagnosis.machine.text
     # sensors and actuators are chains: what is added must stand ahead of what is there, if not behind it;
     # a file of inline tables has no room for tables of effects, its canonical text has
@@ -48,7 +50,7 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
     left_out = _calibrate(document, effects, diagnosis)
-    for found in diagnosis.effects:
+    for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
         _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
     if not last:
         _put_ahead(effects, [name for name in effects if name not in before])

@@ -10,6 +10,7 @@ from rotorsim.base.constants import MPA, SAMPLE
 from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
 from rotorsim.discrepancy.data.spectra import Trial, block_lines
 from rotorsim.discrepancy.fit.least_squares import prior_rows
+from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point, simulate
 from rotorsim.discrepancy.search.search import Hypothesis
 from rotorsim.experiments import Experiment, Impact, Multisine
@@ -92,6 +93,6 @@ def _after_refit(
     b = np.concatenate([np.zeros(len(rival.fit.residual) + len(p)), difference])
     size = np.linalg.norm(A, axis=0)
     size[size == 0] = 1.0
-    x = np.linalg.lstsq(A / size, b, rcond=1e-10)[0]
+    x = answer(np.linalg.lstsq, A / size, b, rcond=1e-10)[0]
     left = b - A / size @ x
     return float(left @ left)

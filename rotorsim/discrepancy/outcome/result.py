@@ -53,7 +53,7 @@ class Diagnosis(Findings, Reported):
         return WORDS[self.status].format(effects=effects, rivals=rivals)
 
     def apply(self) -> Machine:
-        """The machine with the effects found and the new calibration; the machine itself where none was found."""
+        """The machine with the new calibration, and the effects where they are named or tied."""
         return extended(self)
 
     def as_dict(self) -> dict[str, Any]:

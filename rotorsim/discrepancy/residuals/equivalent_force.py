@@ -10,6 +10,7 @@ speed, pressure and amplitude. Source: Platz & Markert (2001), fault models for 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,11 @@ import numpy as np
 from rotorsim.base.constants import TO_UM
 from rotorsim.discrepancy.data.spectra import TURNING, Trial
 from rotorsim.discrepancy.fit.parameters import contributions, setting
+from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
+from rotorsim.discrepancy.twin.twin import FAILURES
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
@@ -34,7 +37,8 @@ def equivalent_force(
     for i in list(dict.fromkeys(f.number for f in flags))[:MOST_RECORDS]:
         trial = comparison.trials[i]
         groups = {f.group for f in flags if f.number == i}
-        lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
+        with suppress(*FAILURES):  # where the plant has no solution there is no force either
+            lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
     lines.sort(key=lambda x: -x["force_n"])
     return {
         "where": "at the disc, as far as one measuring plane shows",
@@ -71,15 +75,15 @@ def _of_record(
 
 def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
     """A line r (2,) [m] at f [Hz] as the force that makes it, with the size of `near` (2, lines)."""
-    G = plant.transfer(2j * np.pi * f)[:, 2:4]
-    force = np.linalg.solve(G, r)
+    G = answer(plant.transfer, 2j * np.pi * f)[:, 2:4]
+    force = answer(np.linalg.solve, G, r)
     forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
     return {
         "record": trial.name,
         "point": trial.point,
         "frequency_hz": f,
         "order": _order(trial, f),
-        "force_n": float(np.linalg.norm(np.linalg.solve(G, near))),
+        "force_n": float(np.linalg.norm(answer(np.linalg.solve, G, near))),
         "direction": _direction(forward, backward, force),
         "residual_um": float(np.linalg.norm(r)) * TO_UM,
         "unsteady": False,
@@ -136,5 +140,5 @@ def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag])
     vary = [k for k in range(4) if k == 0 or (len(A) and np.ptp(A[:, k]) > 0.1)]
     if len(rows) < len(vary) + 1:
         return {}
-    x = np.linalg.lstsq(A[:, vary], np.array(sizes), rcond=None)[0]
+    x = answer(np.linalg.lstsq, A[:, vary], np.array(sizes), rcond=None)[0]
     return {names[k]: float(v) for k, v in zip(vary, x, strict=True) if k}

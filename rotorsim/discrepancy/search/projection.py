@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from rotorsim.discrepancy.fit.least_squares import Fit, prior_rows
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.search.candidates import Form
 
 
@@ -34,9 +35,12 @@ class Screen:
         weak = np.diag(G) < 1e-5 * self.raw[columns]
         G = G + np.diag(np.where(weak, 1e300, 1e-9 * np.diag(G)))
         scale = np.sqrt(np.diag(G))
-        if len(columns) > 1 and np.linalg.cond(G / scale[:, None] / scale) > 1e4:
+        try:
+            if len(columns) > 1 and answer(np.linalg.cond, G / scale[:, None] / scale) > 1e4:
+                return 0.0, np.zeros(len(columns))
+            values = answer(np.linalg.solve, G, b)
+        except NoAnswerError:
             return 0.0, np.zeros(len(columns))
-        values = np.linalg.solve(G, b)
         if np.any(self.one_sided[columns] & (values < 0)):
             return 0.0, np.zeros(len(columns))
         return float(b @ values), values
@@ -46,10 +50,10 @@ class Screen:
         a, b = self.where[i], self.where[j]
         A, B = self.gram[a, a], self.gram[b, b]
         floor_a, floor_b = 1e-12 * np.trace(A) + 1e-300, 1e-12 * np.trace(B) + 1e-300
-        La = np.linalg.cholesky(A + floor_a * np.eye(len(A)))
-        Lb = np.linalg.cholesky(B + floor_b * np.eye(len(B)))
-        middle = np.linalg.solve(La, np.linalg.solve(Lb, self.gram[a, b].T).T)
-        return float(min(np.linalg.svd(middle, compute_uv=False).max(), 1.0))
+        La = answer(np.linalg.cholesky, A + floor_a * np.eye(len(A)))
+        Lb = answer(np.linalg.cholesky, B + floor_b * np.eye(len(B)))
+        middle = answer(np.linalg.solve, La, answer(np.linalg.solve, Lb, self.gram[a, b].T).T)
+        return float(min(answer(np.linalg.svd, middle, compute_uv=False).max(), 1.0))
 
     def survives(self, i: int) -> float:
         """Share of a form's signature that re-calibration cannot imitate."""
@@ -66,7 +70,7 @@ def screen(base: Fit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> S
     p = prior_rows(base.parameters)
     A = np.vstack([base.J, np.diag(p)])
     size = np.linalg.norm(A, axis=0)
-    U, s, _ = np.linalg.svd(A / np.where(size > 0, size, 1.0), full_matrices=False)
+    U, s, _ = answer(np.linalg.svd, A / np.where(size > 0, size, 1.0), full_matrices=False)
     Q = U[:, s > 1e-9 * s[0]]
     steps = [np.array([k.step for k in f.parameters]) for f in forms]
     S = np.concatenate([c * d for c, d in zip(columns, steps, strict=True)], axis=1)

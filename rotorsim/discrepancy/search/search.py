@@ -9,8 +9,9 @@ from math import log
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit, fit
+from rotorsim.discrepancy.fit.least_squares import Fit, cost_of, fit, prior_rows
 from rotorsim.discrepancy.fit.parameters import FitParameter, within
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
@@ -47,6 +48,8 @@ class Hypothesis:
     held_out: float
     gone: float
     """Share of the flagged excess that is gone."""
+    failed: bool = False
+    """Whether no fit with these forms is better than the one without them."""
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -101,21 +104,24 @@ class Search:
             self.updated.add(form.label)
 
     def hypothesis(self, forms: Sequence[Form], start: np.ndarray) -> Hypothesis:
-        """Fit forms and calibration together, from the linear estimate, renewing the forms' own columns once."""
+        """Fit forms and calibration together, renewing the forms' own columns once; failed if it does not help."""
+        try:
+            found = self._fitted(forms, start)
+        except NoAnswerError:
+            return self._failed(forms)
+        return found if found.fit.cost < self.base.cost else self._failed(forms)
+
+    def _failed(self, forms: Sequence[Form]) -> Hypothesis:
+        """A failed fit: that without the forms, which takes nothing away."""
+        return Hypothesis(tuple(forms), self.base, self.base_excess, self.base_held, 0.0, failed=True)
+
+    def _fitted(self, forms: Sequence[Form], start: np.ndarray) -> Hypothesis:
         own = tuple(k for f in forms for k in f.parameters)
         fixed = {key: v for f in forms for key, v in f.fixed.items()}
         S = np.concatenate([self.columns[f.label] for f in forms], axis=1)
         parameters = (*self.base.parameters, *own)
         J = np.concatenate([self.base.J, S], axis=1)
-        point = self._start(own, fixed, S, start)
-        residual = self.comparison.residual(point)
-        for _ in range(MOST_HALVINGS):
-            if float(residual @ residual) < self.base.chi2:
-                break
-            # a linear estimate that leads away from the records is not a start: nearer to the calibration
-            start = 0.4 * start
-            point = self._start(own, fixed, S, start)
-            residual = self.comparison.residual(point)
+        point, residual = self._beginning(parameters, fixed, S, start)
         first = fit(self.comparison, point, parameters, J, residual, progress=self.progress)
         done = self._left(first) <= (1 - ENOUGH) * self.base_excess
         if not done and first.cost < self.base.cost:
@@ -138,6 +144,20 @@ class Search:
             found = min(found, self.polished(found), key=lambda h: h.fit.cost)
         return found
 
+    def _beginning(
+        self, parameters: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray
+    ) -> tuple[Point, np.ndarray]:
+        """Point and residual that a fit begins at: the linear estimate or a part of it that helps, or size 0."""
+        own, p = parameters[len(self.base.parameters) :], prior_rows(parameters)
+        for halving in range(MOST_HALVINGS + 1):
+            point = self._start(own, fixed, S, 0.4**halving * start)
+            residual = self.comparison.residual(point)
+            v = np.array([point.values.get(k, 0.0) for k in parameters])
+            if cost_of(residual, v, p) < self.base.cost:
+                return point, residual
+        point = self.base.point.holding(fixed)
+        return point, self.comparison.residual(point)
+
     def polished(self, h: Hypothesis) -> Hypothesis:
         """The hypothesis fitted once more with every sensitivity taken where it stands.
 
@@ -153,7 +173,7 @@ class Search:
 
     def _found(self, forms: tuple[Form, ...], fit: Fit) -> Hypothesis:
         left = self._left(fit)
-        return Hypothesis(forms, fit, left, self._held(fit.point), 1 - left / max(self.base_excess, 1e-300))
+        return Hypothesis(forms, fit, left, self._held(fit.point), share_gone(left, self.base_excess))
 
     def onward(self, h: Hypothesis) -> Search:
         """A search for effects missing besides those of a hypothesis."""
@@ -173,7 +193,7 @@ class Search:
         target = np.concatenate([self.base.residual - S @ values, -p * self.base.vector])
         size = np.linalg.norm(A, axis=0)
         size[size == 0] = 1.0
-        move = np.linalg.lstsq(A / size, target, rcond=1e-10)[0] / size
+        move = answer(np.linalg.lstsq, A / size, target, rcond=1e-10)[0] / size
         moved = within(self.base.parameters, self.base.vector + move) - self.base.vector
         return self.base.point.holding(fixed).moved(self.base.parameters, moved).moved(own, values)
 
@@ -248,6 +268,13 @@ def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, .
         if len(out) >= most:
             break
     return list(out.values())
+
+
+def share_gone(left: float, before: float) -> float:
+    """Share of an excess that is gone; where there was none, 1 if none came."""
+    if before > 0:
+        return 1 - left / before
+    return 1.0 if left <= 0 else 0.0
 
 
 def passes(h: Hypothesis, search: Search) -> bool:

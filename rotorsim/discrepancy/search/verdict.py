@@ -12,6 +12,7 @@ from rotorsim.discrepancy.search.search import (
     Hypothesis,
     Search,
     passes,
+    share_gone,
     tied,
     without_idle,
 )
@@ -87,7 +88,7 @@ def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list
 def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
     """Hypothesis with the forms of both."""
     left = h.excess + search.unsteady
-    return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=1 - left / max(search.base_excess, 1e-300))
+    return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=share_gone(left, search.base_excess))
 
 
 def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
@@ -96,7 +97,11 @@ def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
 
 
 def _short_of_a_name(search: Search, tried: list[Hypothesis], known: set[str]) -> Verdict:
-    helps = [h for h in tried if h.gone >= A_FIFTH and (search.held_out is None or h.held_out < 0.8 * search.base_held)]
+    helps = [
+        h
+        for h in tried
+        if not h.failed and h.gone >= A_FIFTH and (search.held_out is None or h.held_out < 0.8 * search.base_held)
+    ]
     if not helps:
         return Verdict("unknown", None, (), (), tuple(tried))
     best = min(helps, key=lambda h: h.score)

@@ -16,6 +16,7 @@ from scipy.linalg import expm
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.rounding import decays
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation
@@ -41,11 +42,13 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
         return w
     rows = np.zeros((whole_turns(speed), 6))
     rows[:, 0], rows[:, 1] = speed, pressure
-    A = linearise(a, w, speed).A
-    phi = expm(A * (len(rows) * SAMPLE))
-    if not np.all(np.isfinite(phi)) or not decays(np.linalg.eigvals(phi)):
+    try:
+        phi = answer(expm, linearise(a, w, speed).A * (len(rows) * SAMPLE))
+        if not decays(answer(np.linalg.eigvals, phi)):
+            return w
+        jump = phi @ answer(np.linalg.inv, np.eye(len(phi)) - phi)
+    except NoAnswerError:
         return w
-    jump = phi @ np.linalg.inv(np.eye(len(A)) - phi)
     n, angle = a.rotor.n, w[a.rotor.angle]
     at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
     # a step begins at the displacement and velocity of the last one's end, which it keeps apart

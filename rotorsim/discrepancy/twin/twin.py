@@ -11,6 +11,7 @@ import numpy as np
 
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
+from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.twin.instrumented import equip
 from rotorsim.discrepancy.twin.periodic_motion import in_motion
 from rotorsim.effects import REGISTRY, Effect
@@ -25,7 +26,7 @@ Setting = Mapping[str, float]
 FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 """Column of a run's input rows that is the supply."""
-FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError)
+FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
 
 
 @dataclass(frozen=True)

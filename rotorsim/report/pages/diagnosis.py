@@ -143,7 +143,9 @@ def _unknown(d: Diagnosis) -> str:
 
 def _tried(d: Diagnosis) -> str:
     rows = [
-        (" with ".join(t["effects"]), f"{100 * t['gone']:.0f} %", f"{t['cost']:.0f}", f"{t['held_out']:.0f}")
+        (" with ".join(t["effects"]), *("fit failed", "-", "-"))
+        if t["failed"]
+        else (" with ".join(t["effects"]), f"{100 * t['gone']:.0f} %", f"{t['cost']:.0f}", f"{t['held_out']:.0f}")
         for t in sorted(d.tried, key=lambda t: t["cost"])
     ]
     if not rows:
