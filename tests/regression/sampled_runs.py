@@ -27,10 +27,13 @@ import tomlkit
 
 import identification as idn
 import rotorsim as rs
+from rotorsim.machine import shipped_machines
 
 GRID = {"n_theta": 32, "n_z": 8, "dt": 2e-4}
 FILM_MACHINES = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
-MACHINES = (*FILM_MACHINES, "plain_rotor")
+OWN = (*FILM_MACHINES, "plain_rotor", "bently_rk4")
+MACHINES = tuple(name for name in OWN if name in shipped_machines())
+"""Shipped machines that both of two compared commits have."""
 Numbers = Iterator[tuple[str, np.ndarray]]
 RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
