@@ -181,6 +181,7 @@ def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[s
         return dict(table.header.attrs)
     taken = {id(table.find(entry.column)) for entry in used(mapping)}
     left = [column.name for column in table.columns if id(column) not in taken]
-    attrs = {"source": str(path), "source_format": table.format, "source_sha256": digest}
+    attrs: dict[str, Any] = {"source": str(path), "source_format": table.format, "source_sha256": digest}
     attrs |= {"mapping": mapping.text} if mapping.text else {}
+    attrs |= mapping.conditions
     return attrs | ({"unused_columns": left} if left else {})

@@ -47,8 +47,10 @@ from rotorsim.base.suggest import did_you_mean
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
-_SECTIONS = ("time", "channels", "keyphasor", "probes", "constants", "speed", "vectors", "file")
+_SECTIONS = ("time", "channels", "keyphasor", "probes", "constants", "conditions", "speed", "vectors", "file")
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
+_CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa"}
+"""What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors."""
 _FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
@@ -76,6 +78,7 @@ class Mapping:
     speed: Entry | None = None
     vectors: dict[tuple[str, int, str], Entry] = field(default_factory=dict)
     file: dict[str, str] = field(default_factory=dict)
+    conditions: dict[str, float] = field(default_factory=dict)
     text: str = ""
     keyphasor: tuple[Entry, Keyphasor] | None = None
     probes: dict[str, tuple[Entry, float]] = field(default_factory=dict)
@@ -118,11 +121,30 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
         speed=_entry("speed", tables["speed"]) if "speed" in tables else None,
         vectors=_vectors(tables.get("vectors", {})),
         file=_file(tables.get("file", {})),
+        conditions=_conditions(tables.get("conditions", {})),
         text=text,
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
         probes={name: _probe(f"probes.{name}", part) for name, part in tables.get("probes", {}).items()},
     )
     return _consistent(mapping)
+
+
+def _conditions(table: dict[str, Any]) -> dict[str, float]:
+    """Accuracy [m], rate [rad/s2] and pressure [Pa] that become attributes of the record."""
+    _only("conditions", table, tuple(_CONDITIONS))
+    written = {name: _per_second(value) if name == "rate" else value for name, value in table.items()}
+    found = {name: _in_si(f"conditions.{name}", value, _CONDITIONS[name]) for name, value in written.items()}
+    for name, value in found.items():
+        if not 0 < value < math.inf:
+            raise ReadError(f"conditions.{name}: {quote(table[name])}; give a positive one")
+    return found
+
+
+def _per_second(rate: Any) -> Any:
+    """The speed that a ramp rate, such as '229 rpm/s', gains in a second."""
+    if isinstance(rate, str) and rate.replace(" ", "").endswith("/s"):
+        return rate.rpartition("/")[0]
+    raise ReadError(f"conditions.rate: {quote(rate)}; write a speed per second, e.g. rate = '229 rpm/s'")
 
 
 def _consistent(mapping: Mapping) -> Mapping:

@@ -31,6 +31,7 @@ from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
 from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.search.search import CLEAR, Search
+from rotorsim.discrepancy.search.untouched import objection, untouched_gone
 from rotorsim.discrepancy.search.verdict import Verdict, judge
 from rotorsim.discrepancy.twin.alternative_injection import other_law
 from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities
@@ -43,6 +44,10 @@ FINE_GRID, FINE_STEP = (32, 16), 1e-4
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
+NO_ACCURACY = (
+    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
+    "displacement), or record one operating point twice"
+)
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 Progress = Callable[[str], None]
 
@@ -129,11 +134,25 @@ class Work:
         except NoAnswerError:
             verdict, search = Verdict("unknown"), None
             notes.append(NO_ANSWER)
+        verdict, refused = self._confirmed(base, verdict)
+        notes += refused
+        if verdict.status == "no_disagreement" and not self.fitted.scatter_known:
+            verdict = replace(verdict, status="unknown")
+            notes.append(NO_ACCURACY)
         if verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
         if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
             verdict = replace(verdict, status="unknown", best=None, rivals=())
         return self._result(base, flags, verdict, search, notes)
+
+    def _confirmed(self, base: Fit, verdict: Verdict) -> tuple[Verdict, list[str]]:
+        """The verdict, refused where untouched records do not bear it out, with the sentence of the refusal."""
+        untouched, best = self.parts.get("untouched"), verdict.best
+        if untouched is None or best is None:
+            return verdict, []
+        gone = untouched_gone(untouched, untouched.residual(base.point), untouched.residual(best.fit.point))
+        refused = objection(verdict.status, " with ".join(best.keys), gone)
+        return (replace(verdict, status="unknown", best=None, rivals=()), [refused]) if refused else (verdict, [])
 
     def _scatter_note(self) -> list[str]:
         if self.fitted.scatter_known:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ import numpy as np
 from rotorsim.base.cache import Cache
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.spectra import Trial, stated_accuracy
 from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.linear_algebra import answer
@@ -99,12 +99,44 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
     if film and pressure <= 0:
         raise DataError(f"{name}: vectors of a gas bearing need its pressure [Pa] in the attribute 'pressure'")
     measured = vectors["amplitude"].values * np.exp(-1j * vectors["phase"].values)
-    rate = float(vectors.attrs.get("rate", 0.0)) or max(RATE, np.ptp(speeds) / LONGEST)
+    rate = stated_rate(vectors, name) or assumed_rate(speeds)
+    accuracy = stated_accuracy(vectors, name)
     rows = ramp(speeds, rate, pressure)
     role = np.array([("fit", "fit", "held_out", "fit", "fit", "untouched")[k % 6] for k in range(len(speeds))])
     return [
-        _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders)
+        _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy)
         for which in ("fit", "held_out", "untouched")
+    ]
+
+
+def stated_rate(vectors: xr.Dataset, name: str) -> float:
+    """Attribute `rate` [rad/s2] of a table of vectors, 0 where there is none; raises DataError for no positive one."""
+    value = vectors.attrs.get("rate")
+    if value is None:
+        return 0.0
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = -1.0
+    if not 0 < found < np.inf:
+        raise DataError(
+            f"{name}: the ramp rate is {value!r}; give a positive number of rad/s2, e.g. 12.6 for 120 rpm/s"
+        )
+    return found
+
+
+def assumed_rate(speeds: np.ndarray) -> float:
+    """Ramp rate [rad/s2] of a table that states none."""
+    return max(RATE, float(np.ptp(speeds)) / LONGEST)
+
+
+def rate_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
+    """Sentences on tables whose ramp rate had to be assumed."""
+    return [
+        f"{name}: no ramp rate is stated; {assumed_rate(vectors['speed'].values) * TO_RPM:.0f} rpm/s is assumed; "
+        "give rate, at which resonances are passed"
+        for name, vectors in opened
+        if not stated_rate(vectors, name)
     ]
 
 
@@ -123,7 +155,7 @@ def ramp(speeds: np.ndarray, rate: float, pressure: float) -> np.ndarray:
 
 def _part(
     name: str, role: str, rows: np.ndarray, pressure: float, speeds: np.ndarray, measured: np.ndarray,
-    orders: tuple[int, ...],
+    orders: tuple[int, ...], accuracy: float,
 ) -> Sweep:  # fmt: skip
     """Some rows of a table as a trial; measured (rows, orders, 2) [m]."""
     k = len(speeds)
@@ -131,7 +163,10 @@ def _part(
     for i in range(len(orders)):
         spectra[0, :, 1 + i * k : 1 + (i + 1) * k] = measured[:, i, :].T
     none = np.zeros(spectra.shape[2], bool)
-    return Sweep(f"{name}, {role}", role, rows, pressure, 0.0, 0, len(rows), 1, spectra, none, orders, speeds=speeds)
+    return Sweep(
+        f"{name}, {role}", role, rows, pressure, 0.0, 0, len(rows), 1, spectra, none, orders, accuracy=accuracy,
+        speeds=speeds,
+    )  # fmt: skip
 
 
 def diagnose_vectors(
@@ -144,7 +179,8 @@ def diagnose_vectors(
 ) -> Diagnosis:
     """Diagnosis of tables of vectors; of six rows one is held out and one untouched."""
     trials = [s for name, vectors in opened for s in make_sweeps(vectors, name, machine.film is not None)]
-    return work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, cache=cache)
+    found = work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, cache=cache)
+    return replace(found, notes=(*rate_notes(opened), *found.notes))
 
 
 def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:

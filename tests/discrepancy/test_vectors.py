@@ -7,7 +7,9 @@ from identification import make_vectors
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import draw
-from rotorsim.discrepancy.runup_diagnosis import RATE, make_sweeps, ramp, simulated, track
+from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.residuals.floor import repeat_scatter
+from rotorsim.discrepancy.runup_diagnosis import RATE, make_sweeps, ramp, rate_notes, simulated, track
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 
@@ -37,6 +39,53 @@ def test_vectors_of_a_gas_bearing_need_a_pressure():
     shape = (len(SPEEDS), 3, 2)
     with pytest.raises(DataError, match="need its pressure"):
         make_sweeps(table(np.ones(shape), np.zeros(shape)), "t", True)
+
+
+def test_the_floor_of_vectors_is_the_scatter_of_neighbouring_rows_and_not_the_misfit(rng):
+    """A smooth misfit of 20 um, 0.1 um of scatter: second differences of noise have six times its square."""
+    shape = (len(SPEEDS), 3, 2)
+    noise = 1e-7 * (rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    bump = 20e-6 * np.exp(-(((SPEEDS - 150) / 120) ** 2))[:, None, None] + noise
+    trials = make_sweeps(table(np.abs(bump), -np.angle(bump), rate=10.0), "t", False)[:1]
+    scatter, _, _, known = repeat_scatter(trials, [t.spectra for t in trials])
+    assert not known
+    assert 0.3e-7 < np.median(scatter[0, :, 1:]) < 3e-7
+
+
+def test_a_stated_accuracy_makes_the_floor_known():
+    shape = (len(SPEEDS), 3, 2)
+    trials = make_sweeps(table(np.ones(shape) * 1e-6, np.zeros(shape), accuracy=5e-7), "t", False)[:1]
+    scatter, _, _, known = repeat_scatter(trials, [t.spectra for t in trials])
+    assert known
+    np.testing.assert_array_equal(scatter[0, :, 1:5], 5e-7)
+
+
+@pytest.mark.parametrize(("name", "value"), [("accuracy", -1.0), ("accuracy", "good"), ("rate", 0.0), ("rate", "fast")])
+def test_an_accuracy_or_rate_that_is_none_is_refused(name, value):
+    shape = (len(SPEEDS), 3, 2)
+    with pytest.raises(DataError, match=f"{name} is"):
+        make_sweeps(table(np.ones(shape) * 1e-6, np.zeros(shape), **{name: value}), "t", False)
+
+
+def test_a_ramp_rate_that_is_assumed_is_noted():
+    shape = (len(SPEEDS), 3, 2)
+    empty = np.zeros(shape)
+    assert "120 rpm/s is assumed" in rate_notes([("t", table(empty, empty))])[0]
+    assert not rate_notes([("t", table(empty, empty, rate=24.0))])
+
+
+@pytest.mark.slow
+def test_run_up_vectors_without_a_stated_accuracy_are_never_free_of_disagreement(machine, truth_plant):
+    parts = make_sweeps(table(np.zeros((len(SPEEDS), 3, 2)), np.zeros((len(SPEEDS), 3, 2)), rate=40.0), "t", False)
+    vectors = np.zeros((len(SPEEDS), 3, 2), complex)
+    for part in parts:
+        lines = simulated(truth_plant, part, Point())[0, :, 1:].reshape(2, 3, -1)
+        vectors[np.isin(SPEEDS, part.speeds)] = lines.transpose(2, 1, 0)
+    given = table(np.abs(vectors), -np.angle(vectors), rate=40.0)
+    found = diagnose(machine, [given], effects=["coupling"])
+    assert found.status == "unknown" and any("how exact" in note for note in found.notes)
+    stated = diagnose(machine, [given.assign_attrs(accuracy=1e-7)], effects=["coupling"])
+    assert stated.status == "no_disagreement"
 
 
 @pytest.mark.slow

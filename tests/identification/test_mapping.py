@@ -169,3 +169,16 @@ def test_a_name_that_two_columns_bear_is_refused(written):
 def test_columns_without_meaning_are_never_guessed(written):
     with pytest.raises(idn.ReadError, match="no column is named like a channel"):
         idn.read(written("a.csv", "t,x,y\n0,1,2\n1,2,3\n"))
+
+
+def test_conditions_of_a_mapping_become_attributes_in_si(written):
+    stated = '[conditions]\naccuracy = "0.5 um"\nrate = "60 rpm/s"\npressure = "0.5 MPa"\n'
+    vectors = idn.read(written("v.csv", VECTORS), written("m.toml", stated + VECTOR_MAP))
+    found = {name: vectors.attrs[name] for name in ("accuracy", "rate", "pressure")}
+    assert found == pytest.approx({"accuracy": 5e-7, "rate": 2 * np.pi, "pressure": 5e5})
+
+
+@pytest.mark.parametrize("one", ['rate = "60 rpm"', 'accuracy = "-1 um"', 'accuracy = "1 V"', "humidity = 1"])
+def test_conditions_without_sense_are_refused_by_name(written, one):
+    with pytest.raises(idn.ReadError, match="conditions"):
+        idn.read(written("v.csv", VECTORS), written("m.toml", f"[conditions]\n{one}\n" + VECTOR_MAP))

@@ -27,6 +27,8 @@ HIGHEST = 300.0
 SETTLING = 0.5
 """Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
 SHORTEST_PERIOD = 0.2
+LARGEST_ACCURACY = 1e-3
+"""Accuracy [m] from which a record shows nothing."""
 LEAD = 0.4
 """Time [s] for which the twin of a periodic record runs before the one period that is compared."""
 TURNING = 1.0
@@ -53,6 +55,8 @@ class Trial:
     """Orders of a run-up's vectors; none for a record at constant speed."""
     periodic: bool = False
     """Whether every block is one period of the excitation, so that one period of the response is complete."""
+    accuracy: float = 0.0
+    """Stated standard deviation [m] of the real part of a line; 0 where none is stated."""
 
     @property
     def speed(self) -> float:
@@ -158,7 +162,20 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     angle = _initial_angle(record, speed, n)
     periodic = period == length
     pressure = float(rows[0, 1])
-    return Trial(name, role, rows, pressure, angle, start, length, blocks, spectra, excited, periodic=periodic)
+    accuracy = stated_accuracy(record, name)
+    return Trial(name, role, rows, pressure, angle, start, length, blocks, spectra, excited, (), periodic, accuracy)
+
+
+def stated_accuracy(record: xr.Dataset, name: str) -> float:
+    """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is no length."""
+    value = record.attrs.get("accuracy", 0.0)
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = -1.0
+    if not 0 <= found < LARGEST_ACCURACY:
+        raise DataError(f"{name}: the accuracy is {value!r}; give the standard deviation of an amplitude in metres")
+    return found
 
 
 def _check_constant(record: xr.Dataset, name: str) -> None:

@@ -29,18 +29,23 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
     """Standard deviations from repeats: per mean line (records, 2, lines), of means and drifts (records, 2).
 
     `residuals` (blocks, 2, lines) are measured less simulated, so that what both do does not count as scatter. The last
-    value is whether there were blocks or repeats to estimate it from.
+    value is whether there were blocks, repeats or a stated accuracy to take it from.
     """
     squares = [_within(r) for r in residuals]
-    known = any(s is not None for s in squares)
+    measured = known = any(s is not None for s in squares)
     pooled = _pooled([s for s in squares if s is not None], residuals)
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
     means, drifts = _slow(residuals, pairs)
+    known = known or any(t.accuracy for t in trials)
     lines = max(r.shape[2] for r in residuals)
     scatter = np.zeros((len(trials), 2, lines))
-    for i, r in enumerate(residuals):
-        blocks = r.shape[0]
-        scatter[i] = pooled[:, :lines] / np.sqrt(blocks)
+    for i, (trial, r) in enumerate(zip(trials, residuals, strict=True)):
+        scatter[i] = pooled[:, :lines] / np.sqrt(r.shape[0])
+        if trial.accuracy and not measured:
+            scatter[i] = trial.accuracy
+        elif trial.orders:
+            scatter[i, :, : r.shape[2]] = _between_rows(trial, r)
+        scatter[i] = np.maximum(scatter[i], trial.accuracy)
     if pairs:
         between = [np.abs(residuals[i].mean(0) - residuals[j].mean(0))[None] ** 2 / 2 for i, j in pairs]
         # quiet lines of a residual are a guess: where records repeat each other, that counts
@@ -62,6 +67,17 @@ def _within(residual: np.ndarray) -> np.ndarray | None:
     if residual.shape[0] < 2:
         return None
     return np.asarray(np.abs(np.diff(residual, axis=0)) ** 2 / 2).mean(axis=0, keepdims=True)
+
+
+def _between_rows(trial: Trial, residual: np.ndarray) -> np.ndarray:
+    """Standard deviation (2, lines) of a real part of run-up vectors: median of second differences of neighbours."""
+    rows = (residual.shape[2] - 1) // len(trial.orders)
+    out = np.zeros((2, residual.shape[2]))
+    for i in range(len(trial.orders)):
+        own = slice(1 + i * rows, 1 + (i + 1) * rows)
+        bent = np.diff(residual[0, :, own], n=2, axis=1)
+        out[:, own] = np.sqrt(np.median(np.abs(bent) ** 2, axis=1) / 6 / LN2 / 2)[:, None]
+    return out
 
 
 def _pooled(squares: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray:
