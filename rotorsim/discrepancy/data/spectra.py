@@ -18,6 +18,7 @@ from identification.records.prefilter import measured, operating_point
 from identification.records.sampling import sampling_time
 from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,9 +55,11 @@ class Trial:
     orders: tuple[int, ...] = ()
     """Orders of a run-up's vectors; none for a record at constant speed."""
     periodic: bool = False
-    """Whether every block is one period of the excitation, so that one period of the response is complete."""
+    """Whether every block is one period of the excitation and holds whole turns: one of the response is complete."""
     accuracy: float = 0.0
     """Stated standard deviation [m] of the real part of a line; 0 where none is stated."""
+    repeating: bool = False
+    """Whether every block is one period of the excitation, with whole turns or not."""
 
     @property
     def speed(self) -> float:
@@ -93,8 +96,19 @@ class Trial:
         return self.rows[: self.start + self.blocks * self.length]
 
     def lines(self, displacement: np.ndarray) -> np.ndarray:
-        """DFTs (blocks, 2, lines) [m] of displacements (n, 2) [m]."""
-        return block_lines(displacement, self.start, self.length, self.blocks, self.spectra.shape[2])
+        """DFTs (blocks, 2, lines) [m] of displacements (n, 2) [m]; orders that no line holds on the nearest ones."""
+        window = (self.start, self.length, self.blocks)
+        moved = on_lines(displacement, window, self.speed, self.angle, self.broken)
+        return block_lines(moved, *window, self.spectra.shape[2])
+
+    @cached_property
+    def broken(self) -> np.ndarray:
+        """Orders (k,) that no line of a block holds; only blocks that repeat show them apart."""
+        return (
+            broken_orders(self.speed, self.length, self.blocks, HIGHEST)
+            if self.repeating and abs(self.speed) > TURNING
+            else np.zeros(0)
+        )
 
     @property
     def lead(self) -> int:
@@ -157,13 +171,17 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
     start, length, blocks = _window(rows, speed, n, name, period)
     count = min(int(HIGHEST * length * SAMPLE) + 1, length // 2)
-    spectra = block_lines(displacement, start, length, blocks, count)
+    angle, repeating = _initial_angle(record, speed, n), period == length
+    broken = broken_orders(speed, length, blocks, HIGHEST) if repeating and abs(speed) > TURNING else np.zeros(0)
+    window = (start, length, blocks)
+    spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
     excited = _excited(rows, start, length, blocks, count)
-    angle = _initial_angle(record, speed, n)
-    periodic = period == length
+    periodic = repeating and not len(broken)
     pressure = float(rows[0, 1])
     accuracy = stated_accuracy(record, name)
-    return Trial(name, role, rows, pressure, angle, start, length, blocks, spectra, excited, (), periodic, accuracy)
+    return Trial(
+        name, role, rows, pressure, angle, start, length, blocks, spectra, excited, (), periodic, accuracy, repeating
+    )
 
 
 def stated_accuracy(record: xr.Dataset, name: str) -> float:

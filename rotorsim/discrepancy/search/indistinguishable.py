@@ -22,6 +22,12 @@ def class_of(key: str, known: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(k for k in {*known} if _signature(k) == (signature, place)))
 
 
+def same_class(a: str, b: str) -> bool:
+    """Whether two keys are of one class: together they can be any size of each, one against the other."""
+    signature, _ = _signature(a)
+    return bool(signature) and _signature(a) == _signature(b)
+
+
 def resembles(key: str) -> str:
     """Known cause with the same signature that is no effect of the catalogue; empty if there is none."""
     form = _form(key)

@@ -15,7 +15,9 @@ from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.indistinguishable import same_class
 from rotorsim.discrepancy.search.projection import Screen, screen
+from rotorsim.discrepancy.search.second_effect import cancel
 
 MOST_EFFECTS = 3
 ENOUGH = 0.95
@@ -175,10 +177,15 @@ class Search:
         left = self._left(fit)
         return Hypothesis(forms, fit, left, self._held(fit.point), share_gone(left, self.base_excess))
 
+    def cancels(self, h: Hypothesis) -> bool:
+        """Whether the responses of a hypothesis' effects nearly cancel."""
+        values = h.fit.point.values
+        sizes = [np.array([values.get(k, 0.0) for k in f.parameters]) for f in h.forms]
+        return cancel([self.columns[f.label] @ size for f, size in zip(h.forms, sizes, strict=True)])
+
     def onward(self, h: Hypothesis) -> Search:
         """A search for effects missing besides those of a hypothesis."""
-        taken = {f.effect for f in h.forms}
-        forms = tuple(f for f in self.forms if f.effect not in taken)
+        forms = tuple(f for f in self.forms if all(_apart((f, taken)) for taken in h.forms))
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
         return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
@@ -235,7 +242,7 @@ class Search:
         self.update_columns(self.forms)
         view = self.screened()
         pool = list(of) if of is not None else self._pool(view, 40 if size == 2 else 14)
-        combos = [c for c in combinations(pool, size) if len({self.forms[i].effect for i in c}) == size]
+        combos = [c for c in combinations(pool, size) if _apart([self.forms[i] for i in c])]
         drops = sorted(((view.drop(*c)[0], c) for c in combos), key=lambda d: -d[0])
         top = _distinct([tuple(self.forms[i] for i in c) for d, c in drops[:200] if d > 0], REFITS)
         found = []
@@ -260,6 +267,11 @@ class Search:
         return sorted({*chosen, *list(own.values())[: most // 2]})
 
 
+def _apart(forms: Sequence[Form]) -> bool:
+    """Whether all forms are of different effects and classes."""
+    return all(a.effect != b.effect and not same_class(a.key, b.key) for a, b in combinations(forms, 2))
+
+
 def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, ...]]:
     """The first sets with different keys."""
     out: dict[tuple[str, ...], tuple[Form, ...]] = {}
@@ -282,7 +294,7 @@ def passes(h: Hypothesis, search: Search) -> bool:
     price = CLEAR + (len(h.fit.parameters) - len(search.base.parameters)) * log(len(h.fit.residual))
     better = search.base.cost - h.fit.cost > price
     held = search.held_out is None or h.held_out <= max(0.25 * search.base_held, 0.1 * search.base_excess)
-    return bool(better and held and h.gone >= ENOUGH)
+    return bool(better and held and h.gone >= ENOUGH and not search.cancels(h))
 
 
 def tied(best: Hypothesis, others: Sequence[Hypothesis], base: Fit) -> list[Hypothesis]:

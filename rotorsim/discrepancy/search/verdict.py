@@ -16,6 +16,7 @@ from rotorsim.discrepancy.search.search import (
     tied,
     without_idle,
 )
+from rotorsim.discrepancy.search.second_effect import within_form_error
 
 STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
 
@@ -74,6 +75,8 @@ def _accepted(
 
 def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
     """The best hypothesis extended by an effect that explains what it leaves, and what is tied with that."""
+    if within_form_error(search.comparison, search.base.residual, best.fit.residual):
+        return []
     onward = search.onward(best)
     found = onward.singles()
     good = [h for h in found if passes(h, onward)]
@@ -81,6 +84,7 @@ def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list
         return []
     first = onward.polished(good[0])
     joined = [_joined(search, best, h) for h in (first, *tied(first, found, onward.base))]
+    joined = [h for h in joined if not search.cancels(h)]
     tried += joined
     return joined
 
