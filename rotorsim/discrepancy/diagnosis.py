@@ -157,7 +157,10 @@ class Work:
     def _scatter_note(self) -> list[str]:
         if self.fitted.scatter_known:
             return []
-        return ["no repeats and no periods: the floor comes from the quiet lines within the records"]
+        source = (
+            "neighbouring rows" if any(t.orders for t in self.fitted.trials) else "the quiet lines within the records"
+        )
+        return [f"no repeats and no periods: the floor comes from {source}"]
 
     def _unsteady(self, base: Fit) -> list[Flag]:
         """Non-periodic response in the records to fit."""

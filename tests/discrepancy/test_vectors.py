@@ -84,6 +84,7 @@ def test_run_up_vectors_without_a_stated_accuracy_are_never_free_of_disagreement
     given = table(np.abs(vectors), -np.angle(vectors), rate=40.0)
     found = diagnose(machine, [given], effects=["coupling"])
     assert found.status == "unknown" and any("how exact" in note for note in found.notes)
+    assert any("neighbouring rows" in note for note in found.notes)
     stated = diagnose(machine, [given.assign_attrs(accuracy=1e-7)], effects=["coupling"])
     assert stated.status == "no_disagreement"
 
