@@ -1,8 +1,8 @@
 """Test of an explanation on records that took no part in finding it.
 
-The gap is that of the line groups beyond their floor, before or with the effect, the floor's own part subtracted. In the
-few cases known when the border was chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records
-resampled by hand) and wrong ones 0 to 20 %.
+The gap is that of the line groups beyond their floor, before or with the effect, the floor's own part subtracted.
+In the few cases known when the border was chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in
+records resampled by hand) and wrong ones 0 to 20 %.
 """
 
 from __future__ import annotations
