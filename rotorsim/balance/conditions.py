@@ -75,7 +75,6 @@ class Conditions:
     speeds : names of the nominal speeds (s,)
     speed : measured speeds [rad/s] (n, s), NaN where a condition was not measured
     vectors : complex (n, s, readings) [m 0-pk], mean of the repeats; x(t) = Re(vector exp(i angle))
-    scatter : variance of a repeat (readings,) [m^2], both components together; NaN without repeats
     unbalance : complex added unbalance (n, planes) [kg m], NaN where unknown
     """
 
@@ -83,7 +82,6 @@ class Conditions:
     speeds: tuple[str, ...]
     speed: np.ndarray
     vectors: np.ndarray
-    scatter: np.ndarray
     unbalance: np.ndarray
     readings: tuple[Reading, ...]
     planes: tuple[Plane, ...]
@@ -105,7 +103,7 @@ def read_conditions(paths: Sequence[str | Path], mapping: str | Path | Mapping[s
     Raises
     ------
     DataError
-        For a file that cannot be read, a column or entry that is not there, or a value that is no number: one sentence.
+        For a file that cannot be read, a missing column or entry, or a value that is not a number: one sentence.
     """
     tables = _tables(mapping)
     rows = [(path, row) for path in paths for row in _rows(Path(path))]
@@ -116,8 +114,8 @@ def read_conditions(paths: Sequence[str | Path], mapping: str | Path | Mapping[s
     for part, key in ((names, "column"), (clock, "column")):
         if key not in part:
             raise DataError("mapping: [conditions] and [speed] must name a column")
-    readings = {n: _section(f"readings.{n}", t, READING) for n, t in tables.get("readings", {}).items()}
-    planes = {n: _section(f"planes.{n}", t, PLANE) for n, t in tables.get("planes", {}).items()}
+    readings = {n: _section(f"readings.{n}", t, READING) for n, t in _parts(tables, "readings")}
+    planes = {n: _section(f"planes.{n}", t, PLANE) for n, t in _parts(tables, "planes")}
     if not readings or not planes:
         raise DataError("mapping: name at least one probe in [readings.NAME] and one plane in [planes.NAME]")
     return _collect(rows, names, clock, readings, planes)
@@ -139,17 +137,13 @@ def _collect(rows: list[Any], names: Any, clock: Any, readings: Any, planes: Any
             raise DataError(f"{path}: condition {quote(labels[i])} has two different labels; correct one")
         unbalance[i] = added
     vectors = np.full((*shape, len(readings)), np.nan, dtype=complex)
-    spread, spare = np.zeros(len(readings)), 0
     for at, repeats in values.items():
         vectors[at] = np.mean(repeats, axis=0)
-        spread += (np.abs(np.array(repeats) - vectors[at]) ** 2).sum(axis=0)
-        spare += len(repeats) - 1
     return Conditions(
         labels,
         speeds,
         speed,
         vectors,
-        spread / spare if spare else np.full(len(readings), np.nan),
         unbalance,
         tuple(Reading(n, _length(t, "position"), _angle(t)) for n, t in readings.items()),
         tuple(Plane(n, _length(t, "position"), _length(t, "radius"), t.get("holes")) for n, t in planes.items()),
@@ -193,13 +187,34 @@ def _tables(mapping: str | Path | Mapping[str, Any]) -> Mapping[str, Any]:
     return tables
 
 
+def _parts(tables: Mapping[str, Any], name: str) -> list[tuple[str, Any]]:
+    table = tables.get(name, {})
+    if not isinstance(table, Mapping):
+        raise DataError(f"mapping: {name} is not a table; write [{name}.NAME] and its entries below")
+    return list(table.items())
+
+
 def _section(name: str, table: Any, known: Sequence[str]) -> dict[str, Any]:
     if not isinstance(table, Mapping):
-        raise DataError(f"mapping: {name} must be a table")
-    for key in table:
+        raise DataError(f"mapping: {name} is not a table; write [{name}] and its entries below")
+    for key, value in table.items():
         if key not in known:
             raise DataError(f"mapping: [{name}] has no entry {quote(key)}; {did_you_mean(key, known)}")
+        wanted, good = _form(name, key, value)
+        if not good:
+            raise DataError(f"mapping: [{name}] {key} = {quote(value)} must be {wanted}")
     return dict(table)
+
+
+def _form(name: str, key: str, value: Any) -> tuple[str, bool]:
+    """What an entry must be, and whether it is that."""
+    if key == "conjugated":
+        return "true or false", isinstance(value, bool)
+    if key == "holes":
+        return "a whole number of at least 3", isinstance(value, int) and not isinstance(value, bool) and value >= 3
+    if (name, key) == ("conditions", "column") and isinstance(value, list):
+        return "the names of columns", bool(value) and all(isinstance(one, str) for one in value)
+    return "text", isinstance(value, str)
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
@@ -225,7 +240,7 @@ def _number(path: Any, row: dict[str, str], column: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise DataError(f"{path}: column {quote(column)} holds {quote(text)}, which is no number")
+        raise DataError(f"{path}: column {quote(column)} holds {quote(text)}, which is not a number")
     return value
 
 

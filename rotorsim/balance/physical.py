@@ -1,8 +1,7 @@
 """Influence of unbalance from a machine's physical model, with one complex factor a probe fitted to labelled records.
 
 The model gives the whirl of the shaft at each probe for unbalance in each plane. What a probe makes of it, its angle,
-its sensitivity, the origin of the angles, is one complex number that all planes and speeds share: with it a condition
-or two tell what influence coefficients need a trial weight in every plane for.
+its sensitivity, the origin of the angles, is one complex number that all planes and speeds share.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from fe_shaft.response import run_unbalance_response
-from rotorsim.balance.conditions import Conditions
+from rotorsim.balance.conditions import Conditions, Plane, Reading
 from rotorsim.balance.influence import Fit, Influence, fit_influence, influence_of
 from rotorsim.base.errors import DataError
 from rotorsim.machine import Machine
@@ -20,9 +19,10 @@ from rotorsim.plant.mesh import Mesh
 
 
 def model_influence(machine: Machine, conditions: Conditions) -> np.ndarray:
-    """Complex influence (speeds x readings, planes) [m/(kg m)] of the machine on linear bearings, in x of each probe.
+    """Complex influence (speeds x readings, planes) [m/(kg m)] of the machine on linear bearings along each probe.
 
-    Raises DataError for a position that is missing or not on the shaft, or a bearing that is not linear.
+    A probe without an angle sees x, which its complex factor turns where the bearings are the same in x and y. Raises
+    DataError for a position that is missing or not on the shaft, and for a gas film.
     """
     if machine.film is not None:
         raise DataError(f"{machine.name}: a balancing model needs linear bearings; this machine has a gas film")
@@ -31,13 +31,15 @@ def model_influence(machine: Machine, conditions: Conditions) -> np.ndarray:
     columns = []
     for plane in conditions.planes:
         whirl = run_unbalance_response(mesh.rotor, _node(mesh, plane), 1.0, 0.0, speed)
-        at = [4 * _node(mesh, r) for r in conditions.readings]
-        columns.append(np.concatenate([whirl.response[at, k] for k in range(len(speed))]))
+        at = np.array([4 * _node(mesh, r) for r in conditions.readings])
+        along = np.array([r.angle or 0.0 for r in conditions.readings])[:, None]
+        seen = np.cos(along) * whirl.response[at] + np.sin(along) * whirl.response[at + 1]
+        columns.append(seen.T.ravel())
     return np.stack(columns, axis=1)
 
 
-def _node(mesh: Mesh, part: object) -> int:
-    name, position = getattr(part, "name", ""), getattr(part, "position", None)
+def _node(mesh: Mesh, part: Plane | Reading) -> int:
+    name, position = part.name, part.position
     if position is None:
         raise DataError(f"{name}: the mapping gives no position; the physical model needs one")
     shaft = mesh.machine.shaft

@@ -32,15 +32,13 @@ def rk4(seed=0, n=12, positions=(0.16, 0.4)):
     readings = (Reading("a", 0.12), Reading("b", 0.44))
     speed = np.tile([105.0, 126.0], (n, 1))
     empty = np.zeros((n, 2, 2), complex)
-    frame = Conditions(
-        tuple(map(str, range(n))), ("1", "2"), speed, empty, np.ones(2), np.zeros((n, 2), complex), readings, planes
-    )
+    frame = Conditions(tuple(map(str, range(n))), ("1", "2"), speed, empty, np.zeros((n, 2), complex), readings, planes)
     model = model_influence(load_machine("bently_rk4"), frame)
     u = 2e-5 * (generator.standard_normal((n, 2)) + 1j * generator.standard_normal((n, 2)))
     gain = np.tile([0.8 * np.exp(0.4j), 1.3 * np.exp(-1j)], 2)
     first = 1e-5 * (generator.standard_normal(2) + 1j * generator.standard_normal(2))
     y = ((u + first) @ model.T) * gain + 1e-8 * generator.standard_normal((n, 4))
-    return Conditions(frame.labels, frame.speeds, speed, y.reshape(n, 2, 2), np.ones(2), u, readings, planes)
+    return Conditions(frame.labels, frame.speeds, speed, y.reshape(n, 2, 2), u, readings, planes)
 
 
 def test_the_physical_model_knows_its_own_records_whatever_the_probes_are():
@@ -58,6 +56,6 @@ def test_a_position_off_the_shaft_and_a_film_are_refused():
     c = rk4()
     with pytest.raises(DataError, match="needs linear bearings"):
         model_influence(load_machine("dtu_gas_bearing"), c)
-    far = Conditions(c.labels, c.speeds, c.speed, c.vectors, c.scatter, c.unbalance, c.readings, (Plane("d", 0.9),) * 2)
+    far = Conditions(c.labels, c.speeds, c.speed, c.vectors, c.unbalance, c.readings, (Plane("d", 0.9),) * 2)
     with pytest.raises(DataError, match="d: 900 mm is not on the shaft"):
         model_influence(load_machine("bently_rk4"), far)

@@ -22,7 +22,7 @@ def conditions(seed, n=30, drift=2e-6, apart=5e-8):
     e = drift * noise(generator, n)[:, None] * along + apart * noise(generator, n, 6)
     y = 1e-5 * noise(generator, 6) + u @ H.T + e
     return Conditions(
-        tuple(f"c{k}" for k in range(n)), ("",), np.full((n, 1), 100.0), y[:, None, :], np.full(6, np.nan), u,
+        tuple(f"c{k}" for k in range(n)), ("",), np.full((n, 1), 100.0), y[:, None, :], u,
         tuple(Reading(f"p{k}") for k in range(6)), (Plane("a"), Plane("b")),
     )  # fmt: skip
 

@@ -101,6 +101,7 @@ def test_what_lies_above_half_the_new_rate_does_not_fold_back():
     assert np.abs(idn.resample(record, 5000.0)["disc"].values[100:-100]).max() < 0.01
 
 
+@pytest.mark.slow
 def test_a_minute_at_51_kHz_takes_seconds():
     t = np.arange(int(60 * RATE)) / RATE
     xy = np.random.default_rng(0).standard_normal((t.size, 2))

@@ -37,9 +37,13 @@ def test_the_measured_kit_within_the_errors_that_are_stated(run, tmp_path):
         (('unit = "mil"', 'units = "mil"'), "[readings.p1x] has no entry 'units'"),
         (('real = "p1x_1x_re_mil"', 'real = "p9x"'), "no column 'p9x'"),
         (('position = "120 mm"', 'position = "120"'), "mapping: '120'"),
-        (('amount = "U1_gmm"', 'amount = "role"'), "column 'role' holds 'baseline', which is no number"),
+        (('amount = "U1_gmm"', 'amount = "role"'), "column 'role' holds 'baseline', which is not a number"),
         (('position = "160 mm"', 'position = "900 mm"'), "disc_1: 900 mm is not on the shaft"),
         (("[conditions]", "[conditions"), "not a mapping"),
+        (('unit = "mil"', "unit = 3"), "[readings.p1x] unit = 3 must be text"),
+        (('column = "rpm"', "column = 9"), "[speed] column = 9 must be text"),
+        (('radius = "30 mm"', 'radius = "30 mm"\nholes = 2'), "holes = 2 must be a whole number of at least 3"),
+        (("[conditions]", "readings = 1\n[conditions]"), "mapping"),
     ],
 )
 def test_a_wrong_mapping_ends_in_one_sentence(run, tmp_path, change, shown):

@@ -185,7 +185,7 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
 
 
 def stated_accuracy(record: xr.Dataset, name: str) -> float:
-    """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is no length."""
+    """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is not a length."""
     value = record.attrs.get("accuracy", 0.0)
     try:
         found = float(value)

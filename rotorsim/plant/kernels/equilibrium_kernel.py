@@ -197,11 +197,35 @@ def rests(w, flow, before):
 
 
 @kernel
+def march_film(w, ix, P, speed):
+    """March film and journal to rest in growing pseudo-steps; whether the film then carries the journal."""
+    step, converged = FIRST_STEP, False
+    for _ in range(MOST_STEPS):
+        last = step >= LAST_STEP
+        iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, ROUGH)
+        x, y = w[FILM.journal], w[FILM.journal + 1]
+        keep_film(w)
+        begin_pseudo_step(w, P.film, FILM, iadt, DAMPING)
+        factorise(w, ix, P, speed, iadt)
+        converged = solve_film(w, ix, P, speed, iadt, tolerance) > 0
+        force(w, FILM)
+        if last:
+            break
+        if converged:
+            step *= GROWTH
+        else:
+            take_back(w, FILM)
+            w[FILM.journal], w[FILM.journal + 1] = x, y
+            step *= RETREAT
+    # written so that NaN does not count as a gap
+    return step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
+
+
+@kernel
 def settle(w, initial, ix, P, speed, supply):
     """Fill w with the machine at rest in equilibrium at `speed` [rad/s] and supply [Pa, absolute].
 
-    `initial` is the workspace before any state is put into it. Returns SETTLED or why not. All in
-    one function, because every further layer over the film's solver is compiled with it once more.
+    `initial` is the workspace before any state is put into it. Returns SETTLED or why not.
     """
     flow, through, hold, fallen = 0.0, 0.0, 0.0, False
     for m in range(ROTOR.n):
@@ -218,26 +242,7 @@ def settle(w, initial, ix, P, speed, supply):
             free_statics(w)
         else:
             journal_statics(w, P)
-            step, converged = FIRST_STEP, False
-            for _ in range(MOST_STEPS):
-                last = step >= LAST_STEP
-                iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, ROUGH)
-                x, y = w[FILM.journal], w[FILM.journal + 1]
-                keep_film(w)
-                begin_pseudo_step(w, P.film, FILM, iadt, DAMPING)
-                factorise(w, ix, P, speed, iadt)
-                converged = solve_film(w, ix, P, speed, iadt, tolerance) > 0
-                force(w, FILM)
-                if last:
-                    break
-                if converged:
-                    step *= GROWTH
-                else:
-                    take_back(w, FILM)
-                    w[FILM.journal], w[FILM.journal + 1] = x, y
-                    step *= RETREAT
-            # written so that NaN does not count as a gap
-            carries = step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
+            carries = march_film(w, ix, P, speed)
             if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
                 return NO_LIFT_OFF
             rest_film(w)
