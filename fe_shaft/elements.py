@@ -29,6 +29,7 @@ Assumes: small deflections, no torsion.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -69,6 +70,22 @@ def stiffness_matrix(element: ShaftElement) -> Matrix:
 def elastic_matrix(element: ShaftElement) -> Matrix:
     """The part of the stiffness (8, 8) or (12, 12) [N/m, N, N m] that the material's damping is a share of."""
     return _both_planes(_elastic(element))
+
+
+def deflection(element: ShaftElement, z: float) -> Matrix:
+    """Rows (2, 8) that give x, y [m] at z [m] from the left end from the ends' x, y [m], alpha, beta [rad].
+
+    By the static shapes, in which the element itself moves: a node put there and condensed out again.
+    """
+    outer = element.odl + (element.odr - element.odl) * z / element.L
+    inner = element.idl + (element.idr - element.idl) * z / element.L
+    left = replace(element, L=z, odr=outer, idr=inner, internal=False, axial_force=0.0)
+    right = replace(element, L=element.L - z, odl=outer, idl=inner, internal=False, axial_force=0.0)
+    K = np.zeros((12, 12))
+    K[:8, :8] += stiffness_matrix(left)
+    K[4:, 4:] += stiffness_matrix(right)
+    ends = [0, 1, 2, 3, 8, 9, 10, 11]
+    return np.asarray(-np.linalg.solve(K[4:8, 4:8], K[4:8][:, ends])[:2])
 
 
 def torque_matrix(element: ShaftElement) -> Matrix:

@@ -39,7 +39,7 @@ def header(model: PlantUnit) -> str:
         "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
         "N_VARIABLES": len(model.variables),
         "N_INPUTS": len(inputs),
-        "N_OUT": len(COLUMNS) + a.film.n_inj + EXTRA_COLUMNS,
+        "N_OUT": len(COLUMNS) + a.film.n_inj + a.rig.n_probe + EXTRA_COLUMNS,
         "N_P": a.record.dtype.itemsize // 8,
         "N_W": a.w.size,
         "N_IX": a.ix.size,

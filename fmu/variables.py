@@ -16,6 +16,7 @@ from rotorsim.effects import Effect
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.film import Gas, Injector
 from rotorsim.machine.part import Part
+from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
 
@@ -118,6 +119,7 @@ def _mode(a: Assembly) -> str:
 
 def _outputs(a: Assembly) -> Iterator[Variable]:
     n, has_film = a.film.n_inj, a.film_model is not None
+    extra = n + a.rig.n_probe
     at = {name: k for k, name in enumerate(COLUMNS)}
     rows: list[tuple[str, str, int, str]] = []
     for axis in "xy":
@@ -132,7 +134,7 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
                 (f"film.force_{axis}", "N", at[f"film_force_{axis}"], f"Film force on the journal along {axis}.")
             )
         rows.append(("film.h_min", "m", at["h_min"], "Smallest film thickness."))
-        rows.append(("film.friction_torque", "N*m", len(COLUMNS) + n, "Torque of the film against the rotation."))
+        rows.append(("film.friction_torque", "N*m", len(COLUMNS) + extra, "Torque of the film against the rotation."))
     if n:
         rows.append(("injection.line_pressure", "Pa", at["pressure"], "Gauge pressure behind the supply line."))
         rows.append(("injection.mass_flow", "kg/s", at["mass_flow"], "Mass flow into the film."))
@@ -145,13 +147,18 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
                 (
                     f"piezo.diff_{axis}",
                     "m",
-                    len(COLUMNS) + n + 1 + i,
+                    len(COLUMNS) + extra + 1 + i,
                     f"Sum of the pins' travel with the signs of ref_{axis}.",
                 )
             )
     for axis in "xy":
         rows.append(
             (f"meas.disc_{axis}", "m", at[f"disc_measured_{axis}"], f"What the displacement sensor {axis} reads.")
+        )
+    for k, probe in enumerate(a.machine.probes):
+        seen = probe.quantity.replace("_", " ")
+        rows.append(
+            (f"meas.probe_{probe.name}", reading_unit(probe), len(COLUMNS) + n + k, f"Reading of a probe: {seen}.")
         )
     rows.append(("meas.angle", "rad", at["angle_measured"], "Shaft angle as the encoder reads it."))
     rows.append(("meas.speed", "rad/s", at["speed_measured"], "Speed as estimated from the encoder."))
@@ -249,6 +256,10 @@ def _constants(a: Assembly) -> Iterator[Variable]:
             ("bearing.length", "m", film.length, "Axial length of the film."),
         ]
     rows.append(("probe.position", "m", a.mesh.probe, "Where displacement is measured along the shaft."))
+    for probe in a.machine.probes:
+        rows.append((f"probes.{probe.name}.angle", "rad", probe.angle, "Its direction, from x towards y."))
+        if probe.position is not None:
+            rows.append((f"probes.{probe.name}.position", "m", probe.position, "Where it stands along the shaft."))
     for path, _, effect in _paths(a):
         if hasattr(effect, "position"):
             rows.append((f"{path}.position", "m", a.mesh.place(effect), "Where the effect acts along the shaft."))

@@ -31,9 +31,11 @@ from .records.runout import Runout as Runout, estimate_runout as estimate_runout
 from .records.sampling import sampling_time as sampling_time
 from .records.schema import (
     AXES as AXES,
+    PROBE_COORDINATES as PROBE_COORDINATES,
     VARIABLES as VARIABLES,
     Variable as Variable,
     make_record as make_record,
+    probe_units as probe_units,
     require as require,
 )
 from .records.template import mapping_template as mapping_template

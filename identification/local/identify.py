@@ -21,7 +21,7 @@ from identification.local.result import Identification
 from identification.local.start import broadened, start_values
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
 from identification.records.pin_positions import pin_pairs
-from identification.records.prefilter import Prefilter, Signals, filtered
+from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.sampling import sampling_time
 from identification.threads import one_thread
 from rotorsim.base.rounding import normal_root
@@ -89,6 +89,7 @@ def identify(
     if kind not in MODELS or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
     signals = filtered(ds, steady, settings)
+    ds = chosen_output(ds, settings)
     if check:
         check_record(ds, sampling_time(ds))
     remarks = check_loop(ds, method, check)

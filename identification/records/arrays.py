@@ -25,6 +25,7 @@ def from_arrays(
     speed: Any = 0.0,
     pressure: Any = 0.0,
     attrs: dict[str, Any] | None = None,
+    probes: dict[str, Any] | None = None,
     **more: Any,
 ) -> xr.Dataset:
     """Record of the schema from arrays in SI units; the arrays are copied.
@@ -39,6 +40,8 @@ def from_arrays(
     speed : number or (n,) [rad/s]
     pressure : number or (n,) [Pa], gauge
     attrs : attributes of the record
+    probes : of `probe_measured=` (n, probes): `probe`, the names, `probe_unit` and what else is known of
+        `identification.PROBE_COORDINATES`, each a list
     more : any other variable of the schema, e.g. `journal=` (n, 2) [m]
 
     Raises
@@ -52,7 +55,18 @@ def from_arrays(
     given = {"disc_measured": disc_measured, "reference": reference, "angle": angle, "pin": pin}
     given |= {"speed": speed, "pressure": pressure, **more}
     values = {name: _shaped(name, value, time.size) for name, value in given.items() if value is not None}
-    return validate(make_record(time, values, attrs))
+    if "probe_measured" in values:
+        _check_probes(values["probe_measured"], probes or {})
+    return validate(make_record(time, values, attrs, probes))
+
+
+def _check_probes(readings: np.ndarray, probes: dict[str, Any]) -> None:
+    for name in ("probe", "probe_unit"):
+        if len(probes.get(name, ())) != readings.shape[1]:
+            raise SchemaError(
+                f"record.probe_measured: {readings.shape[1]} probes, but {len(probes.get(name, ()))} of '{name}'; "
+                "give probes = {'probe': [names], 'probe_unit': [units], ...}"
+            )
 
 
 def _shaped(name: str, value: Any, n: int) -> np.ndarray:

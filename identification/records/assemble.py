@@ -9,17 +9,16 @@ import numpy as np
 from identification.errors import ReadError
 from identification.records.keyphasor import shaft_angle
 from identification.records.mapping import Entry, Mapping
-from identification.records.schema import AXES, VARIABLES, make_record
+from identification.records.probes import WORST
+from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, make_record
 from identification.records.table import Column, Header, Table
-from identification.records.units import agree, amplitude_factor, factor, quantity, sensitivity
+from identification.records.units import FACTORS, agree, amplitude_factor, factor, is_unit_of, quantity, sensitivity
 from identification.records.vectors import VECTORS, make_vectors
 from rotorsim.base.sentences import quote
 
 if TYPE_CHECKING:
     import xarray as xr
 
-WORST = 20.0
-"""Largest condition number of the probes' directions: two probes about 6 degrees apart."""
 RATE = 1e-3
 """Largest relative difference between a stated sample rate and the file's own clock."""
 
@@ -43,7 +42,8 @@ def used(mapping: Mapping) -> list[Entry]:
 def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     groups: dict[str, dict[str, np.ndarray]] = {}
     for (name, label), entry in mapping.channels.items():
-        groups.setdefault(name, {})[label] = values(table, entry, VARIABLES[name].units)
+        si = _probe_unit(table, entry) if name == "probe_measured" else VARIABLES[name].units
+        groups.setdefault(name, {})[label] = values(table, entry, si)
     if mapping.probes:
         groups["disc_measured"] = _from_probes(table, mapping)
     n = max(column.size for parts in groups.values() for column in parts.values())
@@ -52,10 +52,31 @@ def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     if mapping.keyphasor:
         arrays = _turning(table, mapping, time) | arrays
     arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
-    record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays})
+    probes = _probes(table, mapping, list(groups.get("probe_measured", ())))
+    record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays}, probes=probes)
     if "pin" in groups:
         record = record.assign_coords(injector=sorted(map(int, groups["pin"])))
     return record
+
+
+def _probes(table: Table, mapping: Mapping, names: list[str]) -> dict[str, Any]:
+    """Coordinates of the readings `probe_measured`: those of the file's header, or what the columns state."""
+    known = (table.header or Header()).probes
+    if names and known.get("probe") == names:
+        return known
+    units = [_probe_unit(table, mapping.channels["probe_measured", name]) for name in names]
+    return {"probe": names, "probe_unit": units}
+
+
+def _probe_unit(table: Table, entry: Entry) -> str:
+    """SI unit of a probe's readings, by the unit of its column; after a sensitivity that of a length."""
+    if entry.sensitivity is not None:
+        return "m"
+    unit = entry.unit or table.find(entry.column).unit or ""
+    found = [si for si in PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
+    if not found:
+        raise ReadError(f"{entry.path}: unit {quote(unit)} is none of a probe; write e.g. 'um', 'mm/s', 'm/s^2' or 'V'")
+    return found[0]
 
 
 def _from_probes(table: Table, mapping: Mapping) -> dict[str, np.ndarray]:
@@ -99,6 +120,8 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
             raise ReadError(f"{place}: {column.size} samples but {n} times; take columns of one length")
     if not dims:
         return parts[""]
+    if dims == ("probe",):
+        return np.column_stack(list(parts.values()))
     labels = list(AXES) if dims == ("axis",) else sorted(parts, key=_number)
     missing = [label for label in labels if label not in parts]
     if missing:

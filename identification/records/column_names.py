@@ -17,6 +17,7 @@ from rotorsim.base.sentences import listing
 from rotorsim.base.suggest import closest
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
+_PROBE = re.compile(r"(probe_measured)_([A-Za-z]\w{0,39})", re.ASCII)
 _PIN = re.compile(r"[1-9]\d{0,3}", re.ASCII)
 
 
@@ -53,6 +54,8 @@ def meaning(name: str) -> tuple[str, str, str] | None:
         return match[1], match[2], match[3]
     if name == "time" or (name in VARIABLES and not VARIABLES[name].dims):
         return name, "", ""
+    if match := _PROBE.fullmatch(name):
+        return match[1], match[2], ""
     variable, _, label = name.rpartition("_")
     dims = VARIABLES[variable].dims if variable in VARIABLES else ()
     if (dims == ("axis",) and label in AXES) or (dims == ("injector",) and _PIN.fullmatch(label)):
@@ -65,6 +68,7 @@ def likely(name: str) -> str:
     if meaning(name):
         return ""
     labels = {(): ("",), ("axis",): tuple(f"_{axis}" for axis in AXES), ("injector",): ("_1",)}
+    labels[("probe",)] = ()
     names = [variable + label for variable, known in VARIABLES.items() for label in labels[known.dims]]
     return closest(name, names)
 
@@ -79,5 +83,7 @@ def _entry(column: Column, table: Table) -> Entry:
     key = meaning(column.name)
     assert key is not None
     unit = column.unit if column.unit is not None else schema_unit(key)
+    if key[0] == "probe_measured" and table.header and key[1] in table.header.probes.get("probe", ()):
+        unit = table.header.probes["probe_unit"][table.header.probes["probe"].index(key[1])]
     # the number, so that a name which another column has as its alias stays clear
     return Entry(column.name, table.columns.index(column) + 1, unit)

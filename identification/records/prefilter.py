@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.errors import UnfitError
+from identification.records.probes import probe_outputs
 from identification.records.runout import HARMONICS, Runout, estimate_runout, fitting_count, harmonics
 from identification.records.sampling import sampling_time
 from identification.records.schema import require
@@ -36,7 +37,8 @@ class Prefilter:
 
     runout: 'harmonic', 'table' or 'none'; harmonics: number in the filter; median: odd number of samples of a running
     median against spikes, 1 for none (it changes the displacement so that standard deviations no longer hold); lowpass:
-    corner of the Butterworth filter [Hz], None for none; order: its order; bias: subtract the rest's mean.
+    corner of the Butterworth filter [Hz], None for none; order: its order; bias: subtract the rest's mean; probes:
+    names of the probes whose motion in x and y is the output (see `records.probes`), the disc's where there are none.
     """
 
     runout: str = "harmonic"
@@ -45,6 +47,7 @@ class Prefilter:
     lowpass: float | None = None
     order: int = 4
     bias: bool = True
+    probes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +78,11 @@ def measured(record: xr.Dataset, name: str) -> np.ndarray | None:
         if key in record:
             return np.asarray(record[key].values, float)
     return None
+
+
+def chosen_output(record: xr.Dataset, settings: Prefilter | None) -> xr.Dataset:
+    """The record with the output that the settings choose as `disc_measured`."""
+    return probe_outputs(record, settings.probes) if settings and settings.probes else record
 
 
 def rest_length(reference: np.ndarray) -> int:
@@ -115,6 +123,8 @@ def filtered(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Pre
     settings = settings or Prefilter()
     validate(record)
     require(record, "reference", use="identification")
+    record = chosen_output(record, settings)
+    steady = None if steady is None else chosen_output(steady, settings)
     Ts, u = sampling_time(record), np.asarray(record["reference"].values, float)
     y, angle = _displacement(record, "disc_measured"), measured(record, "angle")
     truth = np.asarray(record["disc"].values, float) if "disc" in record else None

@@ -34,10 +34,22 @@ class Variable:
     long_name: str
 
 
+PER_PROBE = "of each probe"
+"""Unit of readings of several units; the coordinate `probe_unit` has that of each."""
+PROBE_UNITS = ("m", "m/s", "m/s^2", "V", PER_PROBE)
+PROBE_COORDINATES = {
+    "probe_quantity": ("", "what the probe measures"),
+    "probe_position": ("m", "position of the probe along the shaft"),
+    "probe_angle": ("rad", "direction of the probe, from x towards y"),
+    "probe_gain": ("", "reading per SI value of the quantity, with its sign"),
+    "probe_unit": ("", "unit of the readings"),
+}
+"""Unit and long name of the coordinates beside `probe`, the names."""
 VARIABLES = {
     "disc": Variable(("axis",), "m", "true displacement of the disc"),
     "disc_measured": Variable(("axis",), "m", "measured displacement of the disc"),
     "journal": Variable(("axis",), "m", "displacement of the journal in the gas bearing"),
+    "probe_measured": Variable(("probe",), PER_PROBE, "readings of the probes"),
     "angle": Variable((), "rad", "shaft angle"),
     "angle_measured": Variable((), "rad", "measured shaft angle"),
     "speed": Variable((), "rad/s", "shaft speed"),
@@ -55,18 +67,44 @@ VARIABLES = {
 }
 
 
-def make_record(time: np.ndarray, values: dict[str, np.ndarray], attrs: dict[str, Any] | None = None) -> xr.Dataset:
-    """Dataset of the schema from arrays; `time` (n,) [s], values of shape (n,) or (n, dim)."""
+def make_record(
+    time: np.ndarray,
+    values: dict[str, np.ndarray],
+    attrs: dict[str, Any] | None = None,
+    probes: dict[str, Any] | None = None,
+) -> xr.Dataset:
+    """Dataset of the schema from arrays; `time` (n,) [s], values of shape (n,) or (n, dim).
+
+    `probes` has the names, `probe`, and PROBE_COORDINATES of the readings `probe_measured`.
+    """
     import xarray as xr
 
     variables = {}
     for name, value in values.items():
         known = VARIABLES[name]
-        variables[name] = (("time", *known.dims), value, {"units": known.units, "long_name": known.long_name})
+        units = probe_units(probes or {}) if name == "probe_measured" else known.units
+        variables[name] = (("time", *known.dims), value, {"units": units, "long_name": known.long_name})
     coords: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"}), "axis": list(AXES)}
     if "pin" in values:
         coords["injector"] = np.arange(1, values["pin"].shape[1] + 1)
+    if "probe_measured" in values:
+        coords |= labelled(probes or {})
     return xr.Dataset(variables, coords, attrs or {})
+
+
+def probe_units(probes: dict[str, Any]) -> str:
+    """Unit of `probe_measured`: that of all probes, or PER_PROBE."""
+    units = set(probes["probe_unit"])
+    return units.pop() if len(units) == 1 else PER_PROBE
+
+
+def labelled(probes: dict[str, Any]) -> dict[str, Any]:
+    """Coordinates of a record's probes, with their units."""
+    coords: dict[str, Any] = {"probe": list(probes["probe"])}
+    for name, (unit, text) in PROBE_COORDINATES.items():
+        if name in probes:
+            coords[name] = ("probe", list(probes[name]), {"long_name": text} | ({"units": unit} if unit else {}))
+    return coords
 
 
 def validate_record(record: xr.Dataset) -> xr.Dataset:
@@ -80,9 +118,22 @@ def validate_record(record: xr.Dataset) -> xr.Dataset:
     sampling_time(record)
     for name in record.data_vars:
         if known := VARIABLES.get(str(name)):
-            validate_variable(record, str(name), ("time", *known.dims), known.units)
+            units = PROBE_UNITS if name == "probe_measured" else (known.units,)
+            validate_variable(record, str(name), ("time", *known.dims), *units)
     validate_axes(record)
+    if "probe_measured" in record:
+        validate_probes(record)
     return record
+
+
+def validate_probes(record: xr.Dataset) -> None:
+    """Raise SchemaError unless the probes have names, each its own, and units."""
+    for name in ("probe", "probe_unit"):
+        if name not in record.coords:
+            raise SchemaError(f"record: probe_measured without the coordinate '{name}'; give each probe its {name}")
+    names = record["probe"].values.tolist()
+    if len(set(names)) < len(names):
+        raise SchemaError(f"record.probe: {names}; give each probe a name of its own")
 
 
 def validate_axes(record: xr.Dataset) -> None:
@@ -99,13 +150,14 @@ def named_axes(record: xr.Dataset) -> xr.Dataset:
     return record.assign_coords(axis=[name.decode("latin-1") for name in record["axis"].values])
 
 
-def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], units: str) -> None:
-    """Raise SchemaError unless a variable has these dimensions, this unit and finite numbers."""
+def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], *units: str) -> None:
+    """Raise SchemaError unless a variable has these dimensions, one of these units and finite numbers."""
     variable = record[name]
     if variable.dims != dims:
         raise SchemaError(f"record.{name}: dimensions {variable.dims}, expected {dims}; transpose or rename them")
-    if variable.attrs.get("units") != units:
-        raise SchemaError(f"record.{name}: unit {variable.attrs.get('units')!r}, expected {units!r}; convert it")
+    if variable.attrs.get("units") not in units:
+        expected = " or ".join(map(repr, units))
+        raise SchemaError(f"record.{name}: unit {variable.attrs.get('units')!r}, expected {expected}; convert it")
     if variable.dtype.kind not in "fiub":
         raise SchemaError(f"record.{name}: holds {variable.dtype} and not numbers; convert it")
     wrong = np.argwhere(~np.isfinite(variable.values))

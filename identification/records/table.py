@@ -39,6 +39,8 @@ class Header:
     attrs: dict[str, Any] = field(default_factory=dict)
     variables: dict[str, dict[str, Any]] = field(default_factory=dict)
     samples: int = 0
+    probes: dict[str, list[Any]] = field(default_factory=dict)
+    """Names and coordinates of the probes, as `schema.make_record` takes them."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,11 @@ def parse_header(text: str) -> Header:
     """Header from its JSON text; raises ReadError if it is none."""
     try:
         found = json.loads(text)
-        header = Header(found["attrs"], found["variables"], found["samples"])
+        header = Header(found["attrs"], found["variables"], found["samples"], found.get("probes", {}))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ReadError("the header of the record is damaged; take the original file") from error
     good = isinstance(header.attrs, dict) and isinstance(header.variables, dict) and isinstance(header.samples, int)
+    good = good and isinstance(header.probes, dict) and all(isinstance(v, list) for v in header.probes.values())
     if not good or not all(isinstance(attrs, dict) for attrs in header.variables.values()):
         raise ReadError("the header of the record is damaged; take the original file")
     return header

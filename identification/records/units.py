@@ -14,7 +14,7 @@ from identification.errors import ReadError
 from rotorsim.base.sentences import quote
 from rotorsim.base.unit_table import TABLE
 
-KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "1")
+KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "m/s", "m/s^2", "1")
 """SI units of recorded quantities."""
 FACTORS = {
     si: {unit: float(factor) for unit, factor in (TABLE[si].factors | TABLE[si].recorded).items()} for si in KINDS
@@ -77,6 +77,11 @@ def sensitivity(value: Any, raw: str, si: str) -> float:
     if _plain(under) in kind:
         return factor(raw, column) * number / kind[_plain(under)] * factor(over, si)
     raise ReadError(f"{quote(value)}: neither side is a unit of the column's {quote(raw)}; write e.g. '8 V/mm'")
+
+
+def is_unit_of(text: str, si: str) -> bool:
+    """Whether a text is a unit of the quantity with this SI unit."""
+    return _plain(text) in FACTORS[si]
 
 
 def is_unit(text: str) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import SchemaError
-from identification.records.schema import known_variable
+from identification.records.schema import PROBE_COORDINATES, known_variable
 from identification.records.vectors import VECTORS
 
 if TYPE_CHECKING:
@@ -27,6 +27,10 @@ def header(record: xr.Dataset) -> str:
     extra = {str(name): _extra(variable.attrs) for name, variable in record.variables.items()}
     samples = record.sizes["speed" if "speed" in record.dims else "time"]
     content = {"attrs": record.attrs, "variables": {n: a for n, a in extra.items() if a}, "samples": samples}
+    if "probe_measured" in record:
+        content["probes"] = {
+            name: record[name].values.tolist() for name in ("probe", *PROBE_COORDINATES) if name in record
+        }
     try:
         return json.dumps(content, default=_plain)
     except (TypeError, ValueError) as error:
@@ -43,8 +47,10 @@ def _series_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
         if not known.dims:
             columns[name] = (known.units, values)
             continue
-        for i, label in enumerate(record[known.dims[0]].values):
-            columns[f"{name}_{label}"] = (known.units, values[:, i])
+        labels = record[known.dims[0]].values
+        units = record["probe_unit"].values.tolist() if known.dims == ("probe",) else [known.units] * len(labels)
+        for i, label in enumerate(labels):
+            columns[f"{name}_{label}"] = (units[i], values[:, i])
     return columns
 
 

@@ -28,6 +28,8 @@ _TURN = repr(2 * pi)
 _RPM, _KRPM = repr(2 * pi / 60), repr(2000 * pi / 60)
 _DEG = repr(pi / 180)
 _INCH, _MIL, _PSI = "0.0254", "25.4e-6", "6894.757293168361"
+_PER_MIL, _G = repr(1e-3 / 25.4e-6), 9.80665
+"""Standard gravity [m/s^2]: the g of accelerometers' sensitivities."""
 
 TABLE: dict[str, Dimension] = {
     "1": Dimension("number", "0.5", (), {}, {"1": "1", "-": "1", "": "1"}),
@@ -113,6 +115,21 @@ TABLE: dict[str, Dimension] = {
     ),
     "V": Dimension("voltage", "5 V", ("V",), {"V": "1", "mV": "1e-3"}, {"uV": "1e-6", "kV": "1e3"}),
     "m/V": Dimension("length/voltage", "4.2 um/V", ("um/V",), {"m/V": "1", "um/V": "1e-6", "mm/V": "1e-3"}),
+    "V/m": Dimension(
+        "voltage/length",
+        "7.87 V/mm",
+        ("V/mm",),
+        {"V/m": "1", "V/mm": "1e3", "mV/um": "1e3", "V/um": "1e6", "mV/mil": _PER_MIL, "V/mil": repr(1 / 25.4e-6)},
+    ),
+    "V*s/m": Dimension(
+        "voltage/velocity", "4 V*s/m", ("V*s/m",), {"V*s/m": "1", "mV*s/mm": "1", "V*s/mm": "1e3", "V/(m/s)": "1"}
+    ),
+    "V*s^2/m": Dimension(
+        "voltage/acceleration",
+        "10.2 mV*s^2/m",
+        ("mV*s^2/m",),
+        {"V*s^2/m": "1", "mV*s^2/m": "1e-3", "mV/(m/s^2)": "1e-3", "V/g": repr(1 / _G), "mV/g": repr(1e-3 / _G)},
+    ),
     "J/(kg*K)": Dimension("gas constant", "287.05 J/(kg*K)", ("J/(kg*K)",), {"J/(kg*K)": "1", "kJ/(kg*K)": "1e3"}),
     "kg/(s*Pa^2)": Dimension("loss factor", "3e-16 kg/(s*Pa^2)", ("kg/(s*Pa^2)",), {"kg/(s*Pa^2)": "1"}),
 }

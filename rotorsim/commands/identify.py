@@ -40,6 +40,7 @@ def identify(
     runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
     median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
     lowpass: Annotated[str, typer.Option("--lowpass", help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
+    probes: Annotated[str, typer.Option("--probes", help="Probes of one plane as outputs, e.g. 'DE_x,DE_y'.")] = "",
     mapping: Annotated[Path | None, typer.Option("--mapping", help="TOML file: which column is which.")] = None,
     out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
     force: Annotated[bool, typer.Option("--force", help="Replace the model file if it is there.")] = False,
@@ -49,7 +50,8 @@ def identify(
     """Identify grey-box or black-box models from records; several operating points give an LPV model."""
     _check(surfaces, refine, runout, median)
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
-    settings = Prefilter(runout=runout, median=median, lowpass=corner)
+    outputs = tuple(name.strip() for name in probes.split(",")) if probes else ()
+    settings = Prefilter(runout=runout, median=median, lowpass=corner, probes=outputs)
     with files(out, force=force):
         sources = sources_of(paths, mapping)
         if not sources:

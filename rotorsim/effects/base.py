@@ -76,6 +76,8 @@ class Effect:
     """Name of its table in the machine file: the kernel's, unless the class has another."""
     port: ClassVar[str]
     kernel: ClassVar[Callable[..., Any]]
+    foundation: ClassVar[Callable[..., Any] | None] = None
+    """Kernel (t, p) -> (x, y, vx, vy, ax, ay): motion of the foundation [m, m/s, m/s^2] that goes with its force."""
     place: ClassVar[str]
     """Where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
     'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""

@@ -49,7 +49,7 @@ class Loop:
         return np.concatenate(tables), used
 
     def _ask(self, simulation: Simulation, table: np.ndarray, row: np.ndarray) -> np.ndarray:
-        seen: dict[str, Any] = split_columns(table, row[None], simulation.assembly.film_model is not None)
+        seen: dict[str, Any] = split_columns(simulation.assembly, table, row[None])
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
         time = (simulation.samples - 1) * SAMPLE

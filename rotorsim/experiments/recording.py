@@ -20,7 +20,7 @@ import h5netcdf
 import h5py
 import numpy as np
 
-from identification import AXES, VARIABLES
+from identification import AXES, PROBE_COORDINATES, VARIABLES, probe_units
 from rotorsim.base.files import (
     GROWING,
     WriteError,
@@ -53,6 +53,8 @@ class Recording:
         File to write; its folder is made.
     attrs : dict
         Attributes of the record.
+    probes : dict, optional
+        Names and coordinates of its probes, as `identification.records.schema.make_record` takes them.
 
     Attributes
     ----------
@@ -67,8 +69,8 @@ class Recording:
         If not even an empty record can be written.
     """
 
-    def __init__(self, path: Path, attrs: dict[str, Any]) -> None:
-        self.path = path
+    def __init__(self, path: Path, attrs: dict[str, Any], probes: dict[str, Any] | None = None) -> None:
+        self.path, self._probes = path, probes or {}
         self.samples = self._kept = 0
         self.stopped: WriteError | None = None
         self._new: list[Values] = []
@@ -105,6 +107,18 @@ class Recording:
         self._variable("time", ("time",), "s", "time")
         names = self._file.create_variable("axis", ("axis",), h5py.string_dtype())
         names[:] = np.array(AXES, object)
+        if self._probes:
+            self._file.dimensions["probe"] = len(self._probes["probe"])
+            for name, values in self._probes.items():
+                self._add_coordinate(name, values)
+
+    def _add_coordinate(self, name: str, values: list[Any]) -> None:
+        """A coordinate of the probes: text or numbers."""
+        kind = h5py.string_dtype() if isinstance(values[0], str) else "f8"
+        variable = self._file.create_variable(name, ("probe",), kind)
+        variable[:] = np.array(values, object if isinstance(values[0], str) else float)
+        unit, text = PROBE_COORDINATES.get(name, ("", "name of the probe"))
+        variable.attrs.update({"long_name": text} | ({"units": unit} if unit else {}))
 
     def _variable(self, name: str, dims: tuple[str, ...], units: str, long_name: str) -> Any:
         shape = tuple(len(self._file.dimensions[d]) for d in dims[1:])
@@ -138,7 +152,10 @@ class Recording:
             self._file.dimensions["injector"] = value.shape[1]
             number = self._file.create_variable("injector", ("injector",), "i8")
             number[:] = np.arange(1, value.shape[1] + 1)
-        self._variable(name, ("time", *known.dims), known.units, known.long_name)
+        units = probe_units(self._probes) if "probe" in known.dims else known.units
+        variable = self._variable(name, ("time", *known.dims), units, known.long_name)
+        if "probe" in known.dims:
+            variable.attrs["coordinates"] = " ".join(PROBE_COORDINATES)
 
     def _save(self) -> None:
         """Commit; raises WriteError where the disk ends."""

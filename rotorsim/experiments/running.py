@@ -23,6 +23,7 @@ from rotorsim.experiments.loop import Loop
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
+from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
@@ -97,7 +98,9 @@ def run(
     blocks = list(track(march(simulation, experiment, block), experiment.samples, SAMPLE, progress))
     values = {name: np.concatenate([part[name] for _, part in blocks]) for name in blocks[0][1]}
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": "complete"} | simulation.counters
-    return make_record(np.concatenate([time for time, _ in blocks]), values, attrs)
+    return make_record(
+        np.concatenate([time for time, _ in blocks]), values, attrs, probe_coordinates(plant.machine)
+    )  # fmt: skip
 
 
 def record(
@@ -116,7 +119,7 @@ def record(
     plant, path = as_plant(plant), Path(path)
     attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
     simulation = begin(plant, experiment, seed)
-    with Interrupt(), Recording(path, attrs) as file:
+    with Interrupt(), Recording(path, attrs, probe_coordinates(plant.machine)) as file:
         outcome = stream(simulation, experiment, file, progress, block)
     if file.stopped is None:
         return outcome
@@ -226,7 +229,7 @@ def _values(
     simulation: Simulation, first: int, table: np.ndarray, used: np.ndarray, external: np.ndarray | None
 ) -> tuple[np.ndarray, Values]:
     n = len(table)
-    values: dict[str, Any] = split_columns(table, used[:n], simulation.assembly.film_model is not None)
+    values: dict[str, Any] = split_columns(simulation.assembly, table, used[:n])
     if external is not None:
         values["reference_external"] = external[:n, 2:4]
     return (first + np.arange(n)) * SAMPLE, values

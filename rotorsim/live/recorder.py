@@ -12,6 +12,7 @@ from rotorsim.base.constants import SAMPLE
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.rig.rig import INPUTS, Rig
+from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import split_columns
 
 FILM_EVERY = 250
@@ -23,7 +24,8 @@ class Recorder:
 
     def __init__(self, rig: Rig, path: Path) -> None:
         attrs = rig.plant.provenance(rig.seed) | {"machine": rig.machine.text, "machine_hash": rig.machine.hash}
-        self._file = Recording(path, attrs | {"experiment": "live", "rest": rig.rest})
+        attrs |= {"experiment": "live", "rest": rig.rest}
+        self._file = Recording(path, attrs, probe_coordinates(rig.machine))
         self.path, self._rig = path, rig
         self._changes: list[tuple[float, str, float | str]] = [
             (0.0, key, value) for key, value in rig.settings.everything().items() if key in rig.settings.operating
@@ -56,7 +58,7 @@ class Recorder:
         if not len(rows):
             return
         first, film = self._file.samples, self._rig.has_film
-        values: dict[str, Any] = split_columns(rows[:, :-INPUTS], rows[:, -INPUTS:], film)
+        values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, :-INPUTS], rows[:, -INPUTS:])
         self._file.write((first + np.arange(len(rows))) * SAMPLE, values)
         if film and self._file.samples // FILM_EVERY > first // FILM_EVERY:
             grid = self._rig.assembly.film_model.grid  # type: ignore[union-attr]

@@ -11,6 +11,7 @@ from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.film import GasFilm
+from rotorsim.machine.probes import HousingPart
 from rotorsim.machine.tables import MachineTables
 from rotorsim.machine.usual import numbers
 
@@ -18,6 +19,8 @@ SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""
 
 
+MOVE_HOUSING = ("pedestal", "base_vibration")
+"""Effects in which the housing moves."""
 Problems = Iterator[tuple[str, str]]
 
 
@@ -43,6 +46,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
         yield check(machine)
     yield _gains(machine)
     yield _meant(machine)
+    yield _probes(machine)
     for path, effect in _each_effect(machine):
         yield _own(machine, path, effect)
 
@@ -52,6 +56,7 @@ def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
     named: list[tuple[str, Any]] = [(f"discs.{i}", disc) for i, disc in enumerate(machine.discs)]
     named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
     named += [("probe", machine.probe)] if machine.probe else []
+    named += [(f"probes.{i}", probe) for i, probe in enumerate(machine.probes)]
     for path, part in chain(named, _each_effect(machine)):
         position = getattr(part, "position", None)
         if position is not None:
@@ -90,6 +95,24 @@ def _injection(machine: MachineTables) -> Problems:
         yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
         yield "injection", "missing, but there are injectors; add [injection] or remove the injectors"
+
+
+def _probes(machine: MachineTables) -> Problems:
+    """Every probe has a name of its own, and one of the housing has a housing that can move."""
+    moves = any(name in machine.effects for name in MOVE_HOUSING)
+    first: dict[str, int] = {}
+    for i, probe in enumerate(machine.probes):
+        name = getattr(probe, "name", None)
+        if name in first:
+            yield f"probes.{i}.name", f"'{name}' is the name of probes.{first[name]} too; give each its own"
+        elif name is not None:
+            first[name] = i
+        if isinstance(probe, HousingPart) and not moves:
+            yield (
+                f"probes.{i}.quantity",
+                f"'{probe.quantity}' needs a housing that moves; add [effects.pedestal] or [effects.base_vibration], "
+                "or write 'relative_displacement'",
+            )  # fmt: skip
 
 
 def _film(machine: MachineTables) -> tuple[str, GasFilm]:

@@ -49,23 +49,24 @@ def _meant(item: Any, model: type[BaseModel]) -> str:
 
 
 def _lines(item: Any, model: type[BaseModel]) -> list[str]:
-    path, owner = _walk(model, item["loc"])
+    path, owner, union = _walk(model, item["loc"])
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, PartError):
         return [f"{'.'.join(filter(None, (path, below)))}: {sentence}" for below, sentence in cause.items]
+    if item["type"].startswith("union_tag"):
+        return [_tag(path, item, choices(union))]
     sentence = _SENTENCES.get(item["type"], _plainly)
-    suffix = ".kind" if item["type"].startswith("union_tag") and isinstance(item["input"], dict) else ""
-    return [f"{path}{suffix}: {sentence(item, owner)}".removeprefix(": ")]
+    return [f"{path}: {sentence(item, owner)}".removeprefix(": ")]
 
 
-def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseModel]]:
-    """Dotted path of a pydantic location, without union tags, and the part that owns its last key."""
+def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseModel], Any]:
+    """Dotted path of a pydantic location, without union tags, the part that owns its last key, and the type there."""
     here: Any = model
     owner, path = model, []
     for key in loc:
         kinds = choices(here)
         if len(kinds) > 1:
-            here = next((c for c in kinds if key in get_args(c.model_fields["kind"].annotation)), None)
+            here = next((c for c in kinds if key in get_args(c.model_fields[c.tag].annotation)), None)
             continue
         here = kinds[0]
         path.append(str(key))
@@ -74,11 +75,11 @@ def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseM
         elif isinstance(here, type) and issubclass(here, BaseModel):
             owner = here
             here = here.model_fields[key].annotation if key in here.model_fields else None
-    return ".".join(path), owner
+    return ".".join(path), owner, here
 
 
 def choices(kind: Any) -> tuple[Any, ...]:
-    """Types of a field other than None; more than one choice is a union distinguished by `kind`."""
+    """Types of a field other than None; more than one choice is a union distinguished by its tag."""
     if get_origin(kind) is Annotated:
         return choices(get_args(kind)[0])
     if get_origin(kind) in (Union, UnionType):
@@ -104,12 +105,13 @@ def _one_of(item: Any, _: type[BaseModel]) -> str:
     return f"{quote(item['input'])} is not known; write {item['ctx']['expected']}"
 
 
-def _tag(item: Any, _: type[BaseModel]) -> str:
-    given = item["input"]
+def _tag(path: str, item: Any, kinds: tuple[Any, ...]) -> str:
+    given, tag = item["input"], kinds[0].tag
     if not isinstance(given, dict):
-        return _table(item, _)
-    problem = f"{quote(given['kind'])} is not known" if "kind" in given else "missing"
-    return f"{problem}; write 'linear' or 'gas_film'"
+        return f"{path}: {_table(item, kinds[0])}"
+    problem = f"{quote(given[tag])} is not known" if tag in given else "missing"
+    *known, last = (repr(word) for kind in kinds for word in get_args(kind.model_fields[tag].annotation))
+    return f"{path}.{tag}: {problem}; write {', '.join(known)} or {last}"
 
 
 def _table(item: Any, _: type[BaseModel]) -> str:
@@ -132,8 +134,6 @@ _SENTENCES: dict[str, Callable[[Any, type[BaseModel]], str]] = {
     "missing": _missing,
     "extra_forbidden": _unknown,
     "literal_error": _one_of,
-    "union_tag_invalid": _tag,
-    "union_tag_not_found": _tag,
     "model_type": _table,
     "model_attributes_type": _table,
     "tuple_type": _list,

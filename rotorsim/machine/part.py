@@ -44,6 +44,8 @@ class Part(BaseModel):
     """A part of a machine: frozen, known fields only, SI values."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+    tag: ClassVar[str] = "kind"
+    """Field that distinguishes it from the other parts of a union."""
     earlier_keys: ClassVar[dict[str, str]] = {}
     """Keys of earlier versions of machine files and the fields that replace them."""
 

@@ -68,11 +68,11 @@ def _read(model: type[Part], name: str, value: Any) -> Any:
 
 
 def _kind(kinds: tuple[Any, ...], table: Any) -> type[Part]:
-    """The part that a table is, by its `kind` where there are several; raises ValueError where it has none of them."""
+    """The part that a table is, by its tag where there are several; raises ValueError where it has none of them."""
     if len(kinds) == 1:
         return kinds[0]
-    given = table.get("kind") if isinstance(table, Mapping) else None
-    known = [k for k in kinds if given in get_args(k.model_fields["kind"].annotation)]
+    given = table.get(kinds[0].tag) if isinstance(table, Mapping) else None
+    known = [k for k in kinds if given in get_args(k.model_fields[k.tag].annotation)]
     if not known:
         raise ValueError(given)
     return known[0]

@@ -12,6 +12,7 @@ from rotorsim.machine.effect_tables import read_effects
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.part import Part
+from rotorsim.machine.probes import AnyProbe
 from rotorsim.machine.rotor import Disc, LinearBearing, Probe, Shaft
 
 
@@ -37,6 +38,7 @@ class MachineTables(Part):
     actuators: Actuators | None = Field(None, description="Piezo actuators of the pins; ideal when not given.")
     drive: Drive = Field(Drive(), description="What turns and brakes the shaft.")
     probe: Probe | None = Field(None, description="Where displacement is measured; the first disc when not given.")
+    probes: tuple[AnyProbe, ...] = Field((), description="Further probes, at any plane, angle and quantity.")
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")

@@ -22,6 +22,7 @@ from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.parameters import make_parameters
+from rotorsim.plant.probes import probe_rows
 
 SUBSTEP = 5e-5
 """Longest substep of the actuators [s]."""
@@ -82,9 +83,11 @@ def assemble(machine: Machine) -> Assembly:
         ports["rotating"] > 0,
     )  # fmt: skip
     calls = _number(effects, rotor)
-    rig = _rig(machine, rotor.size, film.n_inj, ports, calls)
+    rig = _rig(machine, rotor, film.n_inj, ports, calls)
     w = np.concatenate([w, np.zeros(rig.size - film.size)])
     _fill_rotor(w, rotor, mesh, calls)
+    rows = probe_rows(mesh, rotor.n_shaft)
+    w[rig.probe : rig.probe + rows.size] = rows.ravel()
     record = make_parameters(machine, mesh, film_model, film, effects)
     module = compose(film, rotor, rig, calls)
     return Assembly(machine, mesh, film_model, film, rotor, rig, calls, w, ix, record, module)
@@ -103,11 +106,14 @@ def _number(effects: list[tuple[str, Effect]], rotor: RotorLayout) -> tuple[Call
     return tuple(calls)
 
 
-def _rig(machine: Machine, base: int, n_inj: int, ports: dict[str, int], calls: tuple[Call, ...]) -> RigLayout:
+def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int], calls: tuple[Call, ...]) -> RigLayout:
     driven = int(n_inj > 0 and machine.actuators is not None and machine.actuators.mode != "ideal")
     stroke_states = sum(c.effect.states for c in calls if c.effect.port == "actuator")
     states = sum(c.effect.states for c in calls if c.effect.port != "actuator")
-    return make_rig_layout(base, n_inj, driven, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports, stroke_states, states)
+    return make_rig_layout(
+        rotor.size, n_inj, driven, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports, stroke_states, states,
+        len(machine.probes), rotor.n_shaft,
+    )  # fmt: skip
 
 
 def make_film(machine: Machine) -> FilmModel | None:

@@ -52,6 +52,8 @@ FILM_ENTRIES = ("newton", "refresh")
 SOURCES = (
     lu, modal_rotor, motion_forces, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel, cosimulation,
 )  # fmt: skip
+KERNELS = ("kernel", "foundation")
+"""Kernels that an effect can have."""
 ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
 
 
@@ -70,7 +72,7 @@ class Call:
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    kernels = [line for c in calls for line in _taken(type(c.effect).kernel, f"{c.record}_kernel")]
+    kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
     film_name = f"rotorsim_film_{key_of(repr(layout), _sources_hash(()))[:16]}"
     name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
 
@@ -89,8 +91,9 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
     return cast(KernelModule, load_module(name, text))
 
 
-def _taken(kernel: Any, name: str) -> Sequence[str]:
-    """Lines that take an effect's kernel, if it has one, into a module."""
+def _taken(call: Call, kind: str) -> Sequence[str]:
+    """Lines that take one of an effect's KERNELS, if it has it, into a module."""
+    kernel, name = getattr(type(call.effect), kind), f"{call.record}_{kind}"
     if kernel is None:
         return ()
     return f"from {kernel.__module__} import {kernel.__name__} as {name}", f"{name} = merged({name})"
@@ -100,7 +103,7 @@ def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
     """Values for the placeholders in the lines of `ports`."""
     own = f"k * {rig.n_stroke_states} + {call.state}"
     return {
-        "kernel": f"{call.record}_kernel",
+        **{kind: f"{call.record}_{kind}" for kind in KERNELS},
         "p": f"P.{call.record}",
         "shape": call.shape,
         "slot": rig.motion + SLOT * call.order,
@@ -121,13 +124,16 @@ def _sources_hash(calls: Sequence[Call]) -> str:
     files = set(source_files("reynolds", "rotorsim/plant"))
     constants: set[str] = set()
     for call in calls:
-        files |= _sources_of(type(call.effect).kernel, set(), constants)
+        for kind in KERNELS:
+            files |= _sources_of(getattr(type(call.effect), kind), set(), constants)
     return key_of(cache_folder(files).name, sorted(constants))
 
 
 def _sources_of(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
     """Files of a kernel and of all compiled functions it calls; their global numbers, which may be of other files."""
     function = getattr(kernel, "py_func", kernel)
+    if function is None:
+        return set()
     if id(function) in seen:
         return set()
     seen.add(id(function))

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from fe_shaft import BearingElement, DiskElement, Material, ReducedRotor, Rotor, ShaftElement, modal_reduction
+from fe_shaft.elements import deflection
 from fe_shaft.static import loose_motions
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
@@ -128,6 +129,15 @@ class Mesh:
     def shape(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at z [m]."""
         return self.reduced.shape(self.node(z))
+
+    def shape_between(self, z: float) -> np.ndarray:
+        """Modes (2, 2n) at any z [m], in the shapes of the element there; the mesh needs no node at z."""
+        nodes = self.nodes
+        if np.abs(nodes - z).min() <= SAME_PLACE:
+            return self.shape(z)
+        k = int(np.searchsorted(nodes, z)) - 1
+        rows = deflection(self.rotor.shaft_elements[k], z - float(nodes[k]))
+        return np.asarray(rows @ self.reduced.Phi[4 * k : 4 * k + 8])
 
     def residual_compliance(self, z: float) -> float:
         """Static compliance at z [m/N], mean of both planes, that the modes left out would add."""

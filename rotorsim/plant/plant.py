@@ -24,6 +24,7 @@ from rotorsim.plant.columns import READ
 from rotorsim.plant.controller import Controller, ask, check_controller, check_range, provenance
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import linearise
+from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
@@ -112,12 +113,12 @@ class Plant:
         table = np.concatenate([t for t, _ in blocks])
         used = np.concatenate([u for _, u in blocks])
         time = (begin + np.arange(len(table))) * SAMPLE
-        values = split_columns(table, used, self.assembly.film_model is not None)
+        values = split_columns(self.assembly, table, used)
         attrs = self.provenance(seed)
         if controller is not None:
             attrs |= provenance(controller)
             values["reference_external"] = inputs[:, 2:4]
-        return make_record(time, values, attrs)
+        return make_record(time, values, attrs, probe_coordinates(self.machine))
 
     def inputs(
         self,

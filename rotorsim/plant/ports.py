@@ -1,8 +1,8 @@
 """Code generation for effect ports: one function per port, one static call per effect.
 
-In a call, {kernel} and {p} are the effect's kernel and parameter record, {shape} the offset of its (2, n) rows, {slot}
-of its place among the motion forces, {state} of its own states, {old} and {new} of its states in actuator k, {dof} of
-its modal coordinates.
+In a call, {kernel}, {foundation} and {p} are the effect's kernels and parameter record, {shape} the offset of its
+(2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new} of its states in
+actuator k, {dof} of its modal coordinates.
 """
 
 from __future__ import annotations
@@ -23,10 +23,13 @@ class Function:
     end: str = ""
     steady: bool | None = None
     """Takes only effects that are steady, or only those that are not."""
+    kernel: str = "kernel"
+    """Which of an effect's kernels it calls; it takes only effects that have one."""
 
     def takes(self, effect: Effect) -> bool:
         """Whether the function calls an effect."""
-        return effect.port == self.port and self.steady in (None, effect.steady)
+        suits = effect.port == self.port and self.steady in (None, effect.steady)
+        return suits and getattr(type(effect), self.kernel) is not None
 
     def write(self, calls: list[dict[str, object]]) -> str:
         """Source of the function for the effects whose names and offsets are in `calls`."""
@@ -156,6 +159,17 @@ FUNCTIONS = (
         ("torque += {kernel}(t, angle, speed, {p})",),
         ("torque = 0.0",),
         "return torque",
+    ),
+    Function(
+        "force",
+        "foundation(t, P)",
+        (
+            "a, b, c, d, e, f = {foundation}(t, {p})",
+            "x, y, vx, vy, ax, ay = x + a, y + b, vx + c, vy + d, ax + e, ay + f",
+        ),
+        ("x, y, vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0",),
+        "return x, y, vx, vy, ax, ay",
+        kernel="foundation",
     ),
     Function(
         "support",

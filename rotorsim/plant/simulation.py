@@ -41,7 +41,7 @@ class Simulation:
     @property
     def columns(self) -> int:
         """Columns of the sample table."""
-        return len(COLUMNS) + max(self.assembly.film.n_inj, 0)
+        return len(COLUMNS) + self.assembly.film.n_inj + self.assembly.rig.n_probe
 
     def advance(self, inputs: np.ndarray) -> np.ndarray:
         """Advance by one sample (0.2 ms) per row of inputs; returns the state BEFORE each as (n, columns).
@@ -105,7 +105,7 @@ def _check_inputs(a: Assembly, rows: np.ndarray) -> None:
         )
 
 
-def split_columns(table: np.ndarray, inputs: np.ndarray, has_film: bool) -> dict[str, Any]:
+def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[str, Any]:
     """Variables of the record schema from a sample table and the inputs that were held during each sample."""
     at = {name: i for i, name in enumerate(COLUMNS)}
 
@@ -115,9 +115,12 @@ def split_columns(table: np.ndarray, inputs: np.ndarray, has_film: bool) -> dict
     values: dict[str, Any] = {name: pair(name) for name in ("disc", "disc_measured")}
     values |= {name: table[:, at[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
     values |= {"disc_force": inputs[:, 4:6]}
-    if has_film:
+    pins = len(COLUMNS) + a.film.n_inj
+    if a.rig.n_probe:
+        values["probe_measured"] = table[:, pins : pins + a.rig.n_probe]
+    if a.film_model is not None:
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
         values |= {name: table[:, at[name]] for name in scalars}
-        values |= {"pin": table[:, len(COLUMNS) :], "reference": inputs[:, 2:4]}
+        values |= {"pin": table[:, len(COLUMNS) : pins], "reference": inputs[:, 2:4]}
     return values

@@ -18,8 +18,8 @@ LONGEST = 300.0
 class Memory:
     """Growing record in memory."""
 
-    def __init__(self) -> None:
-        self.samples = 0
+    def __init__(self, probes: dict[str, Any] | None = None) -> None:
+        self.samples, self._probes = 0, probes
         self._blocks: list[dict[str, np.ndarray]] = []
         self._snapshots: list[tuple[float, float, np.ndarray]] = []
         self._grid: tuple[np.ndarray, np.ndarray] | None = None
@@ -43,7 +43,7 @@ class Memory:
         """The record, as `Recording` would have written it."""
         names = self._blocks[0]
         values = {name: np.concatenate([block[name] for block in self._blocks]) for name in names}
-        record = make_record(values.pop("time"), values, self._attrs)
+        record = make_record(values.pop("time"), values, self._attrs, self._probes)
         if self._grid is None:
             return record
         times, speeds, pressures = zip(*self._snapshots, strict=True)

@@ -31,6 +31,7 @@ from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import is_compiled
+from rotorsim.plant.probes import probe_coordinates
 from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ def adopt(path: Path, key: str) -> dict[str, Any] | None:
 def simulated(folder: Path, plant: Plant, experiment: Experiment, case: Case) -> Iterator[xr.Dataset]:
     """Complete record of a run, in memory or, if it is long, in a temporary file."""
     if experiment.samples * SAMPLE <= LONGEST:
-        sink = Memory()
+        sink = Memory(probe_coordinates(plant.machine))
         _complete(stream(begin(plant, experiment, case.seed), experiment, sink).ended)
         yield sink.dataset()
         return

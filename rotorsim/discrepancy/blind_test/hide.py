@@ -133,7 +133,7 @@ def record_of(
         w = in_motion(a, settle(a, speed, pressure), speed, pressure)
         w[a.rig.seed] = 1000 * seed + planned.noise
         table = Simulation(a, w).advance(fed)
-    values = split_columns(table, rows, twin.machine.film is not None)
+    values = split_columns(twin.assembly, table, rows)
     keep = ("disc_measured", "angle_measured", "speed_measured", "pressure_measured", "reference", "disc_force")
     shown = {name: values[name] for name in keep if name in values}
     for parameter, value in point.values.items():

@@ -19,12 +19,22 @@ def base_vibration(t, angle, speed, acceleration, p):
     return -p.x * wave, -p.y * wave
 
 
+@inlined
+def foundation_motion(t, p):
+    """Displacement [m], velocity [m/s] and acceleration [m/s^2] of the foundation, without mean."""
+    wave, rate = math.sin(p.frequency * t + p.phase), math.cos(p.frequency * t + p.phase)
+    period = 1.0 / p.frequency if p.frequency > 0.0 else 0.0
+    shift, pace = -wave * period * period, -rate * period
+    return p.x * shift, p.y * shift, p.x * pace, p.y * pace, p.x * wave, p.y * wave
+
+
 @register
 class BaseVibration(Effect):
     """Harmonic vibration of the foundation; several tables for several frequencies."""
 
     port = "force"
     kernel = base_vibration
+    foundation = foundation_motion
     cites = ("iso_10816",)
     influence = "mass"
     forms = (

@@ -72,7 +72,7 @@ class Rig:
         self.hit: Hit | None = None
         self.epoch, self.since, self.change = 0, 0, ""
         self.stopped, self.resume = "", START["pace"]
-        self.history = History(len(COLUMNS) + max(self.assembly.film.n_inj, 0) + INPUTS)
+        self.history = History(len(COLUMNS) + self.assembly.film.n_inj + self.assembly.rig.n_probe + INPUTS)
         self.reset()
 
     @property

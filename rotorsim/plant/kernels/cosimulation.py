@@ -24,7 +24,7 @@ def observe(w, P, out):
     """Row 0 of `out`: the columns of a record, then friction torque [N m] and pin travel along x and y [m]."""
     w[RIG.line] = w[RIG.line_end]
     write_sample(w, P, out, 0)
-    extra = len(COLUMNS) + FILM.n_inj
+    extra = len(COLUMNS) + FILM.n_inj + RIG.n_probe
     out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
     if ROTOR.has_film == 1:
         out[0, extra] = friction_torque(w, P.film, FILM, w[ROTOR.speed])

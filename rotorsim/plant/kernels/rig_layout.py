@@ -8,6 +8,9 @@ SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "cl
 READINGS = 5
 """Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa]."""
 
+AROUND = 12
+"""x, y of the housing and of the foundation: displacement [m], velocity [m/s] and acceleration [m/s^2] of each."""
+
 
 class RigLayout(NamedTuple):
     """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port; `driven`: piezos move the pins.
@@ -28,6 +31,7 @@ class RigLayout(NamedTuple):
     n_supply: int
     n_sensor: int
     n_stroke_states: int
+    n_probe: int
     seed: int
     tick: int
     begin: int
@@ -52,6 +56,8 @@ class RigLayout(NamedTuple):
     new: int
     reading: int
     motion: int
+    probe: int
+    around: int
     states: int
     size: int
 
@@ -64,18 +70,26 @@ def make_rig_layout(
     ports: dict[str, int],
     n_stroke_states: int,
     n_states: int,
+    n_probe: int = 0,
+    n_shaft: int = 0,
 ) -> RigLayout:
-    """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all."""
+    """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all.
+
+    Each of the `n_probe` probes has a row of factors: of the `n_shaft` displacements of the shaft's modes, and of the
+    motion `around` it (see `outputs.read_probes`).
+    """
     n = max(n_inj, 1)
     sizes = dict.fromkeys(SCALARS, 1) | dict.fromkeys(("pin", "volt", "stroke", "lead", "travel", "rest"), n)
     sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
     sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
-    sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "states": max(n_states, 1)}
+    sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (n_shaft + AROUND)}
+    sizes |= {"around": AROUND if n_probe else 0, "states": max(n_states, 1)}
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
     counts = {f"n_{port}": ports[port] for port in ("motion", "film", "gas", "injector", "plenum", "supply", "sensor")}
     return RigLayout(
-        n_inj=n_inj, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, size=(at + 7) // 8 * 8,
+        n_inj=n_inj, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe,
+        size=(at + 7) // 8 * 8,
         **counts, **offsets,
     )  # fmt: skip

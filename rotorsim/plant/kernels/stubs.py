@@ -113,6 +113,12 @@ def shaft_torque(t, angle, speed, P):
 
 
 @inlined
+def foundation(t, P):
+    """Displacement [m], velocity [m/s] and acceleration [m/s^2] of the foundation along x and y."""
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@inlined
 def build_supports(w, P):
     """Resonances under the film's sleeve into the modal matrices."""
 
