@@ -44,7 +44,7 @@ PROBE_COORDINATES = {
     "probe_gain": ("", "reading per SI value of the quantity, with its sign"),
     "probe_unit": ("", "unit of the readings"),
 }
-"""Unit and long name of the coordinates beside `probe`, the names."""
+"""Unit and long name of the coordinates along `probe`, the names."""
 VARIABLES = {
     "disc": Variable(("axis",), "m", "true displacement of the disc"),
     "disc_measured": Variable(("axis",), "m", "measured displacement of the disc"),

@@ -56,10 +56,10 @@ def _write(file: h5py.File, data: xr.Dataset, attrs: Mapping[str, Any], keep: tu
     for name, value in sorted(attrs.items()):
         file.attrs[name] = value
     scales = _dimensions(file, data, names)
-    beside = sorted(str(name) for name in data.coords if name not in scales and set(data[name].dims) <= set(scales))
-    for name in (*names, *beside):
+    extra = sorted(str(name) for name in data.coords if name not in scales and set(data[name].dims) <= set(scales))
+    for name in (*names, *extra):
         _variable(file, data, name, scales)
-        own = [c for c in beside if name not in beside and set(data[c].dims) <= set(data[name].dims)]
+        own = [c for c in extra if name not in extra and set(data[c].dims) <= set(data[name].dims)]
         if own:
             file[name].attrs["coordinates"] = " ".join(own)
     _fill(file, data, [name for name in names if data[name].dims[0] == "time"])
