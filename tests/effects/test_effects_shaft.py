@@ -147,6 +147,67 @@ def test_internal_damping_drives_forward_whirl_above_its_threshold(neutral, held
     assert growth(plant, held, 0.95 * threshold) < 0 < growth(plant, held, 1.05 * threshold)
 
 
+def test_an_asymmetric_shaft_turns_its_sag_at_twice_the_speed(rotor, held):
+    """z_2 = -(Delta k / 2) conj(s) exp(2 i psi) h(2 Omega), the sag s at rest; 1 % for what z_2 adds to the sag.
+
+    Delta k is a thousandth of the stiffness; neither 1X nor 3X comes of it. It resonates at half the critical speed.
+    """
+    weight = {"effects.gravity.acceleration": "9.81 m/s^2"}
+    sound = rotor(weight)
+    sag, difference = -1j * -sound.equilibrium().disc[1], 1e-3 / compliance(sound)
+    values = {"difference": f"{difference} N/m", "phase": "25 deg"}
+    plant = rotor(weight | {f"effects.asymmetric_shaft.{key}": value for key, value in values.items()})
+    found = orders(plant, held, 10)
+    force = -0.5 * difference * np.conj(sag) * np.exp(2j * np.radians(25))
+    answer = transfer(plant, 10, 20 * HZ, plant.assembly.mesh.shape(0.3)) @ (force * np.array([1, -1j]))
+    assert found[2] == pytest.approx(answer, abs=0.01 * np.abs(answer).max())
+    assert np.abs(found[[1, 3, 4]]).max() < 1e-3 * np.abs(found[2]).min()
+    below, at, above = (np.abs(orders(plant, held, hertz)[2]).max() for hertz in (15, 22, 29))
+    assert at > 4 * below and at > 4 * above
+
+
+def test_an_asymmetric_shaft_is_unstable_between_its_two_critical_speeds(neutral, held):
+    """k +- Delta k / 2 with 20 % of difference: 2 zeta is far less, so it grows within and decays 15 % outside."""
+    quiet = neutral(WEIGHTLESS, name="plain_rotor")
+    omega = quiet.linearise().wn[0]
+    values = {"effects.asymmetric_shaft.difference": f"{0.2 / compliance(quiet)} N/m"}
+    plant = neutral(WEIGHTLESS | values, name="plain_rotor")
+    rates = [growth(plant, held, factor * omega, seconds=2.0) for factor in (0.85, 1.0, 1.15)]
+    assert rates[1] > 0 > max(rates[0], rates[2])
+
+
+def test_a_labyrinth_seal_drives_forward_whirl_above_its_threshold(neutral, held):
+    """Omega = (omega / lambda)(1 + c_e / C), c_e what damps without the seal: 1 % by eigenvalues, sign in time."""
+    quiet = neutral(WEIGHTLESS, name="plain_rotor")
+    mesh, linear = quiet.assembly.mesh, quiet.linearise()
+    omega, zeta = linear.wn[0], linear.zeta[0]
+    shape = np.abs(mesh.shape(0.3)[0]).max()
+    outside = 2 * zeta * omega / shape**2
+    values = {"damping": f"{2 * outside} N*s/m", "swirl": 0.6}
+    threshold = omega / 0.6 * 1.5
+    plant = neutral(WEIGHTLESS | {f"effects.labyrinth_seal.{k}": v for k, v in values.items()}, name="plain_rotor")
+    for factor in (0.99, 1.01):
+        model = plant.linearise(factor * threshold)
+        forward = [z for z, w in zip(model.zeta, model.whirl, strict=True) if w == "forward"]
+        assert (forward[0] < 0) == (factor > 1)
+        assert min(z for z, w in zip(model.zeta, model.whirl, strict=True) if w == "backward") > 0
+    assert growth(plant, held, 0.95 * threshold) < 0 < growth(plant, held, 1.05 * threshold)
+
+
+@pytest.mark.parametrize("factor", [0.98, 1.02])
+def test_cross_coupled_stiffness_beyond_omega_c_is_unstable_at_any_speed(neutral, factor):
+    """k_0 = omega c_e of the mode, at 5 Hz; a direct stiffness of the plane adds to that of the rotor."""
+    quiet = neutral(WEIGHTLESS, name="plain_rotor")
+    linear = quiet.linearise(5 * HZ)
+    shape = np.abs(quiet.assembly.mesh.shape(0.3)[0]).max()
+    limit = 2 * linear.zeta[0] * linear.wn[0] ** 2 / shape**2
+    values = WEIGHTLESS | {"effects.labyrinth_seal.cross_stiffness": f"{factor * limit} N/m"}
+    model = neutral(values, name="plain_rotor").linearise(5 * HZ)
+    assert (min(model.zeta) < 0) == (factor > 1)
+    stiffer = neutral(WEIGHTLESS | {"effects.labyrinth_seal.stiffness": "100 kN/m"}, name="plain_rotor")
+    assert 1 / compliance(stiffer) - 1 / compliance(quiet) == pytest.approx(1e5, rel=0.01)
+
+
 def test_a_slowly_shaken_foundation_deflects_the_rotor_as_its_weight_does(rotor, held):
     """Quasi-static: sag under g times a/g times 1 / (1 - (f/f_1)^2); .5 % for the higher modes."""
     sag = -rotor({"effects.gravity.acceleration": "9.81 m/s^2"}).equilibrium().disc[1]
@@ -272,6 +333,8 @@ SIGNATURES = {
     "shaft_bow": test_far_below_the_critical_speed_the_shaft_turns_in_its_bow,
     "coupling": test_a_misaligned_coupling_shakes_at_two_and_three_times_the_speed,
     "crack": test_a_crack_makes_harmonics_of_the_static_sag,
+    "asymmetric_shaft": test_an_asymmetric_shaft_turns_its_sag_at_twice_the_speed,
+    "labyrinth_seal": test_a_labyrinth_seal_drives_forward_whirl_above_its_threshold,
     "internal_damping": test_internal_damping_drives_forward_whirl_above_its_threshold,
     "base_vibration": test_a_slowly_shaken_foundation_deflects_the_rotor_as_its_weight_does,
     "rub": test_a_stator_carries_what_the_shaft_does_not_and_drags_it_backward,

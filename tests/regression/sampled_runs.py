@@ -39,6 +39,7 @@ RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
 
 EVERY_EFFECT: dict[str, Any] = {
+    "asymmetric_shaft": {},  # this and the seal: neutral, numbers stored before them stay as they are
     "ball_bearing": {"softening": 0.05, "clearance": "0.5 um"},
     "base_vibration": {},  # excludes a pedestal
     "clearance_growth": {"growth": "0.4 um", "temperature": "3 K"},
@@ -50,6 +51,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "gravity": {"acceleration": "9.81 m/s^2"},
     "hysteresis": {"weight": "0.3 um/V"},
     "internal_damping": {"time": "3 us"},
+    "labyrinth_seal": {},
     "journal_tilt": {"x": "0.00005 rad", "y": "-0.00003 rad"},
     "noise": {"sigma": "0.3 um"},
     "out_of_round": {"sleeve": "0.5 um", "journal": "0.3 um", "journal_lobes": 3},
