@@ -6,8 +6,8 @@ Needs numpy and ROSS alone, so that it runs in an environment of its own:
     ross/bin/python benchmarks/ross_records.py OUT [CASE ...]
 
 ROSS turns the rotor of the shipped machine file `plain_rotor` (the same shaft, disc and bearings; other elements,
-another time integration) about half its first critical speed. Each case is a folder of steady records (`fit`, `held_out`,
-`untouched`) with white noise of 0.1 um. Two sizes of each fault:
+another time integration) about half its first critical speed. Each case is a folder of steady records (`fit`,
+`held_out`, `untouched`) with white noise of 0.1 um. Two sizes of each fault:
 
 - sound: nothing is wrong;  two_planes: a second unbalance at a quarter of the span
 - bow: a half sine between the bearings, as the force of the shaft's own stiffness
