@@ -11,6 +11,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.order_tracking import find_resonances
+from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
 
@@ -32,7 +33,8 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
     dict
         duration_s, samples, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow, sub_synchronous.
         A peak with ``local_maximum = False`` is the largest amplitude at an end of the speed range, not a resonance.
-        The largest orbit is measured from the slowly moving mean.
+        The largest orbit is measured from the slowly moving mean. A record with probes also has `probes`, see
+        `rotorsim.signals.probes.probe_numbers`.
     """
     spectra = waterfall(record) if spectra is None else spectra
     seen = _scan(record, tracked)
@@ -48,7 +50,12 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
                                 "first_rpm": contact["first_speed"]},
         "mass_flow": flow and _flow(flow, normal_density(record)),
         "sub_synchronous": largest_sub_synchronous(spectra),
-    }  # fmt: skip
+    } | _of_probes(record)  # fmt: skip
+
+
+def _of_probes(record: xr.Dataset) -> dict[str, Any]:
+    numbers = probe_numbers(record)
+    return {"probes": numbers} if numbers else {}
 
 
 def _at_most(seen: dict[str, Any]) -> dict[str, float]:

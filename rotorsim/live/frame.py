@@ -14,7 +14,9 @@ import numpy as np
 from rotorsim.base.constants import MPA, SAMPLE, TO_RPM, TO_UM
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
+from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.columns import COLUMNS, READ
+from rotorsim.signals.probes import shown
 
 AT = {name: i for i, name in enumerate(COLUMNS)}
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
@@ -34,11 +36,12 @@ LINE = 2 * np.pi
 
 @dataclass(frozen=True)
 class Geometry:
-    """Fixed geometry of the views; lengths in um, angles in deg."""
+    """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes."""
 
     clearance: float
     safety: float
     pins: int
+    probes: tuple[tuple[str, str], ...]
     theta: np.ndarray
     z: np.ndarray
     ambient: float
@@ -48,7 +51,8 @@ class Geometry:
         """Geometry of a machine and its film grid (angles [rad], places along the bearing [m])."""
         film = machine.film
         clearance = 0.0 if film is None else film.clearance * TO_UM
-        return cls(clearance, SAFE * clearance, len(machine.injectors), theta, z, machine.gas.ambient_pressure)
+        probes = tuple((p.name, reading_unit(p)) for p in machine.probes)
+        return cls(clearance, SAFE * clearance, len(machine.injectors), probes, theta, z, machine.gas.ambient_pressure)
 
     def alike(self, other: Geometry) -> bool:
         """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
@@ -75,7 +79,7 @@ def make_frame(
     frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0)
     frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3) if len(rows) >= SPECTRUM else None
     frame["orders"] = no_orders(rows[-SPECTRUM:])
-    frame["now"] = _numbers(rows)
+    frame["now"] = _numbers(rows) | {"probes": _probe_swings(rows, geometry)}
     if pressure is not None:
         frame["orbit"]["journal"] = _pair(rows[-ORBIT:], "journal", 2)
         frame["film"] = _plain((pressure - geometry.ambient).ravel() / 1e3, 1)
@@ -127,6 +131,13 @@ def _numbers(rows: np.ndarray) -> dict[str, Any]:
         "no_swing": why,
         "force": _plain(rows[-100:, -2:].sum(axis=0) * SAMPLE * 1e3, 3),
     }
+
+
+def _probe_swings(rows: np.ndarray, geometry: Geometry) -> list[tuple[str, str]]:
+    """Name of each probe and half the peak-to-peak value of its reading over the last 0.2 s."""
+    first = len(COLUMNS) + geometry.pins
+    half = 0.5 * np.ptp(rows[-SWING:, first : first + len(geometry.probes)], axis=0)
+    return [(name, shown(value, unit)) for value, (name, unit) in zip(half, geometry.probes, strict=True)]
 
 
 def _traces(rows: np.ndarray, pins: int) -> dict[str, Any]:

@@ -75,16 +75,17 @@ class Replay:
 
 
 def _table(record: Any) -> np.ndarray:
-    """Rows (n, columns + 6 inputs) of a record; what it lacks is zero."""
-    pins = record.sizes.get("injector", 0)
-    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + INPUTS))
+    """Rows (n, columns, pins, probes and 6 inputs) of a record; what it lacks is zero."""
+    pins, probes = record.sizes.get("injector", 0), record.sizes.get("probe", 0)
+    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + INPUTS))
     for name, column in AT.items():
         base, _, axis = name.rpartition("_")
         if name in record:
             rows[:, column] = record[name]
         elif axis in ("x", "y") and base in record:
             rows[:, column] = record[base][:, "xy".index(axis)]
-    for name, first in (("pin", len(COLUMNS)), ("reference", -4), ("disc_force", -2)):
+    places = {"pin": len(COLUMNS), "probe_measured": len(COLUMNS) + pins, "reference": -4, "disc_force": -2}
+    for name, first in places.items():
         if name in record:
             count = record[name].shape[1]
             stop = None if first + count == 0 else first + count

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from rotorsim.signals.probes import shown
+
 Rows = list[tuple[str, str]]
 
 
@@ -24,6 +26,9 @@ def result_rows(summary: dict[str, Any]) -> Rows:
     for key, label, unit in (("reference_peak_v", "Reference x, y: peak", "V"), ("force_peak_n", "Force: peak", "N")):
         if summary[key] and any(summary[key]):
             rows.append((label, pair(summary[key], unit)))
+    for name, p in summary.get("probes", {}).items():
+        text = f"{shown(p['peak'], p['unit'])}, {shown(p['rms'], p['unit'])}"
+        rows.append((f"Probe {name}: peak, rms about the mean", text))
     return rows + special_rows(summary)
 
 

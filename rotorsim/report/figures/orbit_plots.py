@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import plotly.graph_objects as go
+import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
@@ -56,21 +57,31 @@ def orbits(run: Run) -> go.Figure:
 
 def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int, column: int) -> None:
     d, angle = cut(run, name, moment)
-    if name != "journal":
-        d = d - (d.max(axis=0) + d.min(axis=0)) / 2
-    dots = marks(d, angle)
-    step = 1 + len(d) // MOST_POINTS
-    colour = COLOURS["journal" if name == "journal" else "disc"]
-    shown = {"showlegend": False, "hovertemplate": "x %{x:.2f} µm, y %{y:.2f} µm<extra></extra>"}
     if name == "journal":
         _add_clearance(figure, run, row, column)
+    else:
+        d = middle(d)
+    colour = COLOURS["journal" if name == "journal" else "disc"]
+    draw_orbit(figure, d, angle, colour, (row, column, len(instants(run))))
+
+
+def middle(d: np.ndarray) -> np.ndarray:
+    """Displacement (n, 2) about the middle of its range."""
+    return np.asarray(d - (d.max(axis=0) + d.min(axis=0)) / 2)
+
+
+def draw_orbit(figure: go.Figure, d: np.ndarray, angle: np.ndarray, colour: str, place: tuple[int, int, int]) -> None:
+    """An orbit (n, 2) [um] with dots at whole turns of the angle [rad], in a panel: row, column, columns in all."""
+    row, column, columns = place
+    dots = marks(d, angle)
+    step = 1 + len(d) // MOST_POINTS
+    shown = {"showlegend": False, "hovertemplate": "x %{x:.2f} µm, y %{y:.2f} µm<extra></extra>"}
     line = {"color": colour, "width": 1.5, "simplify": False}
     figure.add_trace(go.Scatter(x=compact(d[::step, 0]), y=compact(d[::step, 1]), mode="lines", line=line, **shown),
                      row, column)  # fmt: skip
     figure.add_trace(go.Scatter(x=compact(dots[:, 0]), y=compact(dots[:, 1]), mode="markers",
                                 marker={"color": INK, "size": 5}, **shown), row, column)  # fmt: skip
-    number = (row - 1) * len(instants(run)) + column
-    square_axes(figure, number, row, column)
+    square_axes(figure, (row - 1) * columns + column, row, column)
 
 
 def square_axes(figure: go.Figure, number: int, row: int, column: int) -> None:
@@ -81,14 +92,19 @@ def square_axes(figure: go.Figure, number: int, row: int, column: int) -> None:
 
 def cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
     """Displacement [um] (n, 2) and angle [rad] of some revolutions about a moment, within the record."""
+    part = stretch(run, moment)
+    return np.asarray(part[name].values, float) * TO_UM, np.asarray(part["angle"].values, float)
+
+
+def stretch(run: Run, moment: Instant) -> xr.Dataset:
+    """Part of the record with some revolutions about a moment."""
     n = run.record.sizes["time"]
     first = float(run.record["time"].isel(time=0))
     rate = (n - 1) / run.summary["duration_s"]
     turn = min(60 / abs(moment.rpm) if moment.rpm else 1.0, 10.0)
     count = int(min(n, max(2, round(TURNS * turn * rate) + 1)))
     start = int(np.clip(round((moment.time - first) * rate) - count // 2, 0, n - count))
-    part = run.record.isel(time=slice(start, start + count))
-    return np.asarray(part[name].values, float) * TO_UM, np.asarray(part["angle"].values, float)
+    return run.record.isel(time=slice(start, start + count))
 
 
 def marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:

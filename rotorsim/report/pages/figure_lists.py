@@ -28,7 +28,7 @@ EXPECTED: dict[str, tuple[Section, ...]] = {
 """Where one of these cannot be made, the report states the reason."""
 POSSIBLE = (s.GAIN, s.LOOPS, s.RING_DOWN, s.PER_NEWTON, s.PER_VOLT, s.EXCITATION, s.SPECTRUM, s.FILTERED)
 """Shown as well, if they can be made, for a record that does not name its experiment."""
-ADDED = (s.SENSORS, s.FILM_MAPS, s.FILM_ROUND)
+ADDED = (s.PLANES, s.READ, s.SENSORS, s.FILM_MAPS, s.FILM_ROUND)
 """Shown if they can be made, whatever the experiment."""
 
 

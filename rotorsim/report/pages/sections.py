@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from rotorsim.report.figures import bode_waterfall_plots, film3d, orbit_plots, time_plots
+from rotorsim.report.figures import bode_waterfall_plots, film3d, orbit_plots, probe_plots, time_plots
 from rotorsim.report.figures.decay_plots import ring_down_figure
 from rotorsim.report.figures.excitation_plots import excitation_figure
 from rotorsim.report.figures.filtered_orbit_plots import filtered_orbits
@@ -24,6 +24,7 @@ from rotorsim.signals import hysteresis, impact
 from rotorsim.signals.deceleration import deceleration_of
 from rotorsim.signals.missing import need
 from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.probes import READINGS, probe_planes
 from rotorsim.signals.record_blocks import displacement_name
 from rotorsim.signals.runout_profile import runout_of
 from rotorsim.signals.sensors import difference_of
@@ -128,6 +129,17 @@ def _turning(run: Run) -> float:
     return 0.0 if run.swept else abs(run.mean_speed) / (2 * np.pi)
 
 
+def _planes(run: Run) -> list[tuple[str, ...]]:
+    _turns(run)
+    planes = probe_planes(run.record)
+    need(bool(planes), "No two displacement probes of one plane see x and y.")
+    return planes
+
+
+def _readings(run: Run) -> None:
+    need(READINGS in run.record, "The record holds no readings of probes.")
+
+
 def _excitation(run: Run) -> None:
     need(bool(run.driven) or run.kind == "controlled", "Neither reference nor force changes.")
 
@@ -138,6 +150,8 @@ BODE = _simple("Amplitude and phase of the orders", _orders, bode_waterfall_plot
 WATERFALL = _simple("Waterfall", _spectra, bode_waterfall_plots.waterfall_map, c.waterfall_caption)
 FULL = _simple("Forward and backward whirl", _spectra, bode_waterfall_plots.full_spectrum_map, c.full_spectrum_caption)
 ORBITS = _simple("Orbits", _turns, orbit_plots.orbits, c.orbits_caption)
+PLANES = Section("Orbits at the planes of the probes", _planes, probe_plots.plane_orbits, c.planes_caption)
+READ = _simple("Readings of the probes", _readings, probe_plots.probe_readings, c.readings_caption)
 OVERVIEW = _simple("The run against time", lambda _: None, time_plots.overview, c.overview_caption)
 FILM_MAPS = _simple("Film pressure, unrolled", _film, film3d.film_maps, c.film_caption)
 FILM_ROUND = _simple("Film pressure round the journal", _film, film3d.film_surface, c.surface_caption)

@@ -93,6 +93,28 @@ def orbits_caption(run: Run) -> str:
     return text
 
 
+def planes_caption(run: Run, planes: list[tuple[str, ...]]) -> str:
+    """Which probes make the orbit of each row."""
+    rows = "; ".join(f"{', '.join(plane)} at {_place_of(run, plane[0])}" for plane in planes)
+    return f"x and y of each plane from its probes at their angles: {rows}. {TURNS} revolutions, dots at whole turns."
+
+
+def _place_of(run: Run, probe: str) -> str:
+    known = [str(name) for name in run.record["probe"].values]
+    return f"z = {1e3 * float(run.record['probe_position'].values[known.index(probe)]):.6g} mm"
+
+
+def readings_caption(run: Run) -> str:
+    """Direction and quantity of each probe."""
+    columns = (run.record[name].values for name in ("probe", "probe_quantity", "probe_angle"))
+    if not {"probe_quantity", "probe_angle"} <= set(run.record.coords):
+        return "Bands span the least and the largest value of each stretch of time."
+    rows = "; ".join(
+        f"{name} {str(q).replace('_', ' ')} at {np.degrees(a):.4g}°" for name, q, a in zip(*columns, strict=True)
+    )
+    return f"Bands span the least and the largest value of each stretch of time. {rows}."
+
+
 def overview_caption(run: Run) -> str:
     """Film thickness, contact and flow in a sentence each."""
     film, contact, flow = (run.summary[k] for k in ("smallest_film", "contact", "mass_flow"))

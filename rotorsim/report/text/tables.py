@@ -8,6 +8,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.report.pages.run import Run
+from rotorsim.signals.probes import shown
 
 Rows = list[tuple[str, str]]
 SETTINGS = {
@@ -64,9 +65,18 @@ def results(run: Run) -> Rows:
         rows.append(("Contact", _contact(s["contact"])))
     if s["mass_flow"]:
         rows.append(("Mass flow of all injectors", _flow(s["mass_flow"])))
+    rows += probe_rows(s.get("probes", {}))
     if run.self_excitable:
         rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
     return rows
+
+
+def probe_rows(probes: dict[str, dict[str, Any]]) -> Rows:
+    """Peak and rms of every probe's reading about its mean."""
+    return [
+        (f"Probe {name}", f"{shown(p['peak'], p['unit'])} at most from its mean, {shown(p['rms'], p['unit'])} rms")
+        for name, p in probes.items()
+    ]
 
 
 def _speed(found: dict[str, float]) -> str:

@@ -13,6 +13,7 @@ export function readings(frame, rig) {
     add("contact", now.contact ? "TOUCHES" : "none", now.contact);
     add("air", `${now.mass_flow.toFixed(3)} g/s`);
   }
+  for (const [name, text] of now.probes) add(`probe ${name}`, `${text} 0-pk`);
   add("last hit", ringdown(status.reading));
   const { modes } = status;
   add(modes.open ? "eigenvalue without controller" : "eigenvalue", eigenvalue(modes), !modes.why && modes.zeta.some((z) => z < 0));
