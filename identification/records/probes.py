@@ -13,7 +13,6 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.schema import require
-from rotorsim.base.sentences import listing
 from rotorsim.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def probe_outputs(record: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     gain, angle = (np.asarray(chosen[f"probe_{what}"].values, float) for what in ("gain", "angle"))
     seen = gain[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     if len(set(names)) < 2 or np.linalg.cond(seen / np.abs(gain[:, None])) > WORST:
-        raise SchemaError(f"probes {listing(names)}: do not see both x and y; choose two at different angles")
+        raise SchemaError(f"probes {', '.join(names)}: do not see both x and y; choose two at different angles")
     motion = np.linalg.lstsq(seen, np.asarray(chosen.values, float).T, rcond=None)[0].T
     attrs = {"units": "m", "long_name": f"displacement seen by the probes {', '.join(names)}"}
     return record.drop_vars("disc", errors="ignore").assign(disc_measured=(("time", "axis"), motion, attrs))
@@ -57,8 +56,8 @@ def _check_plane(chosen: xr.DataArray, names: Sequence[str]) -> None:
         if quantity not in DISPLACEMENTS:
             raise SchemaError(f"probe {name}: measures {quantity}; choose displacement probes")
     if len(set(chosen["probe_quantity"].values.tolist())) > 1:
-        raise SchemaError(f"probes {listing(names)}: measure relative and absolute displacement; choose one kind")
+        raise SchemaError(f"probes {', '.join(names)}: measure relative and absolute displacement; choose one kind")
     place = np.asarray(chosen["probe_position"].values, float)
     if np.ptp(place) > SAME_PLACE:
         at = ", ".join(f"{1e3 * z:.6g}" for z in place)
-        raise SchemaError(f"probes {listing(names)}: stand at {at} mm; choose probes of one plane")
+        raise SchemaError(f"probes {', '.join(names)}: stand at {at} mm; choose probes of one plane")

@@ -117,8 +117,9 @@ class Recording:
         kind = h5py.string_dtype() if isinstance(values[0], str) else "f8"
         variable = self._file.create_variable(name, ("probe",), kind)
         variable[:] = np.array(values, object if isinstance(values[0], str) else float)
-        unit, text = PROBE_COORDINATES.get(name, ("", "name of the probe"))
-        variable.attrs.update({"long_name": text} | ({"units": unit} if unit else {}))
+        if name in PROBE_COORDINATES:
+            unit, text = PROBE_COORDINATES[name]
+            variable.attrs.update({"long_name": text} | ({"units": unit} if unit else {}))
 
     def _variable(self, name: str, dims: tuple[str, ...], units: str, long_name: str) -> Any:
         shape = tuple(len(self._file.dimensions[d]) for d in dims[1:])

@@ -1,0 +1,109 @@
+"""Probes through runs: streamed and in memory, summary, report, campaign, live record, command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+import identification as idn
+from rotorsim.cli import main
+from rotorsim.experiments.running import record, run
+from rotorsim.experiments.steady import Steady
+from rotorsim.experiments.summary import summarise_experiment
+from rotorsim.live.replay import Replay
+from rotorsim.live.rig.rig import Rig
+from rotorsim.live.runner import Runner
+from rotorsim.machine import Machine, machine_text
+from rotorsim.plant import Plant
+from rotorsim.report.pages.figure_lists import found_sections
+from rotorsim.report.pages.run import analyse
+from rotorsim.signals.probes import probe_planes
+
+PROBE = '\n[[probes]]\nname = "{}"\nposition = "{} mm"\nangle = "{} deg"\nquantity = "{}"\nsensitivity = "{}"\n'
+TEXT = machine_text("plain_rotor") + '\n[effects.base_vibration]\nx = "1 m/s^2"\n' + "".join(
+    PROBE.format(*row)
+    for row in (
+        ("DE_x", 150, 45, "relative_displacement", "7.87 V/mm"),
+        ("DE_y", 150, 135, "relative_displacement", "200 mV/mil"),
+        ("NDE", 480, 0, "absolute_displacement", "8 V/mm"),
+        ("A", 480, 0, "housing_acceleration", "100 mV/g"),
+    )
+)  # fmt: skip
+STEADY = Steady(speed=200.0, duration=2.0)
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return Plant(Machine.from_text(TEXT))
+
+
+@pytest.fixture(scope="module")
+def steady(plant):
+    return run(plant, STEADY)
+
+
+def test_a_streamed_record_holds_the_probes_of_one_in_memory(plant, steady, tmp_path):
+    record(plant, STEADY, tmp_path / "steady.nc")
+    back = idn.read(tmp_path / "steady.nc")
+    assert back["probe_measured"].identical(steady["probe_measured"])
+    assert idn.validate(back)["probe_unit"].values.tolist() == ["V"] * 4
+    assert back["probe_measured"].attrs["units"] == "V"
+
+
+def test_the_summary_has_the_readings_of_every_probe(steady):
+    found = summarise_experiment(steady)["probes"]
+    assert list(found) == ["DE_x", "DE_y", "NDE", "A"]
+    values = steady["probe_measured"].sel(probe="A").values
+    assert found["A"]["peak"] == pytest.approx(np.abs(values - values.mean()).max(), rel=1e-12)
+    assert found["A"]["unit"] == "V"
+    assert found["A"]["rms"] == pytest.approx(0.1 / 9.80665 / np.sqrt(2), rel=1e-3)  # 100 whole periods
+
+
+def test_the_report_shows_the_orbit_of_a_plane_and_every_reading(steady):
+    assert probe_planes(steady) == [("DE_x", "DE_y")]
+    found = {one.section.title: one for one in found_sections(analyse(steady)) if one.why is None}
+    planes = found["Orbits at the planes of the probes"]
+    caption = planes.section.caption(analyse(steady), planes.data)
+    assert "DE_x, DE_y at z = 150 mm" in caption
+    readings = found["Readings of the probes"]
+    figure = readings.section.draw(analyse(steady), readings.data)
+    assert len(figure.data) == 8 and "NDE" in figure.layout.yaxis3.title.text
+    assert planes.section.draw(analyse(steady), planes.data).data
+
+
+def test_a_record_without_probes_has_no_section_of_them(steady):
+    without = steady.drop_vars(["probe_measured", *(str(c) for c in steady.coords if str(c).startswith("probe"))])
+    titles = {one.section.title for one in found_sections(analyse(without)) if one.why is None}
+    assert not any("probes" in title for title in titles)
+
+
+def test_a_live_rig_records_shows_and_replays_its_probes(tmp_path):
+    runner = Runner(Rig(Machine.from_text(TEXT), {}))
+    runner.record(tmp_path / "live.nc")
+    runner._obey()
+    for _ in range(30):
+        runner._part(50)
+    frame = runner.frame()
+    runner.close()
+    assert [name for name, _ in frame["now"]["probes"]] == ["DE_x", "DE_y", "NDE", "A"]
+    assert all(text.endswith(" V") for _, text in frame["now"]["probes"])
+    back = idn.read(tmp_path / "live.nc")
+    assert back["probe_measured"].sizes == {"time": 1500, "probe": 4}
+    replay = Replay(tmp_path / "live.nc")
+    replay.advance(1500)
+    assert replay.frame()["now"]["probes"] == frame["now"]["probes"]
+
+
+def test_commands_take_probes_and_refuse_a_faulty_one(tmp_path, capsys):
+    path = tmp_path / "probed.toml"
+    path.write_text(TEXT)
+    given = ["experiment", "steady", str(path), "--speed", "2000 rpm", "--duration", "0.5 s", "--no-report", "--json"]
+    with pytest.raises(SystemExit) as ended:
+        main([*given, "--out", str(tmp_path / "out")])
+    assert not ended.value.code
+    assert json.loads(capsys.readouterr().out)["probes"]["DE_y"]["unit"] == "V"
+    path.write_text(TEXT.replace("135 deg", "135"))
+    with pytest.raises(SystemExit) as ended:
+        main([*given, "--out", str(tmp_path / "other")])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1
