@@ -113,8 +113,10 @@ def _channels(record: xr.Dataset) -> tuple[Channel, ...]:
             channels.append(_channel(name, units, values, name in CLIPPED))
             continue
         labels = variable[variable.dims[1]].values if variable.dims[1] in variable.coords else range(values.shape[1])
-        for label, column in zip(labels, values.T, strict=True):
-            channels.append(_channel(f"{name} {label}", units, column, name in CLIPPED))
+        own = variable.coords.get("probe_unit")
+        for k, (label, column) in enumerate(zip(labels, values.T, strict=True)):
+            unit = units if own is None else str(own.values[k])
+            channels.append(_channel(f"{name} {label}", unit, column, name in CLIPPED))
     return tuple(channels)
 
 

@@ -11,6 +11,7 @@ from rotorsim.base.own_files import instead
 from rotorsim.machine import toml
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
 from rotorsim.machine.numerics import Grid, Solver
+from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
 from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
 from rotorsim.machine.usual import ask_machine
@@ -21,6 +22,8 @@ __all__ = [
     "Gas",
     "GasFilm",
     "Grid",
+    "HousingAcceleration",
+    "HousingVelocity",
     "Injection",
     "Injector",
     "LinearBearing",
@@ -29,6 +32,7 @@ __all__ = [
     "Probe",
     "Section",
     "Shaft",
+    "ShaftProbe",
     "Solver",
     "load_machine",
     "machine_text",

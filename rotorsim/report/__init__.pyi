@@ -9,6 +9,8 @@ from .figures.figures import (
     full_spectrum as full_spectrum,
     hysteresis_loops as hysteresis_loops,
     orbits as orbits,
+    probe_orbits as probe_orbits,
+    probe_readings as probe_readings,
     ring_down as ring_down,
     runout_profile as runout_profile,
     sensor_noise as sensor_noise,

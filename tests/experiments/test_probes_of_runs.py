@@ -1,6 +1,8 @@
 """Probes through runs: streamed and in memory, summary, report, campaign, live record, command line."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from rotorsim.report.pages.figure_lists import found_sections
 from rotorsim.report.pages.run import analyse
 from rotorsim.signals.probes import probe_planes
 
+PAGE = Path(__file__).parents[2] / "docs" / "probes.md"
 PROBE = '\n[[probes]]\nname = "{}"\nposition = "{} mm"\nangle = "{} deg"\nquantity = "{}"\nsensitivity = "{}"\n'
 TEXT = machine_text("plain_rotor") + '\n[effects.base_vibration]\nx = "1 m/s^2"\n' + "".join(
     PROBE.format(*row)
@@ -92,6 +95,17 @@ def test_a_live_rig_records_shows_and_replays_its_probes(tmp_path):
     replay = Replay(tmp_path / "live.nc")
     replay.advance(1500)
     assert replay.frame()["now"]["probes"] == frame["now"]["probes"]
+
+
+def test_the_example_of_the_page_draws_the_orbits_of_both_planes(tmp_path, monkeypatch):
+    """The soft bearing's end moves further than the other, x further than y at the resonance."""
+    monkeypatch.chdir(tmp_path)
+    found = {}
+    exec(re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)[0], found)
+    peak = {name: p["peak"] for name, p in summarise_experiment(found["record"])["probes"].items()}
+    assert peak["NDE_x"] > peak["DE_x"] > 0.2
+    assert (tmp_path / "orbits.html").stat().st_size > 1e5
+    assert np.ptp(found["volts"].values) > 0
 
 
 def test_commands_take_probes_and_refuse_a_faulty_one(tmp_path, capsys):

@@ -43,6 +43,16 @@ def orbits(record: xr.Dataset) -> go.Figure:
     return _figure(record, sections.ORBITS)
 
 
+def probe_orbits(record: xr.Dataset) -> go.Figure:
+    """Orbits [um] at each plane where two displacement probes see x and y, at the resonances and at the end."""
+    return _figure(record, sections.PLANES)
+
+
+def probe_readings(record: xr.Dataset) -> go.Figure:
+    """Envelopes of the readings of all probes against time [s]."""
+    return _figure(record, sections.READ)
+
+
 def against_time(record: xr.Dataset) -> go.Figure:
     """Envelopes of speed [rpm], disc [um], film [um], flow [mg/s] and pressure [MPa] against time [s]."""
     return _figure(record, sections.OVERVIEW)
