@@ -175,7 +175,7 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
     for flag in diagnosis.localisation[:6]:
         typer.echo(
             f"  {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor of "
-            f"{flag.floor * TO_UM:.2g} um"
+            f"{flag.floor * TO_UM:.2g} um" + (f", largest {flag.place}" if flag.place else "")
         )
     share = reduction(diagnosis.gap)
     if diagnosis.effects and share == share:

@@ -58,6 +58,10 @@ class Sweep(Trial):
         """Every part of a table is tracked at its own speeds."""
         return hashlib.sha256(self.rows.tobytes() + self.speeds.tobytes() + repr(self.orders).encode()).hexdigest()
 
+    def speed_at(self, line: int) -> float:
+        """Shaft speed [rad/s] of the row that a line of `spectra` is of."""
+        return float(self.speeds[max(line - 1, 0) % len(self.speeds)])
+
     @property
     def frequencies(self) -> np.ndarray:
         """A row's number stands for its frequency: rows are not lines of one spectrum."""

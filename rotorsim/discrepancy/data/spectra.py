@@ -67,6 +67,15 @@ class Trial:
         return float(self.rows[0, 0])
 
     @property
+    def rows_of_vectors(self) -> int:
+        """Number of a table's rows, each of which is a signal at a speed of its own; 1 for a record."""
+        return (self.spectra.shape[2] - 1) // len(self.orders) if self.orders else 1
+
+    def speed_at(self, line: int) -> float:
+        """Shaft speed [rad/s] of a line of `spectra`."""
+        return self.speed
+
+    @property
     def frequencies(self) -> np.ndarray:
         """Frequencies (lines,) [Hz]."""
         return np.arange(self.spectra.shape[2]) / (self.length * SAMPLE)

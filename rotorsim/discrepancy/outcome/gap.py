@@ -15,10 +15,10 @@ STAGES = ("nominal", "re-calibrated", "with effect", "floor")
 
 
 def rms(comparison: Comparison, vector: np.ndarray) -> np.ndarray:
-    """Time-domain rms (records, 2) [m] of a data vector (n,) [m], from its mean and lines."""
+    """Time-domain rms (records, 2) [m] of a data vector (n,) [m], from its mean and lines; over all rows of vectors."""
     layout = comparison.layout
     power = np.where(layout.frequency == 0, vector**2, vector**2 / 2)
-    power = np.where(layout.drift, 0.0, power)
+    power = np.where(layout.drift, 0.0, power) / np.array([t.rows_of_vectors for t in comparison.trials])[layout.record]
     out = np.zeros((len(comparison.trials), 2))
     np.add.at(out, (layout.record, layout.channel), power)
     return np.sqrt(out)

@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 
 
 def spectra_of(comparison: Comparison, points: list[Point | None]) -> list[dict[str, Any]]:
-    """For each record: frequencies [Hz] and magnitudes [m] (2, lines) of measurement, residuals, floor."""
+    """For each record: frequencies [Hz] and magnitudes [m] (2, lines) of measurement, residuals, floor.
+
+    Of vectors also orders, speeds (rows,) [rad/s] and complex amplitudes (2, orders, rows) [m], measured and simulated.
+    """
     layout, stages, last = comparison.layout, [], np.zeros(0)
     for point in points:
         if point is not None:
@@ -34,5 +38,21 @@ def spectra_of(comparison: Comparison, points: list[Point | None]) -> list[dict[
                 "stages": [size(s) for s in stages],
                 "floor": size(comparison.sigma),
             }
+            | (_vectors(trial, own, comparison.measured, stages) if trial.orders else {"orders": ()})
         )
     return out
+
+
+def _vectors(trial: Trial, own: list[np.ndarray], measured: np.ndarray, stages: list[np.ndarray]) -> dict[str, Any]:
+    """Complex amplitudes of a run-up's table; `own` are the numbers of both channels in a data vector."""
+    half, rows = len(own[0]) // 2, trial.rows_of_vectors
+
+    def complexes(vector: np.ndarray) -> np.ndarray:
+        return np.array([vector[o[:half]] + 1j * vector[o[half:]] for o in own]).reshape(2, -1, rows)
+
+    return {
+        "orders": trial.orders,
+        "speeds": np.array([trial.speed_at(1 + line) for line in range(rows)]),
+        "measured_vectors": complexes(measured),
+        "simulated_vectors": [complexes(measured - left) for left in stages],
+    }

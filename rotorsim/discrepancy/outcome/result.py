@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.reported import Reported
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
@@ -73,6 +73,7 @@ class Diagnosis(Findings, Reported):
                     "record": f.record, "point": f.point, "channel": f.channel, "group": f.group,
                     "um": f.rms * TO_UM, "floor_um": f.floor * TO_UM, "excess": f.excess,
                 }
+                | ({"rpm": f.speed * TO_RPM, "largest_um": f.largest * TO_UM} if f.speed else {})
                 for f in self.localisation
             ],
             "gap_reduction_untouched": _number(reduction(self.gap)),

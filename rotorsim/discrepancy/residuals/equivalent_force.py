@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.discrepancy.data.spectra import TURNING, Trial
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.linear_algebra import answer
@@ -33,17 +33,22 @@ def equivalent_force(
     comparison: Comparison, point: Point, residual: np.ndarray, flags: Sequence[Flag]
 ) -> dict[str, Any]:
     """Spectral lines of the equivalent force in flagged records, its direction and growth exponents."""
-    lines = []
+    lines: list[dict[str, Any]] = []
+    growth = _growth(comparison, residual, flags)
     for i in list(dict.fromkeys(f.number for f in flags))[:MOST_RECORDS]:
         trial = comparison.trials[i]
         groups = {f.group for f in flags if f.number == i}
         with suppress(*FAILURES):  # where the plant has no solution there is no force either
-            lines += [] if trial.orders else _of_record(comparison, point, residual, i, trial, groups)
+            if trial.orders:
+                found, growth = _of_vectors(comparison, point, residual, i, trial, groups)
+                lines += found
+            else:
+                lines += _of_record(comparison, point, residual, i, trial, groups)
     lines.sort(key=lambda x: -x["force_n"])
     return {
         "where": "at the disc, as far as one measuring plane shows",
         "lines": lines[:MOST_LINES],
-        "growth": _growth(comparison, residual, flags),
+        "growth": growth,
         "groups": sorted({f.group for f in flags}),
     }
 
@@ -73,11 +78,42 @@ def _of_record(
     return found
 
 
+def _of_vectors(
+    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+) -> tuple[list[dict[str, Any]], dict[str, float]]:
+    """The row of every flagged order of a run-up with the largest force, and the growth of the worst with the speed."""
+    layout, rows = comparison.layout, trial.rows_of_vectors
+    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
+    half = len(own[0]) // 2
+    metres = residual * comparison.sigma
+    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
+    values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    a = comparison.twin.set(values)
+    found: list[dict[str, Any]] = []
+    growth: dict[str, float] = {}
+    for k, order in enumerate(trial.orders):
+        if layout.groups[layout.group[own[0][k * rows]]] not in groups:
+            continue
+        of_rows = []
+        for line in range(k * rows, (k + 1) * rows):
+            speed = trial.speed_at(1 + line)
+            plant = linearise(a, settle(a, speed, trial.pressure), speed)
+            one = r[:, line : line + 1]
+            of_rows.append(_line(trial, plant, order * speed / (2 * np.pi), one[:, 0], one))
+            of_rows[-1] |= {"order": float(order), "point": f"{speed * TO_RPM:.0f} rpm"}
+        worst = max(of_rows, key=lambda x: x["force_n"])
+        if not found or worst["force_n"] > max(x["force_n"] for x in found):
+            speeds = [trial.speed_at(1 + line) for line in range(rows)]
+            growth = {"speed": float(np.polyfit(np.log(speeds), np.log([x["force_n"] for x in of_rows]), 1)[0])}
+        found.append(worst)
+    return found, growth
+
+
 def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
     """A line r (2,) [m] at f [Hz] as the force that makes it, with the size of `near` (2, lines)."""
     G = answer(plant.transfer, 2j * np.pi * f)[:, 2:4]
     force = answer(np.linalg.solve, G, r)
-    forward, backward = abs(force[0] - 1j * force[1]) / 2, abs(force[0] + 1j * force[1]) / 2
+    forward, backward = abs(force[0] + 1j * force[1]) / 2, abs(force[0] - 1j * force[1]) / 2
     return {
         "record": trial.name,
         "point": trial.point,

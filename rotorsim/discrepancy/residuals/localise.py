@@ -7,6 +7,8 @@ from math import sqrt
 
 import numpy as np
 
+from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.residuals.comparison import Comparison
 
 SIGMAS, LEAST = 6.0, 20.0
@@ -29,6 +31,15 @@ class Flag:
     floor: float
     amplitude: float
     number: int
+    speed: float = 0.0
+    """Shaft speed [rad/s] of vectors at which the residual is largest; 0 for records, which have one speed."""
+    largest: float = 0.0
+    """Residual [m, 0-pk] there."""
+
+    @property
+    def place(self) -> str:
+        """Where among the rows of vectors the residual is largest, as text; empty for records."""
+        return f"{self.largest * TO_UM:.3g} um at {self.speed * TO_RPM:.0f} rpm" if self.speed else ""
 
     @property
     def excess(self) -> float:
@@ -48,10 +59,23 @@ def table(comparison: Comparison, residual: np.ndarray) -> list[Flag]:
                     continue
                 r, s = residual[own], comparison.sigma[own]
                 rms, low = float(np.sqrt(np.mean((r * s) ** 2))), float(np.sqrt(np.mean(s**2)))
+                speed, largest = _peak(trial, layout.frequency[own], r * s) if trial.orders else (0.0, 0.0)
                 out.append(
-                    Flag(trial.name, trial.point, CHANNELS[c], name, n, float(r @ r), rms, low, trial.amplitude, i)
-                )
+                    Flag(
+                        trial.name, trial.point, CHANNELS[c], name, n, float(r @ r), rms, low, trial.amplitude, i,
+                        speed, largest,
+                    )
+                )  # fmt: skip
     return out
+
+
+def _peak(trial: Trial, lines: np.ndarray, metres: np.ndarray) -> tuple[float, float]:
+    """Speed [rad/s] and size [m, 0-pk] of the largest residual of a group of vectors; lines (n,) by their number."""
+    if not lines.any():
+        return 0.0, 0.0
+    size = np.sqrt(np.bincount(lines.astype(int), weights=metres**2))
+    line = int(np.argmax(size))
+    return trial.speed_at(line), float(size[line])
 
 
 def flagged(groups: list[Flag]) -> list[Flag]:

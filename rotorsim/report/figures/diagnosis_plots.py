@@ -23,13 +23,15 @@ def flag_map(diagnosis: Diagnosis) -> go.Figure:
     points = list(dict.fromkeys(f"{f.record}: {f.point}" for f in sorted(flags, key=lambda f: f.number)))
     groups = list(dict.fromkeys(f"{f.group}, {f.channel}" for f in sorted(flags, key=lambda f: (f.group, f.channel))))
     z = np.full((len(points), len(groups)), np.nan)
+    texts = [[""] * len(groups) for _ in points]
     for f in flags:
+        texts[points.index(f"{f.record}: {f.point}")][groups.index(f"{f.group}, {f.channel}")] = f.place
         z[points.index(f"{f.record}: {f.point}"), groups.index(f"{f.group}, {f.channel}")] = f.rms / f.floor
     figure = go.Figure(
         go.Heatmap(
             z=compact(z), x=groups, y=points, colorscale=SPECTRUM_SCALE, zmin=0,
             colorbar={"title": "residual<br>over floor"},
-            hovertemplate="%{y}<br>%{x}<br>%{z:.3g} times the floor<extra></extra>",
+            text=texts, hovertemplate="%{y}<br>%{x}<br>%{z:.3g} times the floor<br>%{text}<extra></extra>",
         )
     )  # fmt: skip
     figure = style(figure, 160 + 34 * len(points))
@@ -82,6 +84,40 @@ def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
     figure = style(figure, 560)
     figure.update_yaxes(type="log", title="um 0-pk", exponentformat="power")
     figure.update_xaxes(title="Hz", row=2, col=1)
+    return figure
+
+
+def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figure:
+    """Amplitude and phase lag of one order over the speed: measured and simulated, before and after.
+
+    `parts` are the parts of one table, whose rows belong to different roles.
+    """
+    titles = ("amplitude, disc x", "amplitude, disc y", "phase lag, disc x", "phase lag, disc y")
+    figure = make_subplots(rows=2, cols=2, shared_xaxes=True, subplot_titles=titles, vertical_spacing=0.1)
+    order = np.argsort(np.concatenate([p["speeds"] for p in parts]))
+    speeds = np.concatenate([p["speeds"] for p in parts])[order] * TO_RPM
+
+    def joined(vectors: list[np.ndarray]) -> np.ndarray:
+        return np.concatenate([v[:, number] for v in vectors], axis=1)[:, order]
+
+    curves = [("measured", joined([p["measured_vectors"] for p in parts]), INK, "markers")]
+    for stage, (name, colour) in enumerate(COLOURS.items()):
+        if name != "with effect" or with_effect:
+            curves.append((name, joined([p["simulated_vectors"][stage] for p in parts]), colour, "lines"))
+    for name, values, colour, mode in curves:
+        for c in range(2):
+            lag = np.unwrap(-np.angle(values[c]))
+            lag -= 2 * np.pi * np.round((np.median(lag) - np.pi / 2) / (2 * np.pi))
+            for row, y in ((1, np.abs(values[c]) * TO_UM), (2, np.degrees(lag))):
+                figure.add_scatter(
+                    x=compact(speeds), y=compact(y), name=name, mode=mode, legendgroup=name,
+                    showlegend=row == 1 and c == 0, marker={"color": colour, "size": 4},
+                    line={"color": colour, "width": 1.6}, row=row, col=c + 1,
+                )  # fmt: skip
+    figure = style(figure, 560)
+    figure.update_yaxes(title="um 0-pk", row=1, col=1)
+    figure.update_yaxes(title="deg", row=2, col=1)
+    figure.update_xaxes(title="rpm", row=2)
     return figure
 
 

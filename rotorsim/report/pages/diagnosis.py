@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -64,6 +64,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         plots.gap_bars(d),
     )
     yield _gap_table(d)
+    yield from _bode(d)
     if d.localisation:
         yield html.figure_section(
             "Where it disagrees",
@@ -71,7 +72,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
             "the speed of the shaft, 'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' "
             "what does not repeat from period to period.",
             plots.flag_map(d),
-        )
+        ) + _largest(d)
         yield from _spectra(d)
     if d.unknown:
         yield _unknown(d)
@@ -88,6 +89,12 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         )
 
 
+def _largest(d: Diagnosis) -> str:
+    """Where among the rows of vectors a flagged residual is largest."""
+    places = [f"{f.group}, {f.channel} ({f.record}): {f.place}" for f in d.localisation if f.place]
+    return f"<p>Largest residual: {escape('; '.join(places))}.</p>" if places else ""
+
+
 def _effects(d: Diagnosis) -> str:
     rows = [(f.form, p, value, sd or "held") for f in d.effects for p, value, sd in f.sizes()]
     text = "".join(
@@ -99,7 +106,23 @@ def _effects(d: Diagnosis) -> str:
     return _table("What is missing", (("effect", "parameter", "value", "standard deviation"),), rows, text)
 
 
+def _bode(d: Diagnosis) -> Iterator[str]:
+    """Bode plot of every order of every table of vectors; the name of a part is that of its table and its role."""
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for shown in (s for part in d.spectra.values() for s in part if s["orders"]):
+        tables.setdefault(str(shown["record"]).rpartition(", ")[0], []).append(shown)
+    for name, parts in tables.items():
+        for number, order in enumerate(parts[0]["orders"]):
+            yield html.figure_section(
+                f"{name}: {order}X over the speed",
+                "Points: measured, all roles. Grey: the file as given; orange: re-calibrated; blue: with the effect.",
+                plots.bode(parts, number, bool(d.effects)),
+            )
+
+
 def _spectra(d: Diagnosis) -> Iterator[str]:
+    if any(s["orders"] for part in d.spectra.values() for s in part):
+        return
     named = bool(d.effects)
     worst = d.localisation[0].record
     chosen = [s for part in d.spectra.values() for s in part if s["record"] == worst]
