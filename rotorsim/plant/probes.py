@@ -24,12 +24,18 @@ def probe_rows(mesh: Mesh, n_shaft: int) -> np.ndarray:
     """Factors (probes, n_shaft + AROUND) of the modal displacements of the shaft and of the motion around it."""
     rows = np.zeros((len(mesh.machine.probes), n_shaft + AROUND))
     for row, probe in zip(rows, mesh.machine.probes, strict=True):
-        direction = gain(probe) * np.array([np.cos(probe.angle), np.sin(probe.angle)])
+        direction = gain(probe) * along(probe.angle)
         if isinstance(probe, ShaftProbe):
             row[:n_shaft] = direction @ mesh.shape_between(probe.position)
         for place, factor in FACTORS[probe.quantity].items():
             row[n_shaft + place : n_shaft + place + 2] = factor * direction
     return rows
+
+
+def along(angle: float) -> np.ndarray:
+    """Unit vector (2,) at an angle [rad] from x towards y, exact at right angles."""
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    return np.where(np.abs(direction) < 1e-15, 0.0, direction)
 
 
 def position(machine: Machine, probe: AnyProbe) -> float:

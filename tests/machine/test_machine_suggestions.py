@@ -9,18 +9,30 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse
 from rotorsim.effects import REGISTRY
-from rotorsim.machine import Machine, actuators, film, load_machine, machine_text, numerics, rotor, shipped_machines
+from rotorsim.machine import (
+    Machine,
+    actuators,
+    film,
+    load_machine,
+    machine_text,
+    numerics,
+    probes,
+    rotor,
+    shipped_machines,
+)  # fmt: skip
 from rotorsim.machine.part import Part
 from rotorsim.machine.usual import question, range_of, ranges
 
 PARTS = [
-    kind for room in (rotor, film, actuators, numerics) for kind in vars(room).values()
+    kind for room in (rotor, film, actuators, numerics, probes) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {
     "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
     "LinearBearing": "bearings.0", "Probe": "probe", "GasFilm": "bearings.1", "Gas": "gas", "Injection": "injection",
     "Injector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid", "Solver": "solver",
+    "ProbePart": "probes.0", "ShaftProbe": "probes.0", "HousingPart": "probes.1", "HousingVelocity": "probes.1",
+    "HousingAcceleration": "probes.2",
 }  # fmt: skip
 FIELDS = {
     f"{HOMES[kind.__name__]}.{name}": quantity

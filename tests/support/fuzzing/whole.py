@@ -1,7 +1,7 @@
 """Random whole machines of any structure, too many to compile: shaft, bearings, film and effects."""
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, get_args
 
 import tomlkit
 from hypothesis import strategies as st
@@ -10,7 +10,17 @@ from fuzzing.values import legal, text_of
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.machine import GasFilm, Grid, Injection, Injector, LinearBearing, Shaft
+from rotorsim.machine import (
+    GasFilm,
+    Grid,
+    HousingAcceleration,
+    HousingVelocity,
+    Injection,
+    Injector,
+    LinearBearing,
+    Shaft,
+    ShaftProbe,
+)  # fmt: skip
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.film import Gas
 from rotorsim.machine.numerics import Solver
@@ -98,6 +108,14 @@ def effect(draw: Any, kind: type[Effect], start: float, length: float) -> dict[s
     return drawn
 
 
+def probe(draw: Any, number: int, start: float, length: float) -> dict[str, Any]:
+    """A probe of any kind; one of the housing is refused where nothing moves it."""
+    kind = draw(st.sampled_from([ShaftProbe, ShaftProbe, HousingVelocity, HousingAcceleration]))
+    drawn = table(draw, kind, ("position",)) | {"name": f"P{number}", "sense": draw(st.sampled_from("+-"))}
+    drawn["quantity"] = draw(st.sampled_from(get_args(kind.model_fields["quantity"].annotation)))
+    return drawn | {"position": show(start + length * draw(st.floats(0, 1)), "m")}
+
+
 @st.composite
 def whole_machines(draw: Any) -> str:
     """TOML text of a machine; legal but for what only shows when its parts meet."""
@@ -119,6 +137,7 @@ def whole_machines(draw: Any) -> str:
         film = draw(films(start, length))
         made["bearings"].append(film.pop("bearing"))
         made |= film
+    made["probes"] = [probe(draw, k, start, length) for k in range(draw(st.integers(0, 3)))]
     made["drive"] = table(draw, Drive)
     made["solver"] = table(draw, Solver, ("time_step",)) | {
         "time_step": draw(st.sampled_from(["0.2 ms", "0.1 ms", "50 us", "1 us"]))
