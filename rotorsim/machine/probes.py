@@ -1,7 +1,7 @@
 """Machine-file parts of the measuring chain: probes at any plane, angle and quantity.
 
-A probe looks along `angle`, from x (0) towards y. With the unit vector e along it, the displacement x_s(z) of the
-shaft, x_h of the housing and x_f of the foundation, each (2,) [m] in the frame of the foundation,
+A probe stands at `angle` round the shaft, from x (0) towards y. With the unit vector e to it, the displacements x_s(z)
+of the shaft and x_h of the housing against the foundation and x_f of the foundation, each (2,) [m],
 
 ========================  =============================
 relative_displacement     e . (x_s - x_h)
@@ -34,9 +34,13 @@ class ProbePart(Part):
     tag: ClassVar[str] = "quantity"
     name: str = Field(description="Name of the probe: its label in records, its output of an FMU.")
     angle: float = number(
-        "rad", "Direction in which it looks, from x (0) towards y.", low=-7, high=7, example=0.7853981633974483
+        "rad",
+        "Direction from the shaft to the probe, from x (0) towards y.",
+        low=-7,
+        high=7,
+        example=0.7853981633974483,
     )
-    sense: Literal["+", "-"] = Field("+", description="'+' reads more for motion along its direction, '-' reads less.")
+    sense: Literal["+", "-"] = Field("+", description="'+' reads more for motion towards the probe, '-' reads less.")
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """The name can be a label everywhere."""

@@ -24,7 +24,7 @@ TEXT = machine_text("plain_rotor") + PROBES
 HOUSING = '"housing_velocity" # '
 KNOWN = "'relative_displacement', 'absolute_displacement', 'housing_velocity' or 'housing_acceleration'"
 FAULTS = [
-    ('angle = "45 deg"\n', "", "probes.0.angle: missing (Direction in which it looks, from x (0) towards y); "
+    ('angle = "45 deg"\n', "", "probes.0.angle: missing (Direction from the shaft to the probe, from x (0) towards y); "
      "write e.g. '45 deg'"),
     ('position = "150 mm"\n', "", "probes.0.position: missing (Coordinate z of its plane); write e.g. '300 mm'"),
     ('"150 mm"', '"700 mm"', "probes.0.position: '700 mm' is outside the shaft (0 mm to 600 mm); "
