@@ -49,8 +49,9 @@ MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
 _SECTIONS = ("time", "channels", "keyphasor", "probes", "constants", "conditions", "speed", "vectors", "file")
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
-_CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa"}
-"""What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors."""
+_CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s"}
+"""What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
+deviation of the clock of the displacements."""
 _FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
@@ -130,7 +131,7 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
 
 
 def _conditions(table: dict[str, Any]) -> dict[str, float]:
-    """Accuracy [m], rate [rad/s2] and pressure [Pa] that become attributes of the record."""
+    """Accuracy [m], rate [rad/s2], pressure [Pa] and clock [s] that become attributes of the record."""
     _only("conditions", table, tuple(_CONDITIONS))
     written = {name: _per_second(value) if name == "rate" else value for name, value in table.items()}
     found = {name: _in_si(f"conditions.{name}", value, _CONDITIONS[name]) for name, value in written.items()}

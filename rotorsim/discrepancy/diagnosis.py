@@ -20,7 +20,7 @@ from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
-from rotorsim.discrepancy.outcome.findings import Found
+from rotorsim.discrepancy.outcome.findings import CLOCK, Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
@@ -48,6 +48,7 @@ NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
 )
+COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors cannot be told from it"
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 Progress = Callable[[str], None]
 
@@ -115,6 +116,7 @@ class Work:
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
         notes += self._scatter_note()
+        notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
         notes += check_after(self.fitted, fitted)
         for _ in range(MOST_REPEATS):
@@ -222,7 +224,7 @@ class Work:
             next_experiment=ahead,
             gap=gap,
             notes=(*notes, *map(null_sentence, null_vectors(proven, base.parameters))),
-            calibration=calibration_of(*written, base.parameters),
+            calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
             data_hash=data_hash(self.trials),
             spectra=shown,
@@ -237,6 +239,11 @@ class Work:
                 for h in verdict.tried
             ),
         )
+
+    def _clocks(self, point: Point) -> dict[str, tuple[float, float]]:
+        """Clock offset [s] and standard deviation of every record that states how far its clock may be off."""
+        parts = [part.clock_offsets(point) for part in self.parts.values()]
+        return {f"{CLOCK}{name}": value for part in parts for name, value in part.items()}
 
     def _found(self, verdict: Verdict, proven: Fit, V: np.ndarray) -> tuple[Found, ...]:
         if verdict.best is None or verdict.status == "unknown":

@@ -19,6 +19,7 @@ from identification.records.sampling import sampling_time
 from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines
+from rotorsim.discrepancy.data.clocks import drift_of, stated_clock, without_drift
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,6 +59,8 @@ class Trial:
     """Whether every block is one period of the excitation and holds whole turns: one of the response is complete."""
     accuracy: float = 0.0
     """Stated standard deviation [m] of the real part of a line; 0 where none is stated."""
+    clock: float = 0.0
+    """Stated standard deviation [s] of the clock's offset; 0 where displacements and inputs have one clock."""
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
 
@@ -184,12 +187,30 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     broken = broken_orders(speed, length, blocks, HIGHEST) if repeating and abs(speed) > TURNING else np.zeros(0)
     window = (start, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
+    clock = stated_clock(record.attrs.get("clock", 0.0), name)
+    if clock and repeating:
+        f = np.arange(count) / (length * SAMPLE)
+        spectra = without_drift(spectra, f, length * SAMPLE, drift_of(spectra, f, length * SAMPLE))
     excited = _excited(rows, start, length, blocks, count)
     periodic = repeating and not len(broken)
     pressure = float(rows[0, 1])
     accuracy = stated_accuracy(record, name)
     return Trial(
-        name, role, rows, pressure, angle, start, length, blocks, spectra, excited, (), periodic, accuracy, repeating
+        name,
+        role,
+        rows,
+        pressure,
+        angle,
+        start,
+        length,
+        blocks,
+        spectra,
+        excited,
+        (),
+        periodic,
+        accuracy,
+        clock,
+        repeating,
     )
 
 

@@ -11,6 +11,9 @@ from rotorsim.base.quantity import quantities
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 
+CLOCK = "clock of "
+"""Beginning of the calibration's keys of clock offsets [s], before the name of a record."""
+
 
 @dataclass(frozen=True)
 class Found:

@@ -18,7 +18,7 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
-from rotorsim.discrepancy.outcome.findings import Findings, Found
+from rotorsim.discrepancy.outcome.findings import CLOCK, Findings, Found
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
@@ -152,14 +152,19 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     turned: dict[str, complex] = {}
     bearings: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
     for key, (value, sd) in diagnosis.calibration.items():
-        if " x " in key or key in (
-            "offset_x",
-            "offset_y",
-            "mesh",
-            "law",
-            "actuator_x",
-            "actuator_y",
-            "shaft_stiffness",
+        if (
+            " x " in key
+            or key.startswith(CLOCK)
+            or key
+            in (
+                "offset_x",
+                "offset_y",
+                "mesh",
+                "law",
+                "actuator_x",
+                "actuator_y",
+                "shaft_stiffness",
+            )
         ):
             left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}")
         elif "~" in key:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.cache import RUNS, Cache, key_of, sources_hash
+from rotorsim.discrepancy.data.clocks import clock_offset, delayed
 from rotorsim.discrepancy.data.groups import Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
@@ -58,6 +59,8 @@ class Comparison:
     correction: np.ndarray = field(default_factory=lambda: np.zeros(0))
     evaluations: int = 0
     scatter_known: bool = True
+    floor_known: bool = False
+    """Whether sigma is the floor yet."""
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
     cache: Cache | None = None
     """Responses on disk, so that an interrupted diagnosis resumes where it was."""
@@ -119,7 +122,43 @@ class Comparison:
         for parameter, value in point.values.items():
             if parameter.key in self.directions:
                 y = y + value * self.directions[parameter.key]
+        return self._clocked(y) if any(t.clock for t in self.trials) else y
+
+    def _clocked(self, y: np.ndarray) -> np.ndarray:
+        """The response (n,) [m] as the clocks of records that state how far they may be off show it."""
+        y = y.copy()
+        for i, trial in enumerate(self.trials):
+            if not trial.clock:
+                continue
+            f, tau = trial.frequencies[1:], self._offset(i, y)[0]
+            for own, lines in zip(self._own(i), self._lines(i, y), strict=True):
+                moved = delayed(lines, f, tau)
+                y[own] = np.concatenate([moved.real, moved.imag])
         return y
+
+    def _offset(self, i: int, y: np.ndarray) -> tuple[float, float]:
+        """Clock offset [s] of trial i against a response y (n,) [m], and its standard deviation."""
+        trial = self.trials[i]
+        half = trial.spectra.shape[2] - 1
+        sigma = np.array([self.sigma[own][:half] for own in self._own(i)]) if self.floor_known else None
+        measured = self._lines(i, self.measured)
+        return clock_offset(measured, self._lines(i, y), trial.frequencies[1:], trial.clock, sigma)
+
+    def clock_offsets(self, point: Point) -> dict[str, tuple[float, float]]:
+        """Clock offset [s] and standard deviation by record, of those that state how far a clock may be off."""
+        if not any(t.clock for t in self.trials):
+            return {}
+        y = self._response(point, self.twin, False)
+        return {t.name: self._offset(i, y) for i, t in enumerate(self.trials) if t.clock}
+
+    def _own(self, i: int) -> list[np.ndarray]:
+        """Numbers of the lines of trial i in a data vector, by channel: real parts, then imaginary ones."""
+        layout = self.layout
+        return [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
+
+    def _lines(self, i: int, y: np.ndarray) -> np.ndarray:
+        """Complex lines (2, k) of trial i in a data vector, without the mean."""
+        return np.array([y[own[: len(own) // 2]] + 1j * y[own[len(own) // 2 :]] for own in self._own(i)])
 
     def residual(self, point: Point) -> np.ndarray:
         """Whitened measured less simulated (n,)."""
@@ -172,7 +211,11 @@ class Comparison:
         return self._apart(self.spectra(point))
 
     def _apart(self, found: list[np.ndarray]) -> list[np.ndarray]:
-        return [t.spectra - s for t, s in zip(self.trials, found, strict=True)]
+        shown = list(found)
+        for i, (trial, s) in enumerate(zip(self.trials, found, strict=True)):
+            if trial.clock:
+                shown[i] = delayed(s, trial.frequencies, self._offset(i, self._joined(found))[0])
+        return [t.spectra - s for t, s in zip(self.trials, shown, strict=True)]
 
     def proven(self, point: Point, fine: Twin) -> Comparison:
         """The same comparison with the solver's error as it is at `point`."""
@@ -224,6 +267,7 @@ class Comparison:
         if fine is not None:
             self.directions["mesh"] = error
         self.sigma = floor(self.trials, self.layout, scatter, means, drifts, response, error, tolerance)
+        self.floor_known = True
         return error
 
 
