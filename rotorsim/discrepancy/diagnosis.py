@@ -48,7 +48,7 @@ NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
 )
-COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors cannot be told from it"
+COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 Progress = Callable[[str], None]
 
