@@ -68,7 +68,13 @@ def reading(record, name):
 def shaken_sleeve():
     """The rig on a resonant pedestal, with and without probes."""
     text = machine_text("dtu_gas_bearing") + PEDESTAL
-    with_probes = Machine.from_text(text + AROUND)
+    journal = (
+        "journal",
+        0,
+        "relative_displacement",
+        f'position = "{1e3 * load_machine("dtu_gas_bearing").film.position} mm"',
+    )
+    with_probes = Machine.from_text(text + AROUND + probes(journal))
     found = {}
     for name, machine in (("without", Machine.from_text(text)), ("with", with_probes)):
         plant = Plant(machine, n_theta=32, n_z=8, dt=1e-4)
@@ -120,6 +126,11 @@ def test_the_housing_moves_on_its_pedestal_as_the_film_force_drives_it(shaken_sl
         force = record["film_force"].sel(axis=axis).values
         assert np.abs(force).max() > 10
         assert mass * (a + 2 * zeta * omega * v + omega**2 * x) == pytest.approx(-force, abs=1e-10)
+
+
+def test_a_relative_probe_at_the_bearing_reads_the_journal_in_its_sleeve(shaken_sleeve):
+    record = shaken_sleeve["with"][1]
+    assert reading(record, "journal") == pytest.approx(record["journal"].sel(axis="x").values, abs=1e-18)
 
 
 def test_velocity_and_acceleration_of_the_housing_are_derivatives_of_its_displacement(shaken_sleeve):
