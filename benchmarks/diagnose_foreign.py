@@ -149,7 +149,7 @@ def run_up() -> tuple[Any, list[Any]]:
 
 
 CASES: dict[str, Callable[[], tuple[Any, list[Any]]]] = {
-    "asymmetric shaft": lambda: with_own(OwnAsymmetry(difference=3e4, phase=0.4)),
+    "asymmetric shaft": lambda: with_own(OwnAsymmetry(difference=2e3, phase=0.4)),
     "labyrinth seal": lambda: with_own(OwnSeal(damping=20.0)),
     "cubic stiffness": lambda: with_own(OwnCubic(stiffness=2e12)),
     "drift of supply": drift,

@@ -31,7 +31,7 @@ from ross.faults import Crack, MisalignmentFlex, Rubbing
 
 warnings.filterwarnings("ignore")
 ELEMENTS, DISC, QUARTER = 12, 6, 3
-SAMPLE, SECONDS, SETTLING = 2e-4, 2.4, 1.6
+SAMPLE, SECONDS, SETTLING = 2e-4, 1.4, 1.6
 DAMPING, CRITICAL = 0.02, 46.0
 """Damping ratio of the shaft: a run starts at rest and has to forget it; first critical speed [Hz], about."""
 SPEEDS = {

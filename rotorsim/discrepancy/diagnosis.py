@@ -14,7 +14,7 @@ from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.unit_checks import check_before
-from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recalibrate, relinearised
+from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recalibrate, relinearised, strained
 from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
@@ -49,6 +49,9 @@ NO_ACCURACY = (
     "displacement), or record one operating point twice"
 )
 COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
+STRAINED = (
+    "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
+)
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 Progress = Callable[[str], None]
 
@@ -116,6 +119,8 @@ class Work:
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
         notes += self._scatter_note()
+        beyond = strained(base)
+        notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
         notes += check_after(self.fitted, fitted)
@@ -191,9 +196,14 @@ class Work:
         nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
-        return Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
-                      held_excess, lambda: self.progress("name"), nominal=nominal,
-                      unsteady=sum(f.excess for f in apart))  # fmt: skip
+        found = Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
+                       held_excess, lambda: self.progress("name"), nominal=nominal,
+                       unsteady=sum(f.excess for f in apart))  # fmt: skip
+        if strained(base):
+            residual = self.fitted.residual(origin)
+            start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
+            found.before = replace(found, base=start, nominal=start, columns=dict(raw))
+        return found
 
     def _result(
         self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None, notes: list[str]

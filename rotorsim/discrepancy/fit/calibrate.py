@@ -17,6 +17,8 @@ from rotorsim.discrepancy.twin.sensitivity_cache import columns
 from rotorsim.discrepancy.twin.twin import Twin
 
 MOST_REPEATS = 2
+IMPLAUSIBLE = 3.0
+"""Standard deviations of its prior beyond which a calibration parameter is not believed."""
 ROUGH = 0.02
 """Tolerance of the first fit, before the solver is proven."""
 
@@ -64,6 +66,16 @@ def closer(comparison: Comparison, rough: Fit, progress: Callable[[], None]) -> 
         if enough:
             break
     return rough
+
+
+def strained(base: Fit) -> list[str]:
+    """Names of calibration parameters that a fit has moved to their limits or beyond what their priors allow."""
+    found = []
+    for parameter, value in zip(base.parameters, base.vector, strict=True):
+        at_limit = value <= parameter.low or value >= parameter.high
+        if at_limit or abs(value) > IMPLAUSIBLE * parameter.sd:
+            found.append(parameter.name)
+    return found
 
 
 def relinearised(comparison: Comparison, base: Fit, progress: Callable[[], None] = lambda: None) -> Fit:

@@ -17,7 +17,7 @@ from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.indistinguishable import same_class
 from rotorsim.discrepancy.search.projection import Screen, screen
-from rotorsim.discrepancy.search.second_effect import cancel
+from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
 
 MOST_EFFECTS = 3
 ENOUGH = 0.95
@@ -36,6 +36,7 @@ TIE = 0.06
 """Rivals are tied when their sums of squares differ by less than this share of what the best one explains."""
 TIE_LEAST = 16.0
 MOST_HALVINGS = 4
+MOST_ROUNDS = 8
 FINALISTS = 10
 """Forms whose sensitivities are updated at the re-fitted point."""
 
@@ -79,6 +80,8 @@ class Search:
     updated: set[str] | None = None
     nominal: Fit | None = None
     """The base with sensitivities of where `columns` were taken; where there is none all are updated at once."""
+    before: Search | None = None
+    """The same search from the machine file's own numbers, where what is missing has led the calibration astray."""
     unsteady: float = 0.0
     """Part of the excess that does not repeat from period to period: no effect takes it away."""
 
@@ -236,6 +239,28 @@ class Search:
                 continue  # the best one explains everything and this one is not a rival
             found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
+
+    def best_singles(self) -> list[Hypothesis]:
+        """`singles`, and those from the machine file's own numbers where they fit better."""
+        found = self.singles()
+        if self.before is None:
+            return found
+        # the two that fit best; a large effect is not linear, and its fit takes more rounds
+        started = [self._closer(h) if i < 2 else h for i, h in enumerate(self.before.singles())]
+        best: dict[tuple[str, ...], Hypothesis] = {}
+        for h in (*found, *(h for h in started if h.fit.cost < self.base.cost)):
+            best[h.keys] = min(best.get(h.keys, h), h, key=lambda one: one.fit.cost)
+        return sorted(best.values(), key=lambda h: h.fit.cost)
+
+    def _closer(self, h: Hypothesis) -> Hypothesis:
+        """A hypothesis fitted on with new sensitivities as long as that helps."""
+        for _ in range(MOST_ROUNDS):
+            if h.failed or within_form_error(self.comparison, self.base.residual, h.fit.residual):
+                break
+            last, h = h.fit.cost, self.polished(h)
+            if h.fit.cost > 0.95 * last:
+                break
+        return h
 
     def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
         """The best pairs or triples, re-fitted."""

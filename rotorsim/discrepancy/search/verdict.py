@@ -37,7 +37,7 @@ def judge(search: Search) -> Verdict:
     known = {f.key for f in search.forms}
     tried: list[Hypothesis] = []
     for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
-        found = search.singles() if size == 1 else search.sets(size)
+        found = search.best_singles() if size == 1 else search.sets(size)
         tried += found
         good = [h for h in found if passes(h, search)]
         if good:

@@ -38,7 +38,12 @@ class Rub(Effect):
     kernel = rub
     cites = ("hunt_1975", "muszynska_2005")
     steady = True
-    forms = (CandidateForm("stiffness", 2e4, options=(("gap", (0.0, 5e-6, 1e-5)),), signed=False),)
+    forms = (
+        CandidateForm(
+            "stiffness", 2e4, options=(("gap", (0.0, 5e-6, 1e-5)), ("friction", (0.15,))),
+            refine=(("gap", 2e-7), ("friction", 0.02)), signed=False,
+        ),
+    )  # fmt: skip
     in_benchmark = False
     stiffness: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffness of the stator; 0 switches it off.")
     gap: float = param("m", default=5e-5, bounds=(0.0, 1e-2), doc="Radial gap.")

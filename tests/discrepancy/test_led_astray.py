@@ -1,0 +1,82 @@
+"""Calibrations that something missing has led astray: noticed, and searched from the machine file's own numbers too."""
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.fit.calibrate import strained
+from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.parameters import FitParameter
+from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.search import second_effect
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.search import Search
+
+GAIN, SIZE = FitParameter("gain", 0.1, 1.0, -6.0, 6.0), FitParameter("size", 0.1)
+FORM = Form("runout", "runout.roughness", (SIZE,))
+ONES = np.ones(4)
+
+
+class Response:
+    """The size of the candidate shows at a gain of about 0 only, and the gain itself takes a little of the misfit."""
+
+    def residual(self, point):
+        gain, size = (point.values.get(k, 0.0) for k in (GAIN, SIZE))
+        return (2.0 - 0.1 * gain - size * np.exp(-(gain**2))) * ONES
+
+    def predict(self, point):
+        return -self.residual(point)
+
+    def jacobian(self, point, parameters, here=None, progress=None, central=False):
+        here = self.residual(point)
+        return np.column_stack([(here - self.residual(point.moved([k], np.array([1e-6])))) / 1e-6 for k in parameters])
+
+
+def search(gain, monkeypatch):
+    """A search whose calibration stands at a gain."""
+    for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
+        monkeypatch.setattr(f"rotorsim.discrepancy.search.search.{name}", stub)
+    monkeypatch.setattr("rotorsim.discrepancy.search.search.within_form_error", lambda c, before, after: False)
+    comparison, point = Response(), Point({GAIN: gain})
+    r = comparison.residual(point)
+    base = Fit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
+    columns = {FORM.label: comparison.jacobian(point, (SIZE,))}
+    return Search(comparison, None, base, (FORM,), columns, base.cost, 0.0, updated={FORM.label})
+
+
+def test_an_effect_is_found_from_the_files_own_numbers_where_the_calibration_hides_it(monkeypatch):
+    """At a gain of 5 the candidate does nothing; from 0 its size of 2 takes all."""
+    astray = search(5.0, monkeypatch)
+    assert all(h.failed or h.gone < 0.1 for h in astray.best_singles())
+    astray.before = search(0.0, monkeypatch)
+    best = astray.best_singles()[0]
+    assert best.fit.cost < 0.01 and best.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)
+
+
+def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibration(monkeypatch):
+    astray = search(5.0, monkeypatch)
+    astray.base = Fit(astray.base.parameters, astray.base.point, astray.base.residual, astray.base.J, 1e-12)
+    astray.before = search(0.0, monkeypatch)
+    assert [h.failed for h in astray.best_singles()] in ([], [True])
+
+
+@pytest.mark.parametrize(
+    ("value", "names"), [(2.9, []), (-2.9, []), (3.1, ["gain"]), (6.0, ["gain"]), (-6.0, ["gain"])]
+)
+def test_a_calibration_beyond_three_standard_deviations_or_at_its_limit_is_not_believed(value, names):
+    assert strained(Fit((GAIN,), Point({GAIN: value}), ONES, np.ones((4, 1)), 4.0)) == names
+
+
+@pytest.mark.parametrize(("left", "form_error"), [(0.015, True), (0.03, False)])
+def test_harmonics_that_an_effect_hardly_makes_are_measured_by_its_largest_one(monkeypatch, left, form_error):
+    """2X is left by a 2 % share of the 1X that the effect makes, or more."""
+
+    def groups(comparison, residual):
+        return [
+            Flag("a", "p", "x", name, 2, 2 * (abs(s) / 1e-3) ** 2, abs(s), 1e-3, 0.0, 0)
+            for name, s in zip(("1X", "2X"), residual, strict=True)
+        ]
+
+    monkeypatch.setattr(second_effect, "table", groups)
+    after = np.array([0.0, left])
+    assert second_effect.within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
