@@ -55,7 +55,7 @@ def test_an_effect_is_found_from_the_files_own_numbers_where_the_calibration_hid
 
 def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibration(monkeypatch):
     astray = search(5.0, monkeypatch)
-    astray.base = Fit(astray.base.parameters, astray.base.point, astray.base.residual, astray.base.J, 1e-12)
+    astray.base = Fit(astray.base.parameters, astray.base.point, astray.base.residual, astray.base.J, 0.0)
     astray.before = search(0.0, monkeypatch)
     assert [h.failed for h in astray.best_singles()] in ([], [True])
 
