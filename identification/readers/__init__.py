@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping as Tables
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,7 +75,8 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
         if format_of(path) == "netcdf":
             return _record(path, mapped)
         table = columns(path, mapped)
-        mapped = mapped or recognise(table)
+        if mapped is None or not mapped.maps_columns:
+            mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
         record = assemble(table, mapped)
         return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
     except (ReadError, SchemaError) as error:
@@ -129,9 +131,9 @@ def format_of(path: Path) -> str:
 
 
 def _record(path: Path, mapping: Mapping | None) -> xr.Dataset:
-    if mapping is not None:
-        raise ReadError("a netCDF record describes itself; leave the mapping out")
-    return read_netcdf(path)
+    if mapping is not None and mapping.maps_columns:
+        raise ReadError("a netCDF record describes itself; leave the mapping out, or all of it but [conditions]")
+    return read_netcdf(path).assign_attrs(mapping.conditions if mapping else {})
 
 
 def _regular(path: str | Path) -> Path:

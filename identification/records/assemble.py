@@ -201,7 +201,7 @@ def _factor(column: Column, entry: Entry, si: str) -> float:
 def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
     """Attributes of a record: those it was written with, or where foreign data came from."""
     if table.header is not None:
-        return dict(table.header.attrs)
+        return dict(table.header.attrs) | mapping.conditions
     taken = {id(table.find(entry.column)) for entry in used(mapping)}
     left = [column.name for column in table.columns if id(column) not in taken]
     attrs: dict[str, Any] = {"source": str(path), "source_format": table.format, "source_sha256": digest}

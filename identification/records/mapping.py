@@ -85,6 +85,11 @@ class Mapping:
     probes: dict[str, tuple[Entry, float]] = field(default_factory=dict)
     """Entry of each displacement probe and its angle [rad] from x towards y."""
 
+    @property
+    def maps_columns(self) -> bool:
+        """Whether it maps any column; one of conditions alone leaves that to the columns' names."""
+        return bool(self.vectors or self.channels or self.probes)
+
 
 def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
     """Mapping from a TOML file or from its tables; raises ReadError with one sentence for the first problem."""
@@ -156,7 +161,8 @@ def _consistent(mapping: Mapping) -> Mapping:
     if mapping.speed and not mapping.vectors:
         raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
     _no_second_source(mapping)
-    if not mapping.vectors and not mapping.channels and not mapping.probes:
+    alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
+    if not mapping.maps_columns and (alone or not mapping.conditions):
         raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
     twice = set(mapping.constants) & {name for name, _ in mapping.channels}
     if twice:

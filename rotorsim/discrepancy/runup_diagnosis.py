@@ -138,7 +138,7 @@ def rate_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
     """Sentences on tables whose ramp rate had to be assumed."""
     return [
         f"{name}: no ramp rate is stated; {assumed_rate(vectors['speed'].values) * TO_RPM:.0f} rpm/s is assumed; "
-        "give rate, at which resonances are passed"
+        "state it in the mapping, [conditions] rate = '229 rpm/s', because it shifts and beats resonances"
         for name, vectors in opened
         if not stated_rate(vectors, name)
     ]

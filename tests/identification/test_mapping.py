@@ -84,6 +84,10 @@ BAD = {
         "no time; a mapping needs [time] with a column or a sample_rate",
     ),
     "nothing": ("", "map at least one column"),
+    "conditions and a rate of samples": (
+        'sample_rate = "5 kHz"\n[conditions]\nclock = "1 ms"',
+        "map at least one column",
+    ),
     "vectors too": (GOOD + "[vectors.1X.x]\namplitude = {column=1}\nphase = {column=1}", "a file is one or the other"),
     "order": ("[vectors.first.x]", "vectors.first: not an order; write e.g. [vectors.1X.x]"),
     "no table": ("time = 3", "time: 3 is not a table; write [time]"),
@@ -182,3 +186,16 @@ def test_conditions_of_a_mapping_become_attributes_in_si(written):
 def test_conditions_without_sense_are_refused_by_name(written, one):
     with pytest.raises(idn.ReadError, match="conditions"):
         idn.read(written("v.csv", VECTORS), written("m.toml", f"[conditions]\n{one}\n" + VECTOR_MAP))
+
+
+def test_a_mapping_of_conditions_alone_leaves_the_columns_to_their_names(tmp_path):
+    """A table of vectors, and the record of it as netCDF: 229 rpm/s is 23.98 rad/s2."""
+    table = tmp_path / "v.csv"
+    head = "speed [rpm],amplitude_1X_x [um],phase_1X_x [deg],amplitude_1X_y [um],phase_1X_y [deg]\n"
+    table.write_text(head + "".join(f"{1000 + 50 * k},{10 + k},30,{10 + k},120\n" for k in range(20)))
+    (tmp_path / "m.toml").write_text('[conditions]\nrate = "229 rpm/s"\nclock = "2 ms"\n')
+    plain, read = idn.read(table), idn.read(table, tmp_path / "m.toml")
+    assert read.attrs["rate"] == pytest.approx(229 * np.pi / 30) and read.attrs["clock"] == 2e-3
+    assert read.drop_attrs().identical(plain.drop_attrs())
+    idn.save(plain, tmp_path / "v.nc")
+    assert idn.read(tmp_path / "v.nc", tmp_path / "m.toml").attrs["clock"] == 2e-3
