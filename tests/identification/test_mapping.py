@@ -84,10 +84,7 @@ BAD = {
         "no time; a mapping needs [time] with a column or a sample_rate",
     ),
     "nothing": ("", "map at least one column"),
-    "conditions and a rate of samples": (
-        'sample_rate = "5 kHz"\n[conditions]\nclock = "1 ms"',
-        "map at least one column",
-    ),
+    "a constant alone": ('[constants]\npressure = "1 bar"\n[conditions]\nclock = "1 ms"', "map at least one column"),
     "vectors too": (GOOD + "[vectors.1X.x]\namplitude = {column=1}\nphase = {column=1}", "a file is one or the other"),
     "order": ("[vectors.first.x]", "vectors.first: not an order; write e.g. [vectors.1X.x]"),
     "no table": ("time = 3", "time: 3 is not a table; write [time]"),
