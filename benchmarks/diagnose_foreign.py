@@ -88,8 +88,8 @@ for _own in (OwnAsymmetry, OwnSeal, OwnCubic):
 
 
 def with_own(effect: Effect, seed: int = 1) -> tuple[Any, list[Any]]:
-    """The plain rotor, and its records with an own effect at work."""
-    plain = load_machine("plain_rotor")
+    """The plain rotor, damped more, and its records with an own effect at work."""
+    plain = load_machine("plain_rotor").replace("shaft.damping_ratio", 0.02)
     REGISTRY[effect.name] = type(effect)
     try:
         twin = truth_twin(plain.with_({f"effects.{effect.name}": (effect,)}))

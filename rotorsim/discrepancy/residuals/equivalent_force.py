@@ -81,7 +81,7 @@ def _of_record(
 def _of_vectors(
     comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
-    """The row of every flagged order of a run-up with the largest force, and the growth of the worst with the speed."""
+    """The row of every flagged order of a run-up with the largest residual, and how the largest force grows."""
     layout, rows = comparison.layout, trial.rows_of_vectors
     own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
     half = len(own[0]) // 2
@@ -101,7 +101,7 @@ def _of_vectors(
             one = r[:, line : line + 1]
             of_rows.append(_line(trial, plant, order * speed / (2 * np.pi), one[:, 0], one))
             of_rows[-1] |= {"order": float(order), "point": f"{speed * TO_RPM:.0f} rpm"}
-        worst = max(of_rows, key=lambda x: x["force_n"])
+        worst = max(of_rows, key=lambda x: x["residual_um"])
         if not found or worst["force_n"] > max(x["force_n"] for x in found):
             speeds = [trial.speed_at(1 + line) for line in range(rows)]
             growth = {"speed": float(np.polyfit(np.log(speeds), np.log([x["force_n"] for x in of_rows]), 1)[0])}

@@ -104,10 +104,12 @@ def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figu
     for stage, (name, colour) in enumerate(COLOURS.items()):
         if name != "with effect" or with_effect:
             curves.append((name, joined([p["simulated_vectors"][stage] for p in parts]), colour, "lines"))
+    middle = [np.pi / 2, np.pi / 2]
     for name, values, colour, mode in curves:
         for c in range(2):
             lag = np.unwrap(-np.angle(values[c]))
-            lag -= 2 * np.pi * np.round((np.median(lag) - np.pi / 2) / (2 * np.pi))
+            lag -= 2 * np.pi * np.round((np.median(lag) - middle[c]) / (2 * np.pi))
+            middle[c] = float(np.median(lag)) if name == "measured" else middle[c]
             for row, y in ((1, np.abs(values[c]) * TO_UM), (2, np.degrees(lag))):
                 figure.add_scatter(
                     x=compact(speeds), y=compact(y), name=name, mode=mode, legendgroup=name,
