@@ -67,6 +67,11 @@ def test_a_calibration_beyond_three_standard_deviations_or_at_its_limit_is_not_b
     assert strained(Fit((GAIN,), Point({GAIN: value}), ONES, np.ones((4, 1)), 4.0)) == names
 
 
+def test_what_shifts_the_data_alone_says_nothing_of_the_machine():
+    mesh, trend = FitParameter("mesh", 1.0, 0.5), FitParameter("gain", 0.1, 1.0, trend="speed")
+    assert strained(Fit((mesh, trend), Point({mesh: 9.0, trend: 9.0}), ONES, np.ones((4, 2)), 4.0)) == []
+
+
 @pytest.mark.parametrize(("left", "form_error"), [(0.015, True), (0.03, False)])
 def test_harmonics_that_an_effect_hardly_makes_are_measured_by_its_largest_one(monkeypatch, left, form_error):
     """2X is left by a 2 % share of the 1X that the effect makes, or more."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorsim.discrepancy.fit.calibration import LAW, MESH, calibration
 from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
-from rotorsim.discrepancy.fit.parameters import FitParameter
+from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter
 from rotorsim.discrepancy.fit.stiffness_scan import nearest
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
@@ -69,9 +69,14 @@ def closer(comparison: Comparison, rough: Fit, progress: Callable[[], None]) -> 
 
 
 def strained(base: Fit) -> list[str]:
-    """Names of calibration parameters that a fit has moved to their limits or beyond what their priors allow."""
+    """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
+
+    Not those that shift the data alone, nor trends.
+    """
     found = []
     for parameter, value in zip(base.parameters, base.vector, strict=True):
+        if parameter.trend or parameter.key in DIRECTIONS:
+            continue
         at_limit = value <= parameter.low or value >= parameter.high
         if at_limit or abs(value) > IMPLAUSIBLE * parameter.sd:
             found.append(parameter.name)
