@@ -92,7 +92,7 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
                 fixed[f"{name}.{table}.injector"] = k
             label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "")
             shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
-            parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe)
+            parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe, option)
             forms.append(Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine))
     return forms
 
@@ -113,7 +113,13 @@ def _fit_parameters(twin: Twin, name: str, table: int, recipe: CandidateForm) ->
     return (FitParameter(f"{name}.{table}.{recipe.parameter}", recipe.step, low=low, high=high),)
 
 
-def _refine(name: str, table: int, recipe: CandidateForm) -> tuple[FitParameter, ...]:
-    known = quantities(REGISTRY[name])
-    wide = {p: max(known[p].bounds[1] - known[p].bounds[0], 1e-300) for p, _ in recipe.refine}
-    return tuple(FitParameter(f"{name}.{table}.{p}", step, low=-wide[p], high=wide[p]) for p, step in recipe.refine)
+def _refine(name: str, table: int, recipe: CandidateForm, option: Mapping[str, float]) -> tuple[FitParameter, ...]:
+    """Shape parameters within their bounds, as changes of what the option holds; angles may go round."""
+    known, found = quantities(REGISTRY[name]), []
+    for p, step in recipe.refine:
+        low, high = known[p].bounds
+        around = known[p].unit == "rad"
+        base = 0.0 if around else option.get(p, float(getattr(REGISTRY[name](), p)))
+        more = high - low if around else 0.0
+        found.append(FitParameter(f"{name}.{table}.{p}", step, low=low - base - more, high=high - base + more))
+    return tuple(found)

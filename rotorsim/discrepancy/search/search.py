@@ -11,6 +11,7 @@ import numpy as np
 
 from rotorsim.discrepancy.fit.least_squares import Fit, cost_of, fit, prior_rows
 from rotorsim.discrepancy.fit.parameters import FitParameter, within
+from rotorsim.discrepancy.fit.uncertainty import covariance
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import excess, table
@@ -35,6 +36,8 @@ REFITS = 3
 TIE = 0.06
 """Rivals are tied when their sums of squares differ by less than this share of what the best one explains."""
 TIE_LEAST = 16.0
+SURE = 5.0
+"""Standard deviations by which the size of a further effect differs from none."""
 MOST_HALVINGS = 4
 MOST_ROUNDS = 8
 FINALISTS = 10
@@ -185,6 +188,16 @@ class Search:
         values = h.fit.point.values
         sizes = [np.array([values.get(k, 0.0) for k in f.parameters]) for f in h.forms]
         return cancel([self.columns[f.label] @ size for f, size in zip(h.forms, sizes, strict=True)])
+
+    def is_sure(self, h: Hypothesis, forms: Sequence[Form]) -> bool:
+        """Whether the size of each of these forms is SURE standard deviations or more from none."""
+        V, at = covariance(h.fit, self.comparison.layout.record), {k: i for i, k in enumerate(h.fit.parameters)}
+        for form in forms:
+            i = [at[k] for k in form.parameters]
+            size = h.fit.vector[i]
+            if float(size @ answer(np.linalg.solve, V[np.ix_(i, i)], size)) < SURE**2:
+                return False
+        return True
 
     def onward(self, h: Hypothesis) -> Search:
         """A search for effects missing besides those of a hypothesis."""

@@ -84,7 +84,7 @@ def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list
         return []
     first = onward.polished(good[0])
     joined = [_joined(search, best, h) for h in (first, *tied(first, found, onward.base))]
-    joined = [h for h in joined if not search.cancels(h)]
+    joined = [h for h in joined if not search.cancels(h) and search.is_sure(h, h.forms[len(best.forms) :])]
     tried += joined
     return joined
 
