@@ -13,7 +13,7 @@ from .lpv.fit import fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
 from .lpv.refine_frequency import distance as distance
 from .model_file import load_model as load_model
-from .readers import columns as columns, load as load, read as read
+from .readers import checked as checked, columns as columns, load as load, read as read
 from .records.arrays import from_arrays as from_arrays
 from .records.examination import Channel as Channel, Examination as Examination, examine as examine
 from .records.folder import (
@@ -24,9 +24,11 @@ from .records.folder import (
     survey as survey,
 )
 from .records.frf import FrequencyResponse as FrequencyResponse, frequency_response as frequency_response
+from .records.lab.resample import resample as resample
+from .records.lab.whole_stretches import longest as longest, whole_stretches as whole_stretches
 from .records.mapping import Mapping as Mapping, load_mapping as load_mapping
+from .records.notes import notes_of as notes_of
 from .records.prefilter import Prefilter as Prefilter, Signals as Signals, filtered as filtered, runout_of as runout_of
-from .records.resample import resample as resample
 from .records.runout import Runout as Runout, estimate_runout as estimate_runout, on_angle as on_angle
 from .records.sampling import sampling_time as sampling_time
 from .records.schema import (

@@ -20,7 +20,7 @@ from identification.readers.mat73 import read_mat73
 from identification.readers.netcdf import read_netcdf
 from identification.readers.tdms import read_tdms
 from identification.readers.uff import read_uff
-from identification.records.assemble import assemble, provenance
+from identification.records.assemble import CLIPPED, assemble, provenance
 from identification.records.column_names import recognise
 from identification.records.mapping import load_mapping
 from identification.records.validate import validate
@@ -61,9 +61,17 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
         If what was read has gaps, NaN, falling time or another fault; both begin with the file's name.
     """
     try:
-        return validate(load(path, mapping))
+        return checked(load(path, mapping))
     except SchemaError as error:
         raise SchemaError(_named(path, error)) from error
+
+
+def checked(record: xr.Dataset) -> xr.Dataset:
+    """The record of `load` if it fits the schema and no sensor is clipped; raises SchemaError otherwise."""
+    if limits := record.attrs.get(CLIPPED):
+        first = limits if isinstance(limits, str) else limits[0]
+        raise SchemaError(f"clipped signal: {first}; widen the sensor's range and record again")
+    return validate(record)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that

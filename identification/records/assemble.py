@@ -7,18 +7,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.keyphasor import shaft_angle
+from identification.records.column_values import one_unit, values
+from identification.records.lab.column_faults import clipped, dead
+from identification.records.lab.keyphasor import angle_by_stretches
+from identification.records.lab.probe_columns import read_probes
 from identification.records.mapping import Entry, Mapping
-from identification.records.probes import WORST
+from identification.records.notes import with_notes
 from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, make_record
-from identification.records.table import Column, Header, Table
-from identification.records.units import FACTORS, agree, amplitude_factor, factor, is_unit_of, quantity, sensitivity
+from identification.records.table import Header, Table
+from identification.records.units import FACTORS, is_unit_of, measured_by
 from identification.records.vectors import VECTORS, make_vectors
 from rotorsim.base.sentences import quote
 
 if TYPE_CHECKING:
     import xarray as xr
 
+CLIPPED = "clipped"
+"""Attribute with a sentence for every clipped sensor."""
 RATE = 1e-3
 """Largest relative difference between a stated sample rate and the file's own clock."""
 
@@ -44,53 +49,74 @@ def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     for (name, label), entry in mapping.channels.items():
         si = _probe_unit(table, entry) if name == "probe_measured" else VARIABLES[name].units
         groups.setdefault(name, {})[label] = values(table, entry, si)
-    if mapping.probes:
-        groups["disc_measured"] = _from_probes(table, mapping)
+    seen = read_probes(table, mapping) if mapping.probes else None
+    for name, parts in seen.groups.items() if seen else ():
+        groups[name] = groups.get(name, {}) | parts
+    if "disc_measured" in groups and not seen:
+        one_unit(table, [entry for (name, _), entry in mapping.channels.items() if name == "disc_measured"])
     n = max(column.size for parts in groups.values() for column in parts.values())
     time = _time(table, mapping, n)
     arrays = {name: _joined(name, parts, time.size) for name, parts in groups.items()}
     if mapping.keyphasor:
         arrays = _turning(table, mapping, time) | arrays
     arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
-    probes = _probes(table, mapping, list(groups.get("probe_measured", ())))
+    probes = _probes(table, mapping, list(groups.get("probe_measured", ())), seen.coordinates if seen else {})
     record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays}, probes=probes)
+    record = with_notes(record, seen.notes if seen else ())
+    if (limits := _clipped(table, mapping)) and table.header is None:
+        record.attrs[CLIPPED] = limits
     if "pin" in groups:
         record = record.assign_coords(injector=sorted(map(int, groups["pin"])))
     return record
 
 
-def _probes(table: Table, mapping: Mapping, names: list[str]) -> dict[str, Any]:
-    """Coordinates of the readings `probe_measured`: those of the file's header, or what the columns state."""
+def _probes(table: Table, mapping: Mapping, names: list[str], own: dict[str, Any]) -> dict[str, Any]:
+    """Coordinates of `probe_measured`: those of the file's header or the mapping, or what columns state."""
     known = (table.header or Header()).probes
     if names and known.get("probe") == names:
         return known
-    units = [_probe_unit(table, mapping.channels["probe_measured", name]) for name in names]
-    return {"probe": names, "probe_unit": units}
+    if names == own.get("probe", []):
+        return own
+    units = {name: "m" for name in own.get("probe", ())}
+    units |= {
+        name: _probe_unit(table, entry) for (key, name), entry in mapping.channels.items() if key == "probe_measured"
+    }
+    return {"probe": names, "probe_unit": [units[name] for name in names]}
+
+
+def _clipped(table: Table, mapping: Mapping) -> list[str]:
+    """Sentences about clipped displacement sensors, as their columns stand in the file."""
+    entries = {name: entry for name, (entry, _) in mapping.probes.items()}
+    entries |= {
+        " ".join(key).strip(): entry
+        for key, entry in mapping.channels.items()
+        if key[0] in ("disc_measured", "journal")
+    }
+    found = []
+    for name, entry in entries.items():
+        column = table.find(entry.column) if table.has(entry.column) else None
+        if column is None or dead(column.values):
+            continue
+        unit = entry.unit or column.unit or ""
+        found += [
+            f"{name}: rests at {at:.6g} {unit} for {100 * share:.2g} % of the record"
+            for at, share in clipped(column.values)
+        ]
+    return found
 
 
 def _probe_unit(table: Table, entry: Entry) -> str:
-    """SI unit of a probe's readings, by the unit of its column; after a sensitivity that of a length."""
+    """SI unit of a probe's readings, by the unit of its column, or by what its sensitivity leads to."""
     if entry.sensitivity is not None:
-        return "m"
+        try:
+            return measured_by(entry.sensitivity, entry.unit or table.find(entry.column).unit or "V")
+        except ReadError as error:
+            raise ReadError(f"{entry.path}: {error}") from error
     unit = entry.unit or table.find(entry.column).unit or ""
     found = [si for si in PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
     if not found:
         raise ReadError(f"{entry.path}: unit {quote(unit)} is none of a probe; write e.g. 'um', 'mm/s', 'm/s^2' or 'V'")
     return found[0]
-
-
-def _from_probes(table: Table, mapping: Mapping) -> dict[str, np.ndarray]:
-    """Motion in x and y from probes at their angles, by least squares if there are more than two."""
-    columns = [values(table, entry, "m") for entry, _ in mapping.probes.values()]
-    angles = np.array([angle for _, angle in mapping.probes.values()])
-    names = ", ".join(mapping.probes)
-    if len({column.size for column in columns}) > 1:
-        raise ReadError(f"probes {names}: have different numbers of samples; take columns of one length")
-    seen = np.column_stack([np.cos(angles), np.sin(angles)])
-    if len(columns) < 2 or np.linalg.cond(seen) > WORST:
-        raise ReadError(f"probes {names}: do not see both x and y; add one at another angle")
-    x, y = np.linalg.lstsq(seen, np.array(columns), rcond=None)[0]
-    return {"x": x, "y": y}
 
 
 def _turning(table: Table, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
@@ -100,10 +126,8 @@ def _turning(table: Table, mapping: Mapping, time: np.ndarray) -> dict[str, np.n
     signal = values(table, entry, "V")
     if signal.size != time.size:
         raise ReadError(f"keyphasor: {signal.size} samples but {time.size} times; take columns of one length")
-    if not np.isfinite(signal).all():
-        raise ReadError("keyphasor: has missing values; cut them out")
     try:
-        angle, speed = shaft_angle(time, signal, how)
+        angle, speed = angle_by_stretches(time, signal, how)
     except ReadError as error:
         raise ReadError(f"keyphasor: {error}") from error
     return {"angle": angle, "speed": speed}
@@ -174,35 +198,11 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
     return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders)
 
 
-def values(table: Table, entry: Entry, si: str) -> np.ndarray:
-    """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
-    try:
-        column = table.find(entry.column)
-        scale = entry.factor * _factor(column, entry, si)
-        result = column.values if scale == 1 else column.values * scale
-        return result + quantity(entry.offset, si) if entry.offset is not None else result
-    except ReadError as error:
-        raise ReadError(f"{entry.path}: {error}") from error
-
-
-def _factor(column: Column, entry: Entry, si: str) -> float:
-    unit = entry.unit if entry.unit is not None else column.unit
-    if unit is None:
-        raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
-    if entry.unit and column.unit and not agree(entry.unit, column.unit):
-        raise ReadError(f"unit {quote(entry.unit)}, but the file states {quote(column.unit)}; take that and a scale")
-    if entry.sensitivity is not None:
-        return sensitivity(entry.sensitivity, unit, si)
-    if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
-        return amplitude_factor(unit)
-    return factor(unit, si)
-
-
 def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
     """Attributes of a record: those it was written with, or where foreign data came from."""
     if table.header is not None:
         return dict(table.header.attrs) | mapping.conditions
-    taken = {id(table.find(entry.column)) for entry in used(mapping)}
+    taken = {id(table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)}
     left = [column.name for column in table.columns if id(column) not in taken]
     attrs: dict[str, Any] = {"source": str(path), "source_format": table.format, "source_sha256": digest}
     attrs |= {"mapping": mapping.text} if mapping.text else {}

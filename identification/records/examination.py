@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.errors import SchemaError
+from identification.records.lab.column_faults import clipped
+from identification.records.notes import notes_of
 from identification.records.sampling import problems
 from identification.records.schema import named_axes
 from identification.records.unit_suspicions import suspicions
@@ -29,8 +31,6 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
 """Variables that each use needs: at least one of every group, and always time."""
 CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
 """Channels of sensors; commands may well rest at their limits."""
-STUCK, SHARE = 5, 0.005
-"""A channel is saturated if runs of so many samples at its extreme make up this share of the record."""
 _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "reference", "contact", "disc_force")
 
 
@@ -82,10 +82,12 @@ def _series(record: xr.Dataset) -> Examination:
     rate = 1 / step if step > 0 else np.nan
     channels = _channels(record)
     found = [f"time: {text}" for text in problems(time)] if timed else []
+    limits = record.attrs.get("clipped", [])
+    found += [f"clipped: {text}; widen its range" for text in ([limits] if isinstance(limits, str) else limits)]
     found += _bad_values(channels) or ([] if found else _misfit(record))
     warnings = [f"{c.name}: {remark}" for c in channels for remark in c.remarks if "NaN" not in remark]
     duration = float(time[-1] - time[0]) + step if time.size > 1 else np.nan
-    warnings += suspicions(record, rate) if timed else []
+    warnings += [*notes_of(record), *(suspicions(record, rate) if timed else [])]
     return Examination("time series", time.size, rate, duration, channels, tuple(found), tuple(warnings), _uses(record))
 
 
@@ -132,15 +134,8 @@ def _channel(name: str, units: str, values: np.ndarray, sensor: bool) -> Channel
     if low == high and values.size > 1 and name.split()[0] not in _STEADY:
         remarks.append("flat; is the sensor connected?")
     elif sensor:
-        remarks += [f"saturated at {at:.6g} {units}?" for at in (low, high) if _rests(values, at)]
+        remarks += [f"saturated at {at:.6g} {units}?" for at, _ in clipped(values)]
     return Channel(name, units, low, high, tuple(remarks))
-
-
-def _rests(values: np.ndarray, at: float) -> bool:
-    """Whether a channel rests at a value for long: in runs of STUCK samples that make up SHARE of the record."""
-    edges = np.diff(np.concatenate(([0], (values == at).astype(np.int8), [0])))
-    lengths = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
-    return bool(lengths[lengths >= STUCK].sum() >= max(STUCK, SHARE * values.size))
 
 
 def _bad_values(channels: tuple[Channel, ...]) -> list[str]:

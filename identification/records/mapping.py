@@ -20,6 +20,8 @@
     column = "probe A"
     unit = "mil"
     angle = "45 deg"
+    coupling = "DC"                 # or AC; gap = "-10 V" or "mean" is taken off a DC-coupled one
+    position = "150 mm"             # its plane; [disc] position = "150 mm" chooses the disc's among several
 
 and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
 sign * scale * (column in SI, through the sensitivity if there is one) + offset.
@@ -36,9 +38,10 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
-from identification.records.keyphasor import Keyphasor
+from identification.records.lab.keyphasor import Keyphasor
+from identification.records.lab.lab_probes import LabProbe, split_probe
 from identification.records.schema import AXES, VARIABLES
-from identification.records.units import quantity
+from identification.records.units import quantity, quantity_at
 from identification.records.vectors import VECTORS
 from rotorsim.base.own_files import instead
 from rotorsim.base.sentences import quote
@@ -47,7 +50,7 @@ from rotorsim.base.suggest import did_you_mean
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
-_SECTIONS = ("time", "channels", "keyphasor", "probes", "constants", "conditions", "speed", "vectors", "file")
+_SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "speed", "vectors", "file")
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s"}
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
@@ -82,8 +85,9 @@ class Mapping:
     conditions: dict[str, float] = field(default_factory=dict)
     text: str = ""
     keyphasor: tuple[Entry, Keyphasor] | None = None
-    probes: dict[str, tuple[Entry, float]] = field(default_factory=dict)
-    """Entry of each displacement probe and its angle [rad] from x towards y."""
+    probes: dict[str, tuple[Entry, LabProbe]] = field(default_factory=dict)
+    disc: float | None = None
+    """Position [m] of the plane that is the disc's, where probes stand at several."""
 
     @property
     def maps_columns(self) -> bool:
@@ -115,6 +119,8 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
 def parse(tables: dict[str, Any], text: str = "") -> Mapping:
     """Mapping from TOML tables."""
     _only("mapping", tables, _SECTIONS)
+    if isinstance(tables.get("keyphasor"), list):
+        raise ReadError(f"keyphasor: {len(tables['keyphasor'])} keyphasors; keep the one that marks the angle")
     for section, table in tables.items():
         _table(section, table)
     time = dict(tables.get("time", {}))
@@ -130,6 +136,7 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
         conditions=_conditions(tables.get("conditions", {})),
         text=text,
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
+        disc=_disc(tables["disc"]) if "disc" in tables else None,
         probes={name: _probe(f"probes.{name}", part) for name, part in tables.get("probes", {}).items()},
     )
     return _consistent(mapping)
@@ -139,7 +146,7 @@ def _conditions(table: dict[str, Any]) -> dict[str, float]:
     """Accuracy [m], rate [rad/s2], pressure [Pa] and clock [s] that become attributes of the record."""
     _only("conditions", table, tuple(_CONDITIONS))
     written = {name: _per_second(value) if name == "rate" else value for name, value in table.items()}
-    found = {name: _in_si(f"conditions.{name}", value, _CONDITIONS[name]) for name, value in written.items()}
+    found = {name: quantity_at(f"conditions.{name}", value, _CONDITIONS[name]) for name, value in written.items()}
     for name, value in found.items():
         if not 0 < value < math.inf:
             raise ReadError(f"conditions.{name}: {quote(table[name])}; give a positive one")
@@ -180,10 +187,20 @@ def _no_second_source(mapping: Mapping) -> None:
         raise ReadError("mapping: [vectors] are not a time series; remove [keyphasor] and [probes]")
 
 
+def _disc(table: dict[str, Any]) -> float:
+    _only("disc", table, ("position",))
+    return quantity_at("disc.position", table.get("position"), "m")
+
+
 def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
+    several = [name for name, part in table.items() if isinstance(part, dict)]
+    if several:
+        raise ReadError(
+            f"keyphasor: {len(several)} keyphasors ({', '.join(several)}); keep the one that marks the angle"
+        )
     own = {key: table.pop(key) for key in _KEYPHASOR if key in table}
     entry = _entry("keyphasor", table)
-    volts = {key: _in_si(f"keyphasor.{key}", own[key], "V") for key in ("level", "hysteresis") if key in own}
+    volts = {key: quantity_at(f"keyphasor.{key}", own[key], "V") for key in ("level", "hysteresis") if key in own}
     edge, pulses = own.get("edge", "falling"), own.get("pulses", 1)
     if edge not in ("falling", "rising"):
         raise ReadError(f"keyphasor.edge: {quote(edge)}; write falling or rising")
@@ -192,19 +209,10 @@ def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
     return entry, Keyphasor(edge=edge, pulses=pulses, **volts)
 
 
-def _probe(path: str, table: Any) -> tuple[Entry, float]:
+def _probe(path: str, table: Any) -> tuple[Entry, LabProbe]:
     _table(path, table)
-    part = dict(table)
-    if "angle" not in part:
-        raise ReadError(f"{path}.angle: is missing; give the probe's angle from x towards y, e.g. angle = '45 deg'")
-    return _entry(path, {k: v for k, v in part.items() if k != "angle"}), _in_si(f"{path}.angle", part["angle"], "rad")
-
-
-def _in_si(path: str, value: Any, unit: str) -> float:
-    try:
-        return quantity(value, unit)
-    except ReadError as error:
-        raise ReadError(f"{path}: {error}") from error
+    entry, probe = split_probe(path, table)
+    return _entry(path, entry), probe
 
 
 def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:

@@ -69,6 +69,14 @@ class Table:
             raise ReadError(f"no column {quote(wanted)}; the file has {listing(c.name for c in self.columns)}")
         return found[0]
 
+    def has(self, wanted: str | int) -> bool:
+        """Whether `find` gives a column."""
+        try:
+            self.find(wanted)
+        except ReadError:
+            return False
+        return True
+
 
 def split_name(text: str) -> tuple[str, str | None]:
     """Name and unit of a heading such as 'X probe [um]'; what stands in round brackets counts if it is a known unit."""

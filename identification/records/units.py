@@ -62,11 +62,32 @@ def quantity(value: Any, si: str) -> float:
     return number
 
 
+def quantity_at(path: str, value: Any, si: str) -> float:
+    """`quantity` of an entry of a mapping; raises ReadError that begins with its path."""
+    try:
+        return quantity(value, si)
+    except ReadError as error:
+        raise ReadError(f"{path}: {error}") from error
+
+
+def measured_by(value: Any, raw: str) -> str:
+    """SI unit of what a sensitivity such as '100 mV/g' leads to from a column in unit `raw`: m, m/s or m/s^2."""
+    for si in ("m", "m/s", "m/s^2"):
+        try:
+            sensitivity(value, raw, si)
+        except ReadError:
+            continue
+        return si
+    sensitivity(value, raw, "m")  # raises the sentence
+    raise ReadError(f"{quote(value)} is not a sensitivity; write e.g. '8 V/mm'")
+
+
 def sensitivity(value: Any, raw: str, si: str) -> float:
     """Factor from a column in unit `raw` to `si`, from text such as '8 V/mm' (column per quantity) or '125 um/V'."""
     match = _TEXT.fullmatch(value) if isinstance(value, str) else None
     over, slash, under = match[2].partition("/") if match and match[2] else ("", "", "")
     number = float(match[1]) if match else 0.0
+    over, under = over.strip("() "), under.strip("() ")
     if not slash or not isfinite(number) or number == 0:
         raise ReadError(f"{quote(value)} is not a sensitivity; write e.g. '8 V/mm' or '125 um/V'")
     column, kind = _dimension(raw)

@@ -80,8 +80,20 @@ TABLE: dict[str, Dimension] = {
         ("rpm/s",),
         {"rad/s^2": "1", "rpm/s": _RPM, "krpm/s": _KRPM, "Hz/s": _TURN, "deg/s^2": _DEG},
     ),
-    "m/s": Dimension("velocity", "1 mm/s", ("mm/s", "m/s"), {"m/s": "1", "mm/s": "1e-3", "um/s": "1e-6"}),
-    "m/s^2": Dimension("acceleration", "9.81 m/s^2", ("m/s^2",), {"m/s^2": "1", "mm/s^2": "1e-3"}),
+    "m/s": Dimension(
+        "velocity",
+        "1 mm/s",
+        ("mm/s", "m/s"),
+        {"m/s": "1", "mm/s": "1e-3", "um/s": "1e-6"},
+        {"in/s": _INCH, "ips": _INCH},
+    ),
+    "m/s^2": Dimension(
+        "acceleration",
+        "9.81 m/s^2",
+        ("m/s^2",),
+        {"m/s^2": "1", "mm/s^2": "1e-3"},
+        {"g": repr(_G), "mg": repr(1e-3 * _G)},
+    ),
     "s/m": Dimension("time/length", "1 s/m", ("s/m",), {"s/m": "1"}),
     "N": Dimension("force", "0.5 N", ("N",), {"N": "1", "mN": "1e-3", "kN": "1e3"}, {"lbf": "4.4482216152605"}),
     "Pa": Dimension(

@@ -65,6 +65,7 @@ class Data(LazyGroup):
     places: ClassVar = {
         "check": "data.check",
         "convert": "data.convert",
+        "cut": "data.cut",
         "mapping": "data.mapping",
         "resample": "data.resample_command",
     }

@@ -1,4 +1,4 @@
-"""`rotorsim data check | convert | mapping`: check files of measured data and convert them to the schema.
+"""`rotorsim data check | cut | convert | resample | mapping`: check files of measured data, convert them to the schema.
 
 Exit code 0: fit for at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
 but it is fit for nothing as it is.
@@ -17,7 +17,21 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from identification import Examination, columns, examine, load, mapping_template, read, resample, save
+from identification import (
+    Examination,
+    checked,
+    columns,
+    examine,
+    load,
+    longest,
+    mapping_template,
+    notes_of,
+    read,
+    resample,
+    save,
+    whole_stretches,
+)
+from identification.errors import SchemaError
 from identification.records.column_names import likely
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
@@ -62,13 +76,38 @@ def convert(
     force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
 ) -> None:
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
-    if out.exists() and file.exists() and out.samefile(file):
-        raise DataError(f"{out}: is the file to convert; choose another name")
+    _not_itself(file, out, "convert")
     with files(out, force=force, another="name"):
         record = read(file, mapping)
         save(record, out)
     size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
     typer.echo(f"{out}: written, {size}: {', '.join(map(str, record.data_vars))}")
+    _say_notes(record)
+
+
+@example("rotorsim data cut run.csv run.nc --mapping rig.toml, for the longest stretch; --all for every one.")
+def cut(
+    file: Annotated[Path, _FILE],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    mapping: Annotated[Path | None, _MAPPING] = None,
+    every: Annotated[bool, typer.Option("--all", help="Write every stretch: OUT-1.nc, OUT-2.nc, ...")] = False,
+    shortest: Annotated[str, typer.Option(help="Shorter stretches are left out.")] = "0.1 s",
+    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+) -> None:
+    """Cut gaps and missing values out of a file: write its longest whole stretch, or all of them."""
+    _not_itself(file, out, "cut")
+    least = quantity("shortest", shortest, "s")
+    try:
+        found = whole_stretches(load(file, mapping), least)
+        chosen = [checked(record) for record in (found if every else [longest(found)])]
+    except SchemaError as error:
+        raise DataError(str(error) if str(error).startswith(f"{file}: ") else f"{file}: {error}") from error
+    names = [out.with_name(f"{out.stem}-{i + 1}{out.suffix}") for i in range(len(chosen))] if every else [out]
+    with files(*names, force=force, another="name"):
+        for name, record in zip(names, chosen, strict=True):
+            save(record, name)
+    for name, record in zip(names, chosen, strict=True):
+        typer.echo(f"{name}: written, {record.sizes['time']} samples, {record.attrs.get('notes', ['whole'])[-1]}")
 
 
 @example("rotorsim data resample run.mat run.nc --mapping rig.toml --rate '5 kHz'")
@@ -80,19 +119,29 @@ def resample_command(
     force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
 ) -> None:
     """Write a file's data as a record at a lower sampling rate, filtered so that nothing folds back."""
-    if out.exists() and file.exists() and out.samefile(file):
-        raise DataError(f"{out}: is the file to resample; choose another name")
+    _not_itself(file, out, "resample")
     new = quantity("rate", rate, "Hz")
     with files(out, force=force, another="name"):
         record = resample(read(file, mapping), new)
         save(record, out)
     typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
+    _say_notes(record)
 
 
 @example("rotorsim data mapping run.csv > rig.toml")
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
     typer.echo(mapping_template(columns(file), file.name), nl=False)
+
+
+def _not_itself(file: Path, out: Path, verb: str) -> None:
+    if out.exists() and file.exists() and out.samefile(file):
+        raise DataError(f"{out}: is the file to {verb}; choose another name")
+
+
+def _say_notes(record: xr.Dataset) -> None:
+    for text in notes_of(record):
+        typer.echo(f"note: {text}")
 
 
 def _numbers(found: Examination, record: xr.Dataset) -> dict[str, Any]:

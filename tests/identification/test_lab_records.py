@@ -7,7 +7,7 @@ import pytest
 
 import identification as idn
 from identification.errors import ReadError, SchemaError
-from identification.records.keyphasor import Keyphasor, pulse_times, shaft_angle
+from identification.records.lab.keyphasor import Keyphasor, pulse_times, shaft_angle
 
 RATE = 51200.0
 
@@ -116,7 +116,8 @@ def test_a_minute_at_51_kHz_takes_seconds():
 @pytest.mark.parametrize(
     ("change", "shown"),
     [
-        ({"probes": {"A": MAPPING["probes"]["A"]}}, "do not see both x and y"),
+        ({"keyphasor": {"A": {"column": "key"}, "B": {"column": "A"}}}, r"2 keyphasors \(A, B\); keep the one"),
+        ({"keyphasor": [{"column": "key"}, {"column": "A"}]}, "2 keyphasors; keep the one"),
         ({"probes": MAPPING["probes"] | {"B": MAPPING["probes"]["A"]}}, "do not see both x and y"),
         ({"probes": {"A": {"column": "A", "unit": "um"}}}, "probes.A.angle: is missing"),
         ({"keyphasor": {"column": "key", "unit": "V", "edge": "up"}}, "keyphasor.edge"),

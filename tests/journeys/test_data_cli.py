@@ -87,6 +87,41 @@ def test_run_up_vectors_are_checked(run, tmp_path, vectors_file="v.csv"):
     assert run("convert", path, tmp_path / "v.nc")[0] == 0
 
 
+def test_gaps_are_cut_out_and_dead_probes_said(run, tmp_path):
+    t = np.arange(3000) / 1000
+    table = np.column_stack([np.where(t > 1, t + 1, t), np.sin(300 * t), np.full_like(t, -5.0), np.cos(300 * t)])
+    np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", header="t,A,B,C", comments="")
+    probe = "[probes.{0}]\ncolumn = '{0}'\nunit = 'mil'\nangle = '{1} deg'\n"
+    mapping = "[time]\ncolumn = 't'\nunit = 's'\n" + "".join(
+        probe.format(n, a) for n, a in zip("ABC", (0, 45, 90), strict=False)
+    )
+    (tmp_path / "m.toml").write_text(mapping)
+    given = (tmp_path / "a.csv", tmp_path / "a.nc", "--mapping", tmp_path / "m.toml")
+    code, out, _ = run("check", given[0], *given[2:])
+    assert code == 3 and "problem: time: 1 gaps" in out and "warning: probe B is dead (constant at -5 mil)" in out
+    code, out, err = run("cut", *given)
+    assert (code, err) == (0, "") and "a.nc: written, 1999 samples, cut: samples 1002 to 3000 of 3000" in out
+    assert "1 gaps in time, the first after 1 s" in out
+    assert idn.read(given[1]).sizes["time"] == 1999
+    code, out, _ = run("cut", *given, "--all")
+    assert code == 0 and (tmp_path / "a-1.nc").exists() and (tmp_path / "a-2.nc").exists()
+    code, _, err = run("cut", *given, "--force", "--shortest", "5 s")
+    assert code == 2 and err.startswith(f"{given[0]}: record: no whole stretch of 5 s") and err.count("\n") == 1
+    assert run("cut", *given, "--force", "--shortest", "5")[0] == 2
+    assert run("cut", given[1], given[1], "--force")[0] == 2
+
+
+def test_clipped_signals_are_shown_and_refused(run, tmp_path):
+    t = np.arange(3000) / 1000
+    x = np.clip(np.sin(60 * t), -2, 0.9)
+    np.savetxt(tmp_path / "a.csv", np.column_stack([t, x, x]), "%.9g", ",", comments="",
+               header="time,disc_measured_x [um],disc_measured_y [um]")  # fmt: skip
+    code, out, _ = run("check", tmp_path / "a.csv")
+    assert code == 3 and "problem: clipped: disc_measured x: rests at 0.9 um" in out
+    code, _, err = run("convert", tmp_path / "a.csv", tmp_path / "a.nc")
+    assert code == 2 and "clipped signal: disc_measured x: rests at 0.9 um for 29 %" in err and err.count("\n") == 1
+
+
 def test_nothing_is_overwritten_unasked(run, rig, tmp_path):
     file, mapping = rig
     out = tmp_path / "a.csv"

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from identification.errors import ReadError
+from identification.records.lab.whole_stretches import stretches
 
 SHARE = 0.2
 """Hysteresis without a given one, as a share of the signal's range."""
@@ -75,3 +76,23 @@ def shaft_angle(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> tuple[n
     ends = np.where(time > pulses[-1], (turns[-1] - turns[-2]) / (pulses[-1] - pulses[-2]), ends)
     speed = np.where(ends > 0, ends, rate(inside))
     return curve(inside) + ends * (time - inside), speed
+
+
+def angle_by_stretches(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> tuple[np.ndarray, np.ndarray]:
+    """`shaft_angle` of every stretch without missing values and gaps; NaN elsewhere and where pulses are too few.
+
+    In each stretch the angle begins anew at its first pulse. Raises ReadError where no stretch has an angle.
+    """
+    parts = stretches(time, ~np.isfinite(signal) | ~np.isfinite(time))
+    if len(parts) == 1 and parts[0] == slice(0, time.size):
+        return shaft_angle(time, signal, how)
+    angle, speed = np.full(time.size, np.nan), np.full(time.size, np.nan)
+    reason = ReadError("has no values")
+    for part in parts:
+        try:
+            angle[part], speed[part] = shaft_angle(time[part], signal[part], how)
+        except ReadError as error:
+            reason = error
+    if not np.isfinite(angle).any():
+        raise reason
+    return angle, speed

@@ -1,0 +1,51 @@
+"""Values of a mapping's entry in SI units, from the column of a file that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from identification.errors import ReadError
+from identification.records.mapping import Entry
+from identification.records.table import Column, Table
+from identification.records.units import agree, amplitude_factor, factor, quantity, sensitivity
+from rotorsim.base.sentences import quote
+
+
+def values(table: Table, entry: Entry, si: str) -> np.ndarray:
+    """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
+    try:
+        column = table.find(entry.column)
+        scale = scale_of(table, entry, si)
+        result = column.values if scale == 1 else column.values * scale
+        return result + quantity(entry.offset, si) if entry.offset is not None else result
+    except ReadError as error:
+        raise ReadError(f"{entry.path}: {error}") from error
+
+
+def _factor(column: Column, entry: Entry, si: str) -> float:
+    unit = entry.unit if entry.unit is not None else column.unit
+    if unit is None:
+        raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
+    if entry.unit and column.unit and not agree(entry.unit, column.unit):
+        raise ReadError(f"unit {quote(entry.unit)}, but the file states {quote(column.unit)}; take that and a scale")
+    if entry.sensitivity is not None:
+        return sensitivity(entry.sensitivity, unit, si)
+    if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
+        return amplitude_factor(unit)
+    return factor(unit, si)
+
+
+def scale_of(table: Table, entry: Entry, si: str) -> float:
+    """Factor from an entry's column to SI units, without the offset."""
+    return entry.factor * _factor(table.find(entry.column), entry, si)
+
+
+def one_unit(table: Table, entries: Iterable[Entry]) -> None:
+    """Raise ReadError where a file states several units of one quantity and the mapping none."""
+    stated = {(entry.path, table.find(entry.column).unit) for entry in entries if entry.unit is None}
+    units = {unit for _, unit in stated if unit}
+    if any(not agree(a, b) for a in units for b in units):
+        shown = ", ".join(f"{path} in {unit}" for path, unit in sorted(stated, key=str))
+        raise ReadError(f"the file mixes units ({shown}); state the unit of each in the mapping")
