@@ -39,19 +39,19 @@ def whole_stretches(record: xr.Dataset, shortest: float = SHORTEST) -> list[xr.D
     time = np.asarray(kept["time"].values, float)
     missing = {name: ~np.isfinite(kept[name].values).reshape(time.size, -1).all(axis=1) for name in _timed(kept)}
     bad = np.logical_or.reduce([~np.isfinite(time), *missing.values()])
-    said = [f"{name} has no value and was left out" for name in empty]
-    said += [f"{np.count_nonzero(at)} samples without a value in {name}" for name, at in missing.items() if at.any()]
+    reasons = [f"{name} has no value and was left out" for name in empty]
+    reasons += [f"{np.count_nonzero(at)} samples without a value in {name}" for name, at in missing.items() if at.any()]
     parts = stretches(time, bad)
     gaps = _gaps(time, bad)
     if gaps.size:
-        said.append(f"{gaps.size} gaps in time, the first after {time[gaps[0]]:.6g} s")
+        reasons.append(f"{gaps.size} gaps in time, the first after {time[gaps[0]]:.6g} s")
     step = _step(time, bad)
     long = [part for part in parts if (part.stop - part.start) * step >= max(shortest, 2 * step)]
     if not long:
         raise SchemaError(
-            f"record: no whole stretch of {shortest:g} s ({'; '.join(said) or 'too short'}); record it again"
+            f"record: no whole stretch of {shortest:g} s ({'; '.join(reasons) or 'too short'}); record it again"
         )
-    return [_piece(kept, part, len(parts), said) for part in long]
+    return [_piece(kept, part, len(parts), reasons) for part in long]
 
 
 def longest(stretches: list[xr.Dataset]) -> xr.Dataset:
@@ -59,14 +59,14 @@ def longest(stretches: list[xr.Dataset]) -> xr.Dataset:
     return max(stretches, key=lambda stretch: stretch.sizes["time"])
 
 
-def _piece(record: xr.Dataset, part: slice, count: int, said: list[str]) -> xr.Dataset:
+def _piece(record: xr.Dataset, part: slice, count: int, reasons: list[str]) -> xr.Dataset:
     piece = record.isel(time=part)
-    if count == 1 and not said:
+    if count == 1 and not reasons:
         return piece
     time = piece["time"].values
     samples = f"samples {part.start + 1} to {part.stop} of {record.sizes['time']}"
     where = f"cut: {samples}, {time[0]:.6g} s to {time[-1]:.6g} s"
-    return with_notes(piece, [f"{where}; {'; '.join(said)}" if said else where])
+    return with_notes(piece, [f"{where}; {'; '.join(reasons)}" if reasons else where])
 
 
 def _timed(record: xr.Dataset) -> list[str]:
