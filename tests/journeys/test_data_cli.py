@@ -93,7 +93,7 @@ def test_gaps_are_cut_out_and_dead_probes_said(run, tmp_path):
     np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", header="t,A,B,C", comments="")
     probe = "[probes.{0}]\ncolumn = '{0}'\nunit = 'mil'\nangle = '{1} deg'\n"
     mapping = "[time]\ncolumn = 't'\nunit = 's'\n" + "".join(
-        probe.format(n, a) for n, a in {"A": 0, "B": 45, "C": 90}.items())
+        probe.format(n, a) for n, a in {"A": 0, "B": 45, "C": 90}.items()
     )
     (tmp_path / "m.toml").write_text(mapping)
     given = (tmp_path / "a.csv", tmp_path / "a.nc", "--mapping", tmp_path / "m.toml")
