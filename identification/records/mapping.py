@@ -38,6 +38,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
+from identification.records.changes import known_changes
 from identification.records.lab.keyphasor import Keyphasor
 from identification.records.lab.lab_probes import LabProbe, split_probe
 from identification.records.schema import AXES, VARIABLES
@@ -50,7 +51,8 @@ from rotorsim.base.suggest import did_you_mean
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
-_SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "speed", "vectors", "file")
+_SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "changes", "speed",
+             "vectors", "file")  # fmt: skip
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s"}
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
@@ -82,7 +84,7 @@ class Mapping:
     speed: Entry | None = None
     vectors: dict[tuple[str, int, str], Entry] = field(default_factory=dict)
     file: dict[str, str] = field(default_factory=dict)
-    conditions: dict[str, float] = field(default_factory=dict)
+    conditions: dict[str, Any] = field(default_factory=dict)
     text: str = ""
     keyphasor: tuple[Entry, Keyphasor] | None = None
     probes: dict[str, tuple[Entry, LabProbe]] = field(default_factory=dict)
@@ -133,7 +135,7 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
         speed=_entry("speed", tables["speed"]) if "speed" in tables else None,
         vectors=_vectors(tables.get("vectors", {})),
         file=_file(tables.get("file", {})),
-        conditions=_conditions(tables.get("conditions", {})),
+        conditions=_conditions(tables.get("conditions", {})) | known_changes(tables.get("changes", {})),
         text=text,
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
         disc=_disc(tables["disc"]) if "disc" in tables else None,
@@ -142,7 +144,7 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
     return _consistent(mapping)
 
 
-def _conditions(table: dict[str, Any]) -> dict[str, float]:
+def _conditions(table: dict[str, Any]) -> dict[str, Any]:
     """Accuracy [m], rate [rad/s2], pressure [Pa] and clock [s] that become attributes of the record."""
     _only("conditions", table, tuple(_CONDITIONS))
     written = {name: _per_second(value) if name == "rate" else value for name, value in table.items()}

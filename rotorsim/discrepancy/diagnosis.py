@@ -10,6 +10,7 @@ import numpy as np
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.changes import notes_on_changes
 from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
@@ -118,7 +119,7 @@ class Work:
         base = recalibrate(self.fitted, workshop.fine, self.tolerance, lambda: self.progress("calibrate"), workshop.law)
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
-        notes += self._scatter_note()
+        notes += self._scatter_note() + notes_on_changes({t.name: t.changes for t in self.trials})
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []

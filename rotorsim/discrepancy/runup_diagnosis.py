@@ -17,6 +17,7 @@ import numpy as np
 from rotorsim.base.cache import Cache
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.spectra import Trial, stated_accuracy
 from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
@@ -182,12 +183,16 @@ def diagnose_vectors(
     cache: Cache | None = None,
 ) -> Diagnosis:
     """Diagnosis of tables of vectors; of six rows one is held out and one untouched."""
-    trials = [s for name, vectors in opened for s in make_sweeps(vectors, name, machine.film is not None)]
+    trials = [
+        replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
+        for name, vectors in opened
+        for sweep in make_sweeps(vectors, name, machine.film is not None)
+    ]
     found = work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, cache=cache)
     return replace(found, notes=(*rate_notes(opened), *found.notes))
 
 
 def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:
     """Simulated vectors (1, 2, 1 + orders x rows) [m] of the twin at a point."""
-    values = setting(twin, contributions(point.values, sweep.speed, sweep.pressure), point.fixed)
+    values = setting(twin, contributions(point.values, sweep.speed, sweep.pressure, sweep.changes), point.fixed)
     return sweep.lines(twin.run(values, sweep.rows, sweep.pressure)[:, :2])

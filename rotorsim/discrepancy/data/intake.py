@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from identification import read
 from identification.errors import ReadError, SchemaError
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
 from rotorsim.machine import Machine
 
@@ -47,7 +49,8 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
     trials = []
     for name, record in records:
         own = role or str(record.attrs.get("role", "fit"))
-        trials.append(make_trial(record, own, name))
+        changes = known_changes(machine, record.attrs.get("changes"), name)
+        trials.append(replace(make_trial(record, own, name), changes=changes))
         check_units(machine, trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
 

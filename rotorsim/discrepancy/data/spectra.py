@@ -8,7 +8,8 @@ through the same averages, so a leak would be in both.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -63,6 +64,8 @@ class Trial:
     """Stated standard deviation [s] of the clock's offset; 0 where displacements and inputs have one clock."""
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
+    changes: Mapping[str, float] = field(default_factory=dict)
+    """What was changed on purpose for this record: sums by key of `fit.parameters`."""
 
     @property
     def speed(self) -> float:
@@ -100,6 +103,7 @@ class Trial:
     def inputs(self) -> str:
         """Hash of what a simulation needs, and of the window."""
         window = repr((self.start, self.length, self.blocks, self.spectra.shape, self.orders)).encode()
+        window += repr(sorted(self.changes.items())).encode() if self.changes else b""
         return hashlib.sha256(np.ascontiguousarray(self.used).tobytes() + window).hexdigest()
 
     @property

@@ -53,9 +53,11 @@ class FitParameter:
 Values = Mapping[FitParameter, float]
 
 
-def contributions(values: Values, speed: float, pressure: float) -> dict[str, float]:
-    """Sum of the changes by key at an operating point."""
-    out: dict[str, float] = {}
+def contributions(
+    values: Values, speed: float, pressure: float, known: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Sum of the changes by key at an operating point, on top of those `known` of a record."""
+    out: dict[str, float] = dict(known or {})
     for parameter, value in values.items():
         out[parameter.key] = out.get(parameter.key, 0.0) + value * parameter.share(speed, pressure)
     return out

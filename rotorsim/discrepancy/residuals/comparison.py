@@ -277,7 +277,7 @@ def simulate(twin: Twin, trial: Trial, point: Point, whole: bool = False) -> np.
     Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
     effect with a long memory is at work.
     """
-    values = setting(twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    values = setting(twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed)
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=not trial.orders)[:, :2]

@@ -63,7 +63,9 @@ def _of_record(
     r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
     white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
     inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {GROUP}])
-    values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    values = setting(
+        comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
+    )
     a = comparison.twin.set(values)
     regulator = comparison.twin.regulator(values, trial.speed, trial.pressure)
     plant = linearise(a, settle(a, trial.speed, regulator), trial.speed)
@@ -87,7 +89,9 @@ def _of_vectors(
     half = len(own[0]) // 2
     metres = residual * comparison.sigma
     r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
-    values = setting(comparison.twin, contributions(point.values, trial.speed, trial.pressure), point.fixed)
+    values = setting(
+        comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
+    )
     a = comparison.twin.set(values)
     found: list[dict[str, Any]] = []
     growth: dict[str, float] = {}
