@@ -22,6 +22,7 @@ from identification.readers.tdms import read_tdms
 from identification.readers.uff import read_uff
 from identification.records.assemble import CLIPPED, assemble, provenance
 from identification.records.column_names import recognise
+from identification.records.lab.slow_roll import without_slow_roll
 from identification.records.mapping import load_mapping
 from identification.records.validate import validate
 from rotorsim.base.own_files import instead
@@ -80,15 +81,22 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
     path = _regular(path)
     mapped = load_mapping(mapping) if mapping is not None else None
     try:
-        if format_of(path) == "netcdf":
-            return _record(path, mapped)
-        table = columns(path, mapped)
-        if mapped is None or not mapped.maps_columns:
-            mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
-        record = assemble(table, mapped)
-        return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
+        record = _record(path, mapped) if format_of(path) == "netcdf" else _from_columns(path, mapped)
+        if mapped is None or mapped.slow_roll is None:
+            return record
+        how = mapped.slow_roll
+        slow = read(how.file, replace(mapped, slow_roll=None, conditions={})) if how.file else None
+        return without_slow_roll(record, how, slow)
     except (ReadError, SchemaError) as error:
         raise type(error)(_named(path, error)) from error
+
+
+def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
+    table = columns(path, mapped)
+    if mapped is None or not mapped.maps_columns:
+        mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
+    record = assemble(table, mapped)
+    return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
 
 
 def columns(path: str | Path, mapping: Mapping | None = None) -> Table:

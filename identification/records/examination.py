@@ -9,6 +9,7 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.lab.column_faults import clipped
+from identification.records.lab.whirl_hints import series_hints, vector_hints
 from identification.records.notes import notes_of
 from identification.records.sampling import problems
 from identification.records.schema import named_axes
@@ -87,7 +88,7 @@ def _series(record: xr.Dataset) -> Examination:
     found += _bad_values(channels) or ([] if found else _misfit(record))
     warnings = [f"{c.name}: {remark}" for c in channels for remark in c.remarks if "NaN" not in remark]
     duration = float(time[-1] - time[0]) + step if time.size > 1 else np.nan
-    warnings += [*notes_of(record), *(suspicions(record, rate) if timed else [])]
+    warnings += [*notes_of(record), *(suspicions(record, rate) + series_hints(record) if timed else [])]
     return Examination("time series", time.size, rate, duration, channels, tuple(found), tuple(warnings), _uses(record))
 
 
@@ -100,8 +101,9 @@ def _vectors(vectors: xr.Dataset) -> Examination:
             channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False))
     uses = {"run-up analysis": "", **{use: "a time series" for use in USES if use != "run-up analysis"}}
     samples = vectors.sizes["speed"]
-    warnings = tuple(suspicions(vectors[["amplitude"]], np.nan)) if not found else ()
-    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), tuple(found), warnings, uses)
+    warnings = [*notes_of(vectors), *(suspicions(vectors[["amplitude"]], np.nan) if not found else [])]
+    warnings += vector_hints(vectors) if not found else []
+    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), tuple(found), tuple(warnings), uses)
 
 
 def _channels(record: xr.Dataset) -> tuple[Channel, ...]:

@@ -41,6 +41,7 @@ from identification.errors import ReadError
 from identification.records.changes import known_changes
 from identification.records.lab.keyphasor import Keyphasor
 from identification.records.lab.lab_probes import LabProbe, split_probe
+from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES
 from identification.records.units import quantity, quantity_at
 from identification.records.vectors import VECTORS
@@ -52,7 +53,7 @@ MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
 _SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "changes", "speed",
-             "vectors", "file")  # fmt: skip
+             "vectors", "slow_roll", "file")  # fmt: skip
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s"}
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
@@ -88,6 +89,7 @@ class Mapping:
     text: str = ""
     keyphasor: tuple[Entry, Keyphasor] | None = None
     probes: dict[str, tuple[Entry, LabProbe]] = field(default_factory=dict)
+    slow_roll: SlowRoll | None = None
     disc: float | None = None
     """Position [m] of the plane that is the disc's, where probes stand at several."""
 
@@ -106,7 +108,7 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
     path = Path(mapping)
     try:
         text = _text(path)
-        return parse(tomllib.loads(text), text)
+        return parse(tomllib.loads(text), text, path.parent)
     except tomllib.TOMLDecodeError as error:
         reason = instead(path, "a mapping", "") or f"not a TOML file: {str(error)[:200]}; correct that line"
         raise ReadError(f"{path}: {reason}") from error
@@ -118,8 +120,8 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
         raise ReadError(f"{path}: {reason}") from error
 
 
-def parse(tables: dict[str, Any], text: str = "") -> Mapping:
-    """Mapping from TOML tables."""
+def parse(tables: dict[str, Any], text: str = "", folder: Path = Path()) -> Mapping:
+    """Mapping from TOML tables; paths in it start from `folder`."""
     _only("mapping", tables, _SECTIONS)
     if isinstance(tables.get("keyphasor"), list):
         raise ReadError(f"keyphasor: {len(tables['keyphasor'])} keyphasors; keep the one that marks the angle")
@@ -138,6 +140,7 @@ def parse(tables: dict[str, Any], text: str = "") -> Mapping:
         conditions=_conditions(tables.get("conditions", {})) | known_changes(tables.get("changes", {})),
         text=text,
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
+        slow_roll=parse_slow_roll(tables["slow_roll"], _order, folder) if "slow_roll" in tables else None,
         disc=_disc(tables["disc"]) if "disc" in tables else None,
         probes={name: _probe(f"probes.{name}", part) for name, part in tables.get("probes", {}).items()},
     )
@@ -171,7 +174,7 @@ def _consistent(mapping: Mapping) -> Mapping:
         raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
     _no_second_source(mapping)
     alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
-    if not mapping.maps_columns and (alone or not mapping.conditions):
+    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll)):
         raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
     twice = set(mapping.constants) & {name for name, _ in mapping.channels}
     if twice:
@@ -237,9 +240,7 @@ def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:
 def _vectors(table: dict[str, Any]) -> dict[tuple[str, int, str], Entry]:
     entries = {}
     for order, axes in table.items():
-        match = _ORDER.fullmatch(order)
-        if not match:
-            raise ReadError(f"vectors.{order}: not an order; write e.g. [vectors.1X.x]")
+        number = _order(order)
         _table(f"vectors.{order}", axes)
         _only(f"vectors.{order}", axes, AXES)
         for axis, parts in axes.items():
@@ -250,8 +251,15 @@ def _vectors(table: dict[str, Any]) -> dict[tuple[str, int, str], Entry]:
                 if name not in parts:
                     raise ReadError(f"{path}: no {name}; write e.g. {name} = {{ column = 2, unit = 'deg' }}")
                 _table(f"{path}.{name}", parts[name])
-                entries[name, int(match[1]), axis] = _entry(f"{path}.{name}", parts[name])
+                entries[name, number, axis] = _entry(f"{path}.{name}", parts[name])
     return entries
+
+
+def _order(name: str) -> int:
+    match = _ORDER.fullmatch(name)
+    if not match:
+        raise ReadError(f"vectors.{name}: not an order; write e.g. [vectors.1X.x]")
+    return int(match[1])
 
 
 def _entry(path: str, table: dict[str, Any]) -> Entry:

@@ -70,6 +70,17 @@ def quantity_at(path: str, value: Any, si: str) -> float:
         raise ReadError(f"{path}: {error}") from error
 
 
+def amplitude_at(path: str, value: Any) -> float:
+    """Amplitude [m, 0-pk] of an entry such as '8 um pp'; raises ReadError that begins with its path."""
+    match = _TEXT.fullmatch(value) if isinstance(value, str) else None
+    if not match or not match[2]:
+        raise ReadError(f"{path}: {quote(value)} is not an amplitude with its unit; write e.g. '8 um pp'")
+    try:
+        return float(match[1]) * amplitude_factor(match[2])
+    except ReadError as error:
+        raise ReadError(f"{path}: {error}") from error
+
+
 def measured_by(value: Any, raw: str) -> str:
     """SI unit of what a sensitivity such as '100 mV/g' leads to from a column in unit `raw`: m, m/s or m/s^2."""
     for si in ("m", "m/s", "m/s^2"):

@@ -13,10 +13,11 @@ PAGE = (Path(__file__).parents[2] / "docs" / "data.md").read_text()
 
 def test_every_mapping_on_the_page_is_one():
     blocks = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
-    first, lab, vectors = (load_mapping(tomllib.loads(block)) for block in blocks)
+    first, lab, vectors, slow = (load_mapping(tomllib.loads(block)) for block in blocks)
     assert lab.keyphasor is not None and lab.keyphasor[1].level == -4.0 and set(lab.probes) == {"A", "B"}
     assert ("disc_measured", "x") in first.channels and first.constants == {"pressure": 3e5}
     assert ("amplitude", 1, "x") in vectors.vectors
+    assert slow.slow_roll is not None and slow.slow_roll.file is not None and slow.slow_roll.file.name == "slow.csv"
 
 
 def test_every_name_on_the_page_is_recognised():

@@ -140,3 +140,21 @@ def test_rates_that_cannot_be_are_refused():
         idn.resample(record, 10000.0)
     with pytest.raises(SchemaError, match="no simple ratio"):
         idn.resample(record, 1234.5678901)
+
+
+def test_inputs_are_averaged_over_the_interval_in_which_they_are_held():
+    t = np.arange(10240) / RATE
+    own = np.arange(1000) / 5000
+    drive = np.column_stack([np.sin(2 * np.pi * 250 * own), np.cos(2 * np.pi * 100 * own)])
+    steps = drive[np.minimum((t * 5000 + 1e-6).astype(int), 999)]
+    lab = idn.make_record(t, {"reference": steps}, {"source_format": "CSV"})
+    low = idn.resample(lab, 5000.0)["reference"].values
+    assert low.shape == (999, 2)  # the last interval is not whole
+    waves = [np.exp(-2j * np.pi * f * own[:980]) for f in (250, 100)]
+    for column, (wave, f) in enumerate(zip(waves, (250, 100), strict=True)):
+        ratio = (low[:980, column] @ wave) / (drive[:980, column] @ wave)
+        assert abs(ratio) == pytest.approx(1, abs=2e-3) and abs(np.angle(ratio)) / (2 * np.pi * f) < 1e-6
+    own_record = idn.make_record(own, {"reference": drive})
+    half = idn.resample(own_record, 2500.0)["reference"].values
+    np.testing.assert_allclose(half, 0.5 * (drive[::2] + drive[1::2]), atol=1e-12)
+    np.testing.assert_allclose(idn.resample(own_record, 5000.0)["reference"].values, drive, atol=1e-12)

@@ -17,13 +17,16 @@ if TYPE_CHECKING:
 MOST = 20_000
 """Largest numerator or denominator of the ratio of two rates."""
 EXACT = 1e-9
+HELD = ("reference", "reference_external", "disc_force")
+"""Inputs, which a sampled model holds from one sample to the next."""
 
 
 def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
     """The record at `rate` [Hz], from its first time on; attributes say from which rate.
 
     Every channel passes the same linear-phase low-pass filter below half the new rate; flags take the value of the
-    nearest sample before.
+    nearest sample before. Inputs (references, force) become their mean over each new interval, in which a model holds
+    them; records of rotorsim hold them from sample to sample, those of other recorders are taken as straight lines.
 
     Raises
     ------
@@ -40,6 +43,9 @@ def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
     if abs(float(ratio) * own / rate - 1) > EXACT or ratio.numerator > MOST:
         raise SchemaError(f"record: {own:.9g} Hz and {rate:.9g} Hz are in no simple ratio; take a rate that divides it")
     n = -(-record.sizes["time"] * ratio.numerator // ratio.denominator)
+    lines = "source_format" in record.attrs and ratio != 1
+    if lines and any(name in record for name in HELD):
+        n = (record.sizes["time"] - 1) * ratio.numerator // ratio.denominator  # whole intervals only
     start = float(record["time"].values[0])
     variables: dict[str, Any] = {}
     for name, variable in record.data_vars.items():
@@ -50,8 +56,11 @@ def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             raise SchemaError(f"{name}: has missing values; cut them out before resampling")
         axis = variable.dims.index("time")
-        if values.dtype.kind == "f":
+        if name in HELD:
+            new = _held(values, axis, n, ratio, not lines)
+        elif values.dtype.kind == "f":
             new = resample_poly(values, ratio.numerator, ratio.denominator, axis=axis, padtype="line")
+            new = np.take(new, np.arange(n), axis=axis)
         else:
             new = np.take(values, np.arange(n) * ratio.denominator // ratio.numerator, axis=axis)
         variables[str(name)] = (variable.dims, new, variable.attrs)
@@ -59,3 +68,16 @@ def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
     coords["time"] = ("time", start + np.arange(n) / rate, record["time"].attrs)
     attrs = record.attrs | {"resampled": f"from {own:.6g} Hz to {rate:.6g} Hz, polyphase filter"}
     return type(record)(variables, coords, attrs)
+
+
+def _held(values: np.ndarray, axis: int, n: int, ratio: Fraction, steps: bool) -> np.ndarray:
+    """Means (n along `axis`) of an input over the intervals of a lower rate; between samples it is held if `steps`."""
+    values = np.moveaxis(values, axis, 0)
+    after = values if steps else np.concatenate([values[1:], values[-1:]])
+    total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(0.5 * (values + after), axis=0)])
+    edges = np.minimum(np.arange(n + 1) * ratio.denominator / ratio.numerator, len(values))
+    low = np.minimum(edges.astype(int), len(values) - 1)
+    column = (-1, *[1] * (values.ndim - 1))
+    share = (edges - low).reshape(column)
+    inside = share * values[low] + 0.5 * share**2 * (after - values)[low]
+    return np.moveaxis(np.diff(total[low] + inside, axis=0) / np.diff(edges).reshape(column), 0, axis)
