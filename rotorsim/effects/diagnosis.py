@@ -26,6 +26,9 @@ class CandidateForm:
     signed : whether the change may be negative
     signature : forms of one signature are indistinguishable in every record of a rig
     resembles : what would look the same but is not in the catalogue
+    of_weight : forms that make nearly the same response where the rotor has a weight share this word; a form is taken
+        for one of them where its parameter `where[0]` is found to be at least `where[1]`, without `where` in any case,
+        and never if that is None
     """
 
     parameter: str
@@ -36,6 +39,8 @@ class CandidateForm:
     signed: bool = True
     signature: str = ""
     resembles: str = ""
+    of_weight: str = ""
+    where: tuple[str, float] | tuple[()] | None = ()
 
 
 @dataclass(frozen=True)

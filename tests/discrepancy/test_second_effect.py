@@ -1,11 +1,18 @@
 """A further effect next to another: not where their responses cancel, nor for what the first one's form leaves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.parameters import FitParameter
+from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.discrepancy.search import second_effect
-from rotorsim.discrepancy.search.indistinguishable import same_class
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.indistinguishable import alike_by_weight, same_class
+from rotorsim.discrepancy.search.search import Search
 from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
 
 
@@ -33,3 +40,37 @@ def test_effects_of_one_class_are_never_combined():
     assert not same_class("weak_injector.blocked of injector 2", "unequal_pressure.deviation of injector 3")
     assert same_class("runout.amplitude_1x", "shaft_bow.bow")
     assert not same_class("coupling.force_2x", "coupling.force_2x")  # of no class
+
+
+@pytest.mark.parametrize(("size", "slope", "sure"), [(6.0, 0.0, True), (4.0, 0.0, False), (6.0, 0.9, True)])
+def test_an_effect_is_sure_by_its_size_at_the_shape_found(rng, size, slope, sure):
+    """Responses of unit length, noise of 1: the standard deviation of a size is 1, of whatever shape goes along."""
+    records, lines = 40, 50
+    q, _ = np.linalg.qr(rng.normal(size=(records * lines, 2)))
+    amount, shape = FitParameter("rub.0.stiffness", 1.0), FitParameter("rub.0.gap", 1.0)
+    J = np.column_stack([q[:, 0], slope * q[:, 0] + np.sqrt(1 - slope**2) * q[:, 1]])
+    residual = rng.normal(size=len(J))
+    residual -= q @ (q.T @ residual)  # at the best fit
+    fit = Fit((amount, shape), Point({amount: size, shape: 0.3}), residual, J, 0.0)
+    layout = SimpleNamespace(record=np.repeat(np.arange(records), lines))
+    search = Search(SimpleNamespace(layout=layout), None, fit, (), {}, 0.0, 0.0)
+    form = Form("rub", "rub.stiffness", (amount,), refine=(shape,))
+    assert search.is_sure(SimpleNamespace(fit=fit), [form]) == sure
+
+
+KNOWN = {"coupling.force_2x", "coupling.force_3x", "crack.loss", "asymmetric_shaft.difference", "rub.stiffness"}
+FORWARD = ("asymmetric_shaft.difference", "coupling.force_2x", "crack.loss")
+
+
+@pytest.mark.parametrize(
+    ("key", "ellipticity", "alike"),
+    [
+        ("coupling.force_2x", 1.0, FORWARD),
+        ("coupling.force_2x", -1.0, ("coupling.force_2x",)),
+        ("coupling.force_3x", 1.0, ("coupling.force_3x",)),
+        ("asymmetric_shaft.difference", 0.0, FORWARD),
+        ("crack.loss", 0.0, ("crack.loss",)),
+    ],
+)
+def test_a_force_that_turns_forward_at_2x_may_be_a_shaft_of_unequal_stiffness(key, ellipticity, alike):
+    assert alike_by_weight(key, {"ellipticity": ellipticity}.get, KNOWN) == alike

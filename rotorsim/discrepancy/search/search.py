@@ -190,12 +190,18 @@ class Search:
         return cancel([self.columns[f.label] @ size for f, size in zip(h.forms, sizes, strict=True)])
 
     def is_sure(self, h: Hypothesis, forms: Sequence[Form]) -> bool:
-        """Whether the size of each of these forms is SURE standard deviations or more from none."""
+        """Whether the size of each of these forms is SURE standard deviations or more from none.
+
+        At the shape that was found: an effect of no size has none.
+        """
         V, at = covariance(h.fit, self.comparison.layout.record), {k: i for i, k in enumerate(h.fit.parameters)}
         for form in forms:
-            i = [at[k] for k in form.parameters]
+            i, shape = [at[k] for k in form.parameters], [at[k] for k in form.refine if k in at]
+            own, cross = V[np.ix_(i, i)], V[np.ix_(i, shape)]
+            if shape:
+                own = own - cross @ answer(np.linalg.solve, V[np.ix_(shape, shape)], cross.T)
             size = h.fit.vector[i]
-            if float(size @ answer(np.linalg.solve, V[np.ix_(i, i)], size)) < SURE**2:
+            if float(size @ answer(np.linalg.solve, own, size)) < SURE**2:
                 return False
         return True
 

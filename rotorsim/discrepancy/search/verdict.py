@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from rotorsim.discrepancy.search.indistinguishable import class_of
+from rotorsim.discrepancy.fit.parameters import contributions, setting
+from rotorsim.discrepancy.search.indistinguishable import alike_by_weight, class_of
 from rotorsim.discrepancy.search.search import (
     A_FIFTH,
     CLEAR,
@@ -65,6 +66,8 @@ def _accepted(
     if len(best.forms) > 1:
         best = without_idle(best, search)
     best = search.polished(best)
+    if len(best.forms) > 1 and not search.is_sure(best, best.forms):
+        return _short_of_a_name(search, tried, known)
     rivals = tied(best, found, search.base)
     while len(best.forms) < MOST_EFFECTS and best.excess - search.unsteady > MORE:
         extended = _extended(search, best, tried)
@@ -73,7 +76,7 @@ def _accepted(
         best, *others = extended
         rivals += others
     rivals = [h for h in rivals if len(h.forms) <= len(best.forms) and not set(h.keys) < set(best.keys)]
-    classes = tuple(class_of(k, known) for k in best.keys)
+    classes = tuple(_class_at(search, best, k, known) for k in best.keys)
     rivals = [h for h in rivals if not _same(h, best, known)]
     several = any(len(c) > 1 for c in classes) or bool(rivals)
     return Verdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
@@ -99,6 +102,23 @@ def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
     """Hypothesis with the forms of both."""
     left = h.excess + search.unsteady
     return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=share_gone(left, search.base_excess))
+
+
+def _class_at(search: Search, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
+    """The class of an effect of a hypothesis, and what its weight makes alike."""
+    twin = search.comparison.twin
+    own = class_of(key, known)
+    if not any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
+        return own
+    form = next(f for f in h.forms if f.key == key)
+    place = ".".join(form.parameters[0].key.split(".")[:2])
+    values = setting(twin, contributions(h.fit.point.values, 0.0, 0.0), h.fit.point.fixed)
+
+    def found(parameter: str) -> float:
+        effect, table = place.split(".")
+        return float(values.get(f"{place}.{parameter}", getattr(twin.effect(effect, int(table)), parameter)))
+
+    return tuple(sorted({*own, *alike_by_weight(key, found, known)}))
 
 
 def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:

@@ -36,9 +36,13 @@ class Coupling(Effect):
     place = "start"
     earlier_keys = EARLIER
     forms = (
-        CandidateForm("force_2x", 1.0, "phase_2x", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
+        # a shaft of unequal stiffness that the weight bends makes a force at 2X that turns forward, too
+        CandidateForm(
+            "force_2x", 1.0, "phase_2x", options=(("ellipticity", (1.0, 0.0, -1.0)),),
+            of_weight="forward 2X", where=("ellipticity", 0.5),
+        ),
         CandidateForm("force_3x", 1.0, "phase_3x", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
-    )
+    )  # fmt: skip
     force_2x: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 2X, 0-pk.")
     force_3x: float = param("N", bounds=(0.0, 1e4), doc="Amplitude of the force at 3X, 0-pk.")
     phase_2x: float = param("rad", bounds=(-TURN, TURN), doc="Phase of the 2X force.")
