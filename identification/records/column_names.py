@@ -43,7 +43,8 @@ def recognise(table: Table) -> Mapping:
         meant = next(filter(None, (likely(column.name) for column in table.columns)), "")
         hint = f"did you mean '{meant}'? Else " if meant else ""
         raise ReadError(
-            f"no column is named like a channel ({columns}); {hint}give a mapping, 'rotorsim data mapping' drafts it"
+            f"no column is named like a channel ({columns}); {hint}give a mapping, "
+            "'rotorsim data check FILE --propose mapping.toml' proposes one"
         )
     return Mapping(time=entries.get(("time", "", "")), channels=channels)
 

@@ -26,6 +26,7 @@ from identification import (
     longest,
     mapping_template,
     notes_of,
+    propose,
     read,
     resample,
     save,
@@ -35,6 +36,7 @@ from identification.errors import SchemaError
 from identification.records.column_names import likely
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_text
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
@@ -56,8 +58,15 @@ def check(
     file: Annotated[Path, _FILE],
     mapping: Annotated[Path | None, _MAPPING] = None,
     as_json: Annotated[bool, typer.Option("--json", help="The findings as JSON, in SI units.")] = False,
+    proposal: Annotated[
+        Path | None, typer.Option("--propose", help="Write a mapping here, guessed from names, units and values.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the mapping if it is there.")] = False,
 ) -> None:
     """List the contents and defects of a data file and the analyses that it is fit for."""
+    if proposal is not None:
+        _propose(file, proposal, force)
+        return
     record = load(file, mapping)
     found = examine(record)
     if as_json:
@@ -132,6 +141,18 @@ def resample_command(
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
     typer.echo(mapping_template(columns(file), file.name), nl=False)
+
+
+def _propose(file: Path, out: Path, force: bool) -> None:
+    """Write the proposed mapping, and print what is left to do."""
+    _not_itself(file, out, "check")
+    table = columns(file)
+    text, unknown = propose(table, file.name)
+    with files(out, force=force, another="name"):
+        write_text(out, text)
+    of = len(table.columns)
+    typer.echo(f"{out}: written, {of - unknown} of {of} columns proposed; check every line, then")
+    typer.echo(f"rotorsim data check {file} --mapping {out}")
 
 
 def _not_itself(file: Path, out: Path, verb: str) -> None:

@@ -111,6 +111,21 @@ def test_gaps_are_cut_out_and_dead_probes_said(run, tmp_path):
     assert run("cut", given[1], given[1], "--force")[0] == 2
 
 
+def test_a_mapping_is_proposed_and_never_replaced_unasked(run, rig, tmp_path):
+    file, _ = rig
+    out = tmp_path / "proposed.toml"
+    code, text, _ = run("check", file, "--propose", out)
+    assert code == 0 and "6 of 7 columns proposed" in text and f"rotorsim data check {file} --mapping {out}" in text
+    assert run("check", file, "--mapping", out)[0] == 0
+    code, _, err = run("check", file, "--propose", out)
+    assert code == 2 and "is there already" in err
+    assert run("check", file, "--propose", out, "--force")[0] == 0
+    code, _, err = run("check", file, "--propose", file, "--force")
+    assert code == 2 and "is the file to check" in err
+    code, _, err = run("check", file)
+    assert code == 2 and "'rotorsim data check FILE --propose mapping.toml' proposes one" in err
+
+
 def test_clipped_signals_are_shown_and_refused(run, tmp_path):
     t = np.arange(3000) / 1000
     x = np.clip(np.sin(60 * t), -2, 0.9)

@@ -1,0 +1,73 @@
+"""Proposed mappings: names, stated units and values are guessed, every guess is marked, the text is a mapping."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import identification as idn
+from identification.records.table import Column, Table
+
+T = np.arange(2000) / 5000
+W = 100 * np.pi
+
+
+def proposed(**columns):
+    table = Table("CSV", tuple(Column(name.replace("__", " "), values) for name, values in columns.items()))
+    return idn.propose(table, "run.csv")
+
+
+@pytest.fixture
+def lab(tmp_path):
+    columns = {
+        "Time [ms]": T * 1e3, "DE 45R": -9.8 + 0.2 * np.cos(W * T), "DE 45L": -10.2 + 0.2 * np.sin(W * T),
+        "Keyphasor": np.where((W * T) % (2 * np.pi) < 0.3, -8, -1), "Supply pressure": np.full(2000, 3.1),
+        "U1": np.sin(W * T), "spare": T * 0,
+    }  # fmt: skip
+    np.savetxt(tmp_path / "a.csv", np.column_stack(list(columns.values())), "%.7g", ",", header=",".join(columns),
+               comments="")  # fmt: skip
+    return tmp_path / "a.csv"
+
+
+def test_a_laboratorys_file_is_read_with_what_is_proposed(lab, tmp_path):
+    text, unknown = idn.propose(idn.columns(lab), "a.csv")
+    (tmp_path / "a.toml").write_text(text)
+    assert unknown == 1 and '# not known: column 7, "spare", from 0 to 0' in text
+    record = idn.read(lab, tmp_path / "a.toml")
+    assert float(record["speed"].median()) == pytest.approx(W, rel=1e-3)
+    assert float(record["pressure"][0]) == pytest.approx(3.1e5)
+    assert float(np.ptp(record["disc_measured"].sel(axis="x").values)) == pytest.approx(
+        2 * np.sqrt(2) * 25.4e-6, rel=0.01
+    )
+    tables = tomllib.loads(text)
+    assert tables["probes"]["DE_45R"]["angle"] == "45 deg" and tables["probes"]["DE_45L"]["angle"] == "135 deg"
+    assert tables["probes"]["DE_45L"]["gap"] == "-10.2 V" and "reference" not in tables["channels"]
+    for line in ('unit = "V"    # from the values, as a gap voltage', 'unit = "ms"    # from the file',
+                 'unit = "bar"    # from the values', "# the other axis is not known:"):  # fmt: skip
+        assert line in text
+
+
+def test_vectors_are_proposed_by_order_and_axis():
+    speed = np.linspace(500, 3000, 50)
+    text, unknown = proposed(rpm=speed, X_1X_amp_mil=speed / 1e4, X_1X_phase_deg=speed / 10, Y__1X__Amplitude=speed / 10,
+                             Y__1X__Phase=speed / 9)  # fmt: skip
+    tables = tomllib.loads(text)
+    assert unknown == 0 and tables["speed"] == {"column": "rpm", "unit": "rpm"}
+    assert tables["vectors"]["1X"]["x"]["amplitude"] == {"column": "X_1X_amp_mil", "unit": "mil"}
+    assert tables["vectors"]["1X"]["y"]["phase"] == {"column": "Y 1X Phase", "unit": "deg"}
+    assert "a lag, else add sign = -1" in text and "0-pk unless" in text
+
+
+def test_what_is_missing_is_a_comment():
+    text, unknown = proposed(X=T * 1e3, Y=T * 1e3)
+    assert unknown == 0 and set(tomllib.loads(text)) == {"channels"}
+    for line in ("# No time was found", "# No speed, angle or keyphasor was found", '# pressure = "? MPa"'):
+        assert line in text
+    text, unknown = proposed(foo=T, bar=T)
+    assert unknown == 2 and tomllib.loads(text) == {}
+
+
+def test_names_of_any_kind_give_toml():
+    odd = {'a "b" \\ x': T, "x\x7f": T, "\u2028y": T, "": T, "probe probe": T * np.nan, "time": T, "time ": T}
+    table = Table("CSV", tuple(Column(name, values) for name, values in odd.items()))
+    tomllib.loads(idn.propose(table, "a\nb.csv")[0])
