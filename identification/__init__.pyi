@@ -24,12 +24,12 @@ from .records.folder import (
     survey as survey,
 )
 from .records.frf import FrequencyResponse as FrequencyResponse, frequency_response as frequency_response
+from .records.lab.proposal import propose as propose
 from .records.lab.resample import resample as resample
 from .records.lab.whole_stretches import longest as longest, whole_stretches as whole_stretches
 from .records.mapping import Mapping as Mapping, load_mapping as load_mapping
 from .records.notes import notes_of as notes_of
 from .records.prefilter import Prefilter as Prefilter, Signals as Signals, filtered as filtered, runout_of as runout_of
-from .records.lab.proposal import propose as propose
 from .records.runout import Runout as Runout, estimate_runout as estimate_runout, on_angle as on_angle
 from .records.sampling import sampling_time as sampling_time
 from .records.schema import (
