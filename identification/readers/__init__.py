@@ -18,8 +18,10 @@ from identification.readers.csv import read_csv
 from identification.readers.mat import read_mat
 from identification.readers.mat73 import read_mat73
 from identification.readers.netcdf import read_netcdf
+from identification.readers.plain_hdf5 import read_plain_hdf5
 from identification.readers.tdms import read_tdms
 from identification.readers.uff import read_uff
+from identification.readers.wav import read_wav
 from identification.records.assemble import CLIPPED, assemble, provenance
 from identification.records.column_names import recognise
 from identification.records.lab.slow_roll import without_slow_roll
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from identification.records.mapping import Mapping
     from identification.records.table import Table
 
+HDF5 = (".h5", ".hdf5")
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
 _REFUSED = {
     b"PK\x03\x04": "is a spreadsheet or another zip archive; export it as CSV",
@@ -50,7 +53,7 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 
     Parameters
     ----------
-    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, or a netCDF record of rotorsim
+    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, WAV, HDF5, or a netCDF record of rotorsim
     mapping : which column is which channel (see `identification.records.mapping`): TOML file or its tables; without
         one, columns that are named like the schema's variables are taken
 
@@ -114,6 +117,10 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
             return read_uff(path)
         if kind == "tdms":
             return read_tdms(path)
+        if kind == "wav":
+            return read_wav(path)
+        if kind == "hdf5":
+            return read_plain_hdf5(path)
         raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
     except ReadError as error:
         raise ReadError(_named(path, error)) from error
@@ -122,11 +129,15 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
 
 
 def format_of(path: Path) -> str:
-    """csv, mat, mat73, uff, tdms or netcdf; raises ReadError for anything else."""
+    """csv, mat, mat73, uff, tdms, wav, hdf5 or netcdf; raises ReadError for anything else."""
     with path.open("rb") as file:
         start = file.read(1024)
     if start.startswith(b"\x89HDF") or start[512:].startswith(b"\x89HDF"):
-        return "mat73" if start.startswith(b"MATLAB") or path.suffix.lower() == ".mat" else "netcdf"
+        if start.startswith(b"MATLAB") or path.suffix.lower() == ".mat":
+            return "mat73"
+        return "hdf5" if path.suffix.lower() in HDF5 else "netcdf"
+    if start[:4] in (b"RIFF", b"RIFX", b"RF64") and start[8:12] == b"WAVE":
+        return "wav"
     if start.startswith(b"TDSm"):
         return "tdms"
     for magic, reason in _REFUSED.items():
@@ -140,7 +151,7 @@ def format_of(path: Path) -> str:
         return "mat"
     if path.suffix.lower() in TEXT:
         return "csv"
-    if path.suffix.lower() in (".nc", ".h5", ".hdf5", ".tdms", ".uff", ".unv"):
+    if path.suffix.lower() in (".nc", ".h5", ".hdf5", ".tdms", ".uff", ".unv", ".wav"):
         raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
     reason = instead(path, "a record", "") or "unknown kind of file"
     raise ReadError(f"{path}: {reason}; give .csv, .mat, .uff, .tdms or a record .nc")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.column_values import one_unit, values
+from identification.records.column_values import one_unit, unit_of, values
 from identification.records.lab.column_faults import clipped, dead
 from identification.records.lab.keyphasor import angle_by_stretches
 from identification.records.lab.probe_columns import read_probes
@@ -15,7 +15,7 @@ from identification.records.mapping import Entry, Mapping
 from identification.records.notes import with_notes
 from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, make_record
 from identification.records.table import Header, Table
-from identification.records.units import FACTORS, is_unit_of, measured_by
+from identification.records.units import FACTORS, full_scale, is_unit_of, measured_by
 from identification.records.vectors import VECTORS, make_vectors
 from rotorsim.base.sentences import quote
 
@@ -109,10 +109,10 @@ def _probe_unit(table: Table, entry: Entry) -> str:
     """SI unit of a probe's readings, by the unit of its column, or by what its sensitivity leads to."""
     if entry.sensitivity is not None:
         try:
-            return measured_by(entry.sensitivity, entry.unit or table.find(entry.column).unit or "V")
+            return measured_by(entry.sensitivity, unit_of(table.find(entry.column), entry)[0])
         except ReadError as error:
             raise ReadError(f"{entry.path}: {error}") from error
-    unit = entry.unit or table.find(entry.column).unit or ""
+    unit = full_scale(entry.full_scale)[1] if entry.full_scale else entry.unit or table.find(entry.column).unit or ""
     found = [si for si in PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
     if not found:
         raise ReadError(f"{entry.path}: unit {quote(unit)} is none of a probe; write e.g. 'um', 'mm/s', 'm/s^2' or 'V'")

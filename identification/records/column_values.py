@@ -9,7 +9,7 @@ import numpy as np
 from identification.errors import ReadError
 from identification.records.mapping import Entry
 from identification.records.table import Column, Table
-from identification.records.units import agree, amplitude_factor, factor, quantity, sensitivity
+from identification.records.units import FULL_SCALE, agree, amplitude_factor, factor, full_scale, quantity, sensitivity
 from rotorsim.base.sentences import quote
 
 
@@ -24,17 +24,35 @@ def values(table: Table, entry: Entry, si: str) -> np.ndarray:
         raise ReadError(f"{entry.path}: {error}") from error
 
 
-def _factor(column: Column, entry: Entry, si: str) -> float:
+def unit_of(column: Column, entry: Entry) -> tuple[str, float]:
+    """Unit of a column's numbers and the factor to it, which is 1 but for shares of a full scale.
+
+    Raises ReadError where neither the file nor the mapping states a unit, or they disagree.
+    """
+    if entry.full_scale is not None:
+        if column.unit not in (FULL_SCALE, None):
+            raise ReadError(
+                f"full_scale: the column is in {quote(column.unit)}, not in shares of full scale; remove it"
+            )
+        number, stated = full_scale(entry.full_scale)
+        return stated, number
     unit = entry.unit if entry.unit is not None else column.unit
+    if unit == FULL_SCALE or column.unit == FULL_SCALE:
+        raise ReadError("the column is in shares of full scale; write e.g. full_scale = '10 V' in place of the unit")
     if unit is None:
         raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
     if entry.unit and column.unit and not agree(entry.unit, column.unit):
         raise ReadError(f"unit {quote(entry.unit)}, but the file states {quote(column.unit)}; take that and a scale")
+    return unit, 1.0
+
+
+def _factor(column: Column, entry: Entry, si: str) -> float:
+    unit, scale = unit_of(column, entry)
     if entry.sensitivity is not None:
-        return sensitivity(entry.sensitivity, unit, si)
+        return scale * sensitivity(entry.sensitivity, unit, si)
     if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
-        return amplitude_factor(unit)
-    return factor(unit, si)
+        return scale * amplitude_factor(unit)
+    return scale * factor(unit, si)
 
 
 def scale_of(table: Table, entry: Entry, si: str) -> float:

@@ -51,7 +51,7 @@ from rotorsim.base.suggest import did_you_mean
 
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
-_ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset")
+_ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset", "full_scale")
 _SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "changes", "speed",
              "vectors", "slow_roll", "file")  # fmt: skip
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
@@ -72,6 +72,8 @@ class Entry:
     sensitivity: str | None = None
     factor: float = 1.0
     offset: str | None = None
+    full_scale: str | None = None
+    """Of a column in shares of it, as in WAV files."""
 
 
 @dataclass(frozen=True)
@@ -267,7 +269,7 @@ def _entry(path: str, table: dict[str, Any]) -> Entry:
     column = table.get("column")
     if isinstance(column, bool) or not isinstance(column, (str, int)) or column == "":
         raise ReadError(f"{path}.column: {quote(column)}; give the column's name, or its number from 1")
-    for key in ("unit", "sensitivity", "offset"):
+    for key in ("unit", "sensitivity", "offset", "full_scale"):
         if not isinstance(table.get(key, ""), str):
             raise ReadError(f"{path}.{key}: {quote(table[key])} has no unit; write it as text, e.g. 'um'")
     scale, sign = table.get("scale", 1.0), table.get("sign", 1)
@@ -275,7 +277,10 @@ def _entry(path: str, table: dict[str, Any]) -> Entry:
         raise ReadError(f"{path}.scale: {quote(scale)}; give a number other than 0")
     if isinstance(sign, bool) or sign not in (1, -1):
         raise ReadError(f"{path}.sign: {quote(sign)}; write 1 or -1")
-    return Entry(path, column, table.get("unit"), table.get("sensitivity"), float(scale) * sign, table.get("offset"))
+    if "full_scale" in table and "unit" in table:
+        raise ReadError(f"{path}: full_scale and unit; the unit is that of the full scale: remove one")
+    unit, measured, scaled = (table.get(key) for key in ("unit", "sensitivity", "full_scale"))
+    return Entry(path, column, unit, measured, float(scale) * sign, table.get("offset"), scaled)
 
 
 def _constant(name: str, value: Any) -> float:

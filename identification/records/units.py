@@ -7,7 +7,7 @@ unit but another quantity. `Hz` of a shaft speed is revolutions per second.
 from __future__ import annotations
 
 import re
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 from typing import Any
 
 from identification.errors import ReadError
@@ -22,6 +22,8 @@ FACTORS = {
 """Factors to the SI unit by unit and SI unit."""
 PEAK = {"pp": 0.5, "p-p": 0.5, "pk-pk": 0.5, "pkpk": 0.5, "pk": 1.0, "0-pk": 1.0, "0-p": 1.0, "rms": sqrt(2.0)}
 """Suffixes of an amplitude's unit, with their factors to 0-pk; rms is that of a sine."""
+FULL_SCALE = "FS"
+"""Unit of a column in shares of a recorder's full scale, which a mapping must state."""
 _NAMES = {si: TABLE[si].name for si in KINDS} | {"Pa": "gauge pressure", "Hz": "sample rate"}
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
 
@@ -79,6 +81,14 @@ def amplitude_at(path: str, value: Any) -> float:
         return float(match[1]) * amplitude_factor(match[2])
     except ReadError as error:
         raise ReadError(f"{path}: {error}") from error
+
+
+def full_scale(value: Any) -> tuple[float, str]:
+    """Number and unit of a full scale such as '10 V'; raises ReadError for anything else."""
+    match = _TEXT.fullmatch(value) if isinstance(value, str) else None
+    if not match or not match[2] or not is_unit(match[2]) or not 0 < float(match[1]) < inf:
+        raise ReadError(f"{quote(value)} is not a full scale with its unit; write e.g. '10 V'")
+    return float(match[1]), match[2]
 
 
 def measured_by(value: Any, raw: str) -> str:

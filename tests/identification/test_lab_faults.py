@@ -198,3 +198,21 @@ def test_readings_of_accelerometers_and_velocity_sensors(tmp_path, unit, sensiti
     record = idn.read(tmp_path / "a.csv", mapping)
     assert record["probe_unit"].values.tolist() == [si]
     assert record["probe_measured"].values[0, 0] == pytest.approx(value)
+
+
+def test_a_rig_with_accelerometers_and_a_tachometer_is_read(tmp_path):
+    t = np.arange(50_000) / 50_000
+    pulses = np.where((60 * np.pi * t) % (2 * np.pi) < 0.3, 4.0, 0.1)
+    waves = [0.1 * np.sin(60 * np.pi * t + k) for k in range(7)]
+    np.savetxt(tmp_path / "12.288.csv", np.column_stack([pulses, *waves]), "%.6g", ",")
+    channels = {f"a{i}": {"column": i, "unit": "V", "sensitivity": "100 mV/g"} for i in range(2, 8)}
+    mapping = {
+        "time": {"sample_rate": "50 kHz"},
+        "keyphasor": {"column": 1, "unit": "V", "edge": "rising"},
+        "channels": {"probe_measured": channels},
+    }
+    record = idn.resample(idn.read(tmp_path / "12.288.csv", mapping), 5000.0)
+    assert record["probe_unit"].values.tolist() == ["m/s^2"] * 6
+    assert float(record["speed"].median()) == pytest.approx(60 * np.pi, rel=1e-3)
+    a = record["probe_measured"].sel(probe="a2").values[100:-100]
+    assert np.abs(a).max() == pytest.approx(9.80665, rel=0.01)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.column_values import one_unit, scale_of, values
+from identification.records.column_values import one_unit, scale_of, unit_of, values
 from identification.records.lab.column_faults import dead
 from identification.records.lab.lab_probes import MEAN, LabProbe, coordinates, disc_plane, in_plane
 from identification.records.mapping import Entry, Mapping
@@ -81,9 +81,9 @@ def _reading(table: Table, entry: Entry, probe: LabProbe) -> np.ndarray:
     if probe.gap == MEAN:
         return found - np.nanmean(found)
     assert isinstance(probe.gap, float)
-    unit = entry.unit or table.find(entry.column).unit or ""
+    unit, scale = unit_of(table.find(entry.column), entry)
     try:
-        volts = factor(unit, "V")
+        volts = scale * factor(unit, "V")
     except ReadError as error:
         raise ReadError(f"{entry.path}.gap: the column is not in volts ({error})") from error
     return found - probe.gap * scale_of(table, entry, "m") / volts

@@ -1,0 +1,49 @@
+"""WAV files: a column a channel, in shares of full scale (unit FS), with the file's own clock.
+
+A mapping states what full scale is: `full_scale = "10 V"`. Integer samples are divided by the largest number of their
+format, floating-point ones are taken as shares already.
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+from scipy.io import wavfile
+
+from identification.errors import ReadError
+from identification.records.table import MAX_VALUES, Column, Table
+from identification.records.units import FULL_SCALE
+
+_UNSIGNED = 128.0
+"""Middle of the codes of 8 bits, which WAV stores without sign."""
+
+
+def read_wav(path: Path) -> Table:
+    """Table of a WAV file of 8 to 64 bits; raises ReadError if it is damaged, cut off or compressed."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", wavfile.WavFileWarning)
+            warnings.filterwarnings("ignore", "Chunk", wavfile.WavFileWarning)
+            rate, samples = wavfile.read(path)
+    except wavfile.WavFileWarning as error:
+        raise ReadError("is a cut off WAV file; copy it again") from error
+    except Exception as error:  # scipy answers damage with anything from ValueError to struct.error
+        raise ReadError("is a damaged WAV file, or one of another coding than PCM or IEEE float") from error
+    if samples.size == 0 or rate <= 0:
+        raise ReadError("holds no samples; record or copy it again")
+    if samples.size > MAX_VALUES:
+        raise ReadError(f"holds {samples.size} values, above the limit of {MAX_VALUES}; cut it")
+    columns = samples.reshape(len(samples), -1).T
+    found = (Column(f"channel {i + 1}", _shares(column), FULL_SCALE) for i, column in enumerate(columns))
+    return Table("WAV", tuple(found), time=np.arange(len(samples)) / rate)
+
+
+def _shares(codes: np.ndarray) -> np.ndarray:
+    """Codes (n,) as shares of full scale."""
+    if codes.dtype.kind == "f":
+        return codes.astype(float)
+    if codes.dtype.kind == "u":
+        return (codes.astype(float) - _UNSIGNED) / _UNSIGNED
+    return codes.astype(float) / -float(np.iinfo(codes.dtype).min)
