@@ -63,6 +63,8 @@ def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     probes = _probes(table, mapping, list(groups.get("probe_measured", ())), seen.coordinates if seen else {})
     record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays}, probes=probes)
     record = with_notes(record, seen.notes if seen else ())
+    if seen and seen.position is not None:
+        record.attrs["disc_position"] = seen.position
     if (limits := _clipped(table, mapping)) and table.header is None:
         record.attrs[CLIPPED] = limits
     if "pin" in groups:

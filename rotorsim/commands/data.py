@@ -125,13 +125,17 @@ def resample_command(
     out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
     rate: Annotated[str, typer.Option(help="New sampling rate; the plant's own is 5 kHz.")] = "5 kHz",
     mapping: Annotated[Path | None, _MAPPING] = None,
+    order: Annotated[int, typer.Option(help="Highest order that the record must still hold.", min=0)] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
 ) -> None:
     """Write a file's data as a record at a lower sampling rate, filtered so that nothing folds back."""
     _not_itself(file, out, "resample")
     new = quantity("rate", rate, "Hz")
     with files(out, force=force, another="name"):
-        record = resample(read(file, mapping), new)
+        try:
+            record = resample(read(file, mapping), new, order)
+        except SchemaError as error:
+            raise DataError(str(error) if str(error).startswith(f"{file}: ") else f"{file}: {error}") from error
         save(record, out)
     typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
     _say_notes(record)

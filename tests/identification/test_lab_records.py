@@ -138,6 +138,12 @@ def test_rates_that_cannot_be_are_refused():
     record = idn.make_record(t, {"disc": np.zeros((1000, 2))})
     with pytest.raises(SchemaError, match="would invent"):
         idn.resample(record, 10000.0)
+    turning = record.assign(speed=("time", np.full(1000, 400 * np.pi), {"units": "rad/s"}))
+    assert idn.resample(turning, 2500.0, 3).sizes["time"] == 500
+    with pytest.raises(SchemaError, match="1000 Hz is too low for 3X, which goes up to 600 Hz; take a rate of 1500 Hz"):
+        idn.resample(turning, 1000.0, 3)
+    with pytest.raises(SchemaError, match="has no speed, so that no order can be kept"):
+        idn.resample(record, 1000.0, 3)
     with pytest.raises(SchemaError, match="no simple ratio"):
         idn.resample(record, 1234.5678901)
 

@@ -23,6 +23,8 @@ class ProbeColumns:
     groups: dict[str, dict[str, np.ndarray]]
     coordinates: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    position: float | None = None
+    """Plane of the disc's probes [m], where they state it."""
 
 
 def read_probes(table: Table, mapping: Mapping) -> ProbeColumns:
@@ -55,8 +57,9 @@ def read_probes(table: Table, mapping: Mapping) -> ProbeColumns:
     coupled = [name for name in alive if probes[name].coupling == "AC"]
     if coupled:
         notes.append(f"AC-coupled, without a mean position: {', '.join(coupled)}")
+    position = probes[next(iter(disc))].position if motion else None
     groups = ({"disc_measured": motion} if motion else {}) | ({"probe_measured": others} if others else {})
-    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes))
+    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position)
 
 
 def _left_out(table: Table, entries: dict[str, Entry]) -> dict[str, str]:

@@ -21,8 +21,14 @@ HELD = ("reference", "reference_external", "disc_force")
 """Inputs, which a sampled model holds from one sample to the next."""
 
 
-def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
-    """The record at `rate` [Hz], from its first time on; attributes say from which rate.
+PER_PERIOD = 2.5
+"""Least samples in a period of an order: the filter passes what lies below 0.4 of the rate."""
+
+
+def resample(record: xr.Dataset, rate: float, order: int = 0) -> xr.Dataset:
+    """The record at `rate` [Hz], from its first time on; attributes state from which rate.
+
+    `order` is the highest multiple of the shaft speed that must be left.
 
     Every channel passes the same linear-phase low-pass filter below half the new rate; flags take the value of the
     nearest sample before. Inputs (references, force) become their mean over each new interval, in which a model holds
@@ -31,7 +37,7 @@ def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
     Raises
     ------
     SchemaError
-        If the rate is above the record's own, in no simple ratio to it, or values are missing.
+        If the rate is above the record's own, in no simple ratio to it, too low for the order, or values are missing.
     """
     Ts = sampling_time(record)
     own = 1 / Ts
@@ -42,6 +48,8 @@ def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
         raise SchemaError(f"record: is sampled at {own:.6g} Hz; {rate:.6g} Hz would invent what is between")
     if abs(float(ratio) * own / rate - 1) > EXACT or ratio.numerator > MOST:
         raise SchemaError(f"record: {own:.9g} Hz and {rate:.9g} Hz are in no simple ratio; take a rate that divides it")
+    if order:
+        _check_order(record, rate, order)
     n = -(-record.sizes["time"] * ratio.numerator // ratio.denominator)
     lines = "source_format" in record.attrs and ratio != 1
     if lines and any(name in record for name in HELD):
@@ -68,6 +76,18 @@ def resample(record: xr.Dataset, rate: float) -> xr.Dataset:
     coords["time"] = ("time", start + np.arange(n) / rate, record["time"].attrs)
     attrs = record.attrs | {"resampled": f"from {own:.6g} Hz to {rate:.6g} Hz, polyphase filter"}
     return type(record)(variables, coords, attrs)
+
+
+def _check_order(record: xr.Dataset, rate: float, order: int) -> None:
+    speed = next((record[name].values for name in ("speed", "speed_measured") if name in record), None)
+    if speed is None:
+        raise SchemaError("record: has no speed, so that no order can be kept; map a keyphasor or a speed")
+    highest = order * float(np.abs(speed).max()) / (2 * np.pi)
+    if rate < PER_PERIOD * highest:
+        raise SchemaError(
+            f"record: {rate:.6g} Hz is too low for {order}X, which goes up to {highest:.4g} Hz; take a rate of "
+            f"{PER_PERIOD * highest:.4g} Hz or more"
+        )
 
 
 def _held(values: np.ndarray, axis: int, n: int, ratio: Fraction, steps: bool) -> np.ndarray:

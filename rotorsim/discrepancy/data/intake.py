@@ -14,6 +14,7 @@ from identification import read
 from identification.errors import ReadError, SchemaError
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.data.sensors import check_sensors
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
 from rotorsim.machine import Machine
 
@@ -49,6 +50,7 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
     trials = []
     for name, record in records:
         own = role or str(record.attrs.get("role", "fit"))
+        check_sensors(machine, record, name)
         changes = known_changes(machine, record.attrs.get("changes"), name)
         trials.append(replace(make_trial(record, own, name), changes=changes))
         check_units(machine, trials[-1])

@@ -1,0 +1,37 @@
+"""Checks of what a record's sensors are: a speed, a disc seen in x and y, and planes that the machine file has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rotorsim.base.errors import DataError
+from rotorsim.machine import Machine
+from rotorsim.plant.mesh import Mesh
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAME_PLANE = 1e-3
+"""Distance [m] up to which a probe of a record stands at a plane of the machine file."""
+TURNING = ("speed", "speed_measured", "angle", "angle_measured")
+
+
+def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
+    """Raise DataError for a record without a speed, without x and y of the disc, or of another plane."""
+    if not any(channel in record for channel in TURNING):
+        raise DataError(f"{name}: has no speed and no keyphasor; map one, or state [constants] speed in the mapping")
+    if "probe_measured" in record and "disc_measured" not in record and "disc" not in record:
+        probes = ", ".join(map(str, record["probe"].values))
+        raise DataError(
+            f"{name}: has readings of {probes}, which are not x and y of the disc; a diagnosis needs two displacement "
+            "probes at one plane"
+        )
+    stated = record.attrs.get("disc_position")
+    if stated is None:
+        return
+    own = Mesh(machine).probe
+    if abs(float(stated) - own) > SAME_PLANE:
+        raise DataError(
+            f"{name}: its probes stand at {1e3 * float(stated):.6g} mm, the machine file's at {1e3 * own:.6g} mm; "
+            "set [probe] position there, or [disc] position in the mapping"
+        )
