@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.secant import PAIRS
 
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "flow_t", "flow_z", "r", "m_rhs",
@@ -134,14 +133,6 @@ class Layout(NamedTuple):
     convergence: int
     mu: int
     slip: int
-    pair_step: int
-    pair_change: int
-    pair_scale: int
-    pair_move: int
-    step: int
-    plain_step: int
-    move: int
-    plain_move: int
     size: int
 
 
@@ -219,8 +210,7 @@ def make_layout(
         "inverse": blocks, "spike": 2 * rows * length, "closure": 4 * rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
-        "mu": 1, "slip": 1, "pair_step": PAIRS * length, "pair_change": PAIRS * length, "pair_scale": PAIRS,
-        "pair_move": 2 * PAIRS, "step": length, "plain_step": length, "move": 2, "plain_move": 2,
+        "mu": 1, "slip": 1,
     }  # fmt: skip
     offsets, at = {}, base
     for name, size in sizes.items():

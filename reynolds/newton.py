@@ -21,13 +21,10 @@ from reynolds.jit import inlined
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
-from reynolds.secant import KNOWN, correct, forget, keep_step
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
 MAX_AGE = 48
-LASTS = 8
-"""Stages solved by one correction after which secant pairs are no longer worth their time."""
 LONGEST_MOVE = 0.2
 """Most of the clearance that the journal moves in one correction."""
 NOT_CONVERGED = -1
@@ -84,7 +81,6 @@ def refresh(w, ix, F, L, U, iadt):
             keep_border(w, ix, L, border)
     w[L.convergence + FACTORISATIONS] += 1.0
     w[L.convergence + AGE] = MAX_AGE
-    forget(w, L)
 
 
 @inlined
@@ -244,8 +240,6 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
     STALE_FACTORS asks the caller for `refresh` and another, `careful` go.
     """
     wide_vectors()
-    if w[L.convergence + AGE] >= LASTS:
-        forget(w, L)
     before = 0.0
     n = 0
     done = False
@@ -261,10 +255,6 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
         close_ring(w, L, L.r)
         solve_borders(w, ix, L)
         add_borders(w, L)
-        if w[L.convergence + CAREFUL] > 0.0:
-            forget(w, L)
-        elif n > 0 or w[L.convergence + KNOWN] > 0.0:
-            correct(w, L, n)
         size = update(w, ix, F, L)
         n += 1
         w[L.convergence + ITERATIONS] += 1.0
@@ -282,6 +272,4 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
             w[L.convergence + AGE] += 1.0
         elif n > 3 and rate > 0.5:
             return STALE_FACTORS
-        else:
-            keep_step(w, L)
         before = size

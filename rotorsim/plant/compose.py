@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
-from reynolds import film, forces, injector, lanes, newton, residual, ring, secant, steady, transient
+from reynolds import film, forces, injector, lanes, newton, residual, ring, steady, transient
 from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root, private_root
 from reynolds.specialise import kernel_functions, write_module
@@ -46,7 +46,7 @@ from rotorsim.plant.kernels.rig_layout import RigLayout
 from rotorsim.plant.ports import FUNCTIONS
 
 CHECK = "# hash of the lines above: "
-FILM_SOURCES = (film, forces, injector, lanes, residual, ring, secant, newton, transient, steady)
+FILM_SOURCES = (film, forces, injector, lanes, residual, ring, newton, transient, steady)
 FILM_ENTRIES = ("newton", "refresh")
 """Kernels of the film that are compiled once for a grid, whatever the effects are."""
 SOURCES = (
