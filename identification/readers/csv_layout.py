@@ -1,7 +1,8 @@
 """Layout of a text table: delimiter, decimal sign, heading, units and the first line of numbers.
 
-The heading is the first line with as many cells as the first row of numbers; lines before it with fewer cells are a
-preamble, a line after it may hold units. A table may come without a heading: then columns go by their numbers.
+The heading is the first line with as many cells as the first row of numbers. Lines before it with fewer cells, and those
+that begin with a name and a colon, are a preamble; a line after it may hold units. A table may come without a heading:
+then columns go by their numbers.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from rotorsim.base.sentences import quote
 MAX_COLUMNS, MAX_PREAMBLE = 1000, 500
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf|infinity)", re.ASCII | re.IGNORECASE)
+_STATED = re.compile(r"[^\W\d][^:,;]{0,60}:(\s|$)")
+"""First cell of a line that states something about the file, such as 'Point Name:, DE X'; never a heading."""
 _COMMENT = ("#", "%", "//")
 
 
@@ -98,6 +101,7 @@ def _layout(above: list[str], width: int, delimiter: str | None, comma: bool, he
     if width > MAX_COLUMNS:
         raise ReadError(f"{width} columns are above the limit of {MAX_COLUMNS}; cut the file")
     rows = [(i, cells(line, delimiter)) for i, line in enumerate(above) if line.strip() and not _is_comment(line)]
+    rows = [(i, row) for i, row in rows if not _STATED.match(row[0])]
     full = [(i, row) for i, row in rows if len(row) == width]
     first = len(above)
     if not full:

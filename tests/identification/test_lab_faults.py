@@ -216,3 +216,38 @@ def test_a_rig_with_accelerometers_and_a_tachometer_is_read(tmp_path):
     assert float(record["speed"].median()) == pytest.approx(60 * np.pi, rel=1e-3)
     a = record["probe_measured"].sel(probe="a2").values[100:-100]
     assert np.abs(a).max() == pytest.approx(9.80665, rel=0.01)
+
+
+WAVEFORM = """Machine Name:,Rotor kit
+Point Name:,DE Horizontal
+Probe Angle:,45 Right
+Variable:,Waveform
+Sample Speed:,1800 rpm
+X-Axis Value,Y-Axis Value
+ms,mil
+0,0.1
+0.5,0.2
+1.0,0.15
+"""
+TREND = """Machine Name:;Rotor kit;;
+Point Name: DE X;;;
+Speed Units:;rpm;;
+Speed (rpm);1X Amp (mil pp);1X Phase (deg)
+600;1,5;30
+900;2,5;40
+1200;4,0;60
+"""
+
+
+def test_exports_of_a_vibration_monitor_are_read(tmp_path):
+    (tmp_path / "wave.csv").write_text(WAVEFORM)
+    table = idn.columns(tmp_path / "wave.csv")
+    assert [(c.name, c.unit) for c in table.columns] == [("X-Axis Value", "ms"), ("Y-Axis Value", "mil")]
+    probe = {"column": "Y-Axis Value", "angle": "45 deg"}
+    mapping = {"time": {"column": "X-Axis Value"}, "probes": {"DE": probe}, "constants": {"speed": "1800 rpm"}}
+    record = idn.read(tmp_path / "wave.csv", mapping)
+    assert record["probe_measured"].values[:, 0] == pytest.approx(np.array([0.1, 0.2, 0.15]) * 25.4e-6)
+    (tmp_path / "trend.csv").write_text(TREND)
+    table = idn.columns(tmp_path / "trend.csv")
+    assert [(c.name, c.unit) for c in table.columns] == [("Speed", "rpm"), ("1X Amp", "mil pp"), ("1X Phase", "deg")]
+    assert table.columns[1].values.tolist() == [1.5, 2.5, 4.0]
