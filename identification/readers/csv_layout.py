@@ -1,8 +1,8 @@
 """Layout of a text table: delimiter, decimal sign, heading, units and the first line of numbers.
 
-The heading is the first line with as many cells as the first row of numbers. Lines before it with fewer cells, and
-those that begin with a name and a colon, are a preamble; a line after it may hold units. A table may come without a heading:
-then columns go by their numbers.
+The heading is the first line with as many cells as the first row of numbers. Lines before it with fewer cells are a
+preamble, and so are those that begin with a name and a colon; a line after it may hold units. A table may come without
+a heading: then columns go by their numbers.
 """
 
 from __future__ import annotations
