@@ -15,7 +15,7 @@ def test_a_netcdf_of_another_program_is_refused_with_what_it_holds(tmp_path):
         idn.read(path)
 
 
-def test_an_hdf5_file_that_is_no_netcdf_is_refused(tmp_path):
+def test_an_hdf5_file_without_a_whole_record_is_refused(tmp_path):
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         file["time"], file["angle"] = np.arange(3.0), np.zeros((3, 4))
@@ -23,7 +23,7 @@ def test_an_hdf5_file_that_is_no_netcdf_is_refused(tmp_path):
         idn.read(path)
     with h5py.File(path, "w"):
         pass
-    with pytest.raises(idn.ReadError, match="it holds nothing"):
+    with pytest.raises(idn.ReadError, match="holds no vector of numbers; save some"):
         idn.read(path)
 
 
