@@ -12,18 +12,17 @@ It becomes the attribute `changes` of the record, a JSON text with the weights i
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
 
 from identification.errors import ReadError
+from identification.records.units import quantity_at
 from rotorsim.base.sentences import quote
-from rotorsim.base.units import parse
 
 WEIGHT = "trial_weight"
 _PARTS = {"me": "kg*m", "phase": "rad", "position": "m"}
 
 
-def known_changes(table: dict[str, Any]) -> dict[str, str]:
+def stated_changes(table: dict[str, Any]) -> dict[str, str]:
     """The attribute; raises ReadError with one sentence."""
     found: dict[str, Any] = {}
     for name, value in table.items():
@@ -43,14 +42,4 @@ def _weight(path: str, weight: Any) -> dict[str, float]:
     for name in weight:
         if name not in _PARTS:
             raise ReadError(f"{path}.{name}: is not known; give {', '.join(_PARTS)}")
-    found = {name: _in_si(f"{path}.{name}", value, _PARTS[name]) for name, value in weight.items()}
-    if not all(map(math.isfinite, found.values())):
-        raise ReadError(f"{path}: {quote(weight)}; give numbers")
-    return found
-
-
-def _in_si(path: str, value: Any, unit: str) -> float:
-    try:
-        return parse(value, unit)
-    except ValueError as error:
-        raise ReadError(f"{path}: {error}") from error
+    return {name: quantity_at(f"{path}.{name}", value, _PARTS[name]) for name, value in weight.items()}

@@ -38,7 +38,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
-from identification.records.changes import known_changes
+from identification.records.changes import stated_changes
 from identification.records.lab.keyphasor import Keyphasor
 from identification.records.lab.lab_probes import LabProbe, split_probe
 from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
@@ -139,7 +139,7 @@ def parse(tables: dict[str, Any], text: str = "", folder: Path = Path()) -> Mapp
         speed=_entry("speed", tables["speed"]) if "speed" in tables else None,
         vectors=_vectors(tables.get("vectors", {})),
         file=_file(tables.get("file", {})),
-        conditions=_conditions(tables.get("conditions", {})) | known_changes(tables.get("changes", {})),
+        conditions=_conditions(tables.get("conditions", {})) | stated_changes(tables.get("changes", {})),
         text=text,
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
         slow_roll=parse_slow_roll(tables["slow_roll"], _order, folder) if "slow_roll" in tables else None,

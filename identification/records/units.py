@@ -14,8 +14,8 @@ from identification.errors import ReadError
 from rotorsim.base.sentences import quote
 from rotorsim.base.unit_table import TABLE
 
-KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "m/s", "m/s^2", "1")
-"""SI units of recorded quantities."""
+KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "m/s", "m/s^2", "kg*m", "1")
+"""SI units of recorded quantities, and of trial weights."""
 FACTORS = {
     si: {unit: float(factor) for unit, factor in (TABLE[si].factors | TABLE[si].recorded).items()} for si in KINDS
 }

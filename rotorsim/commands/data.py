@@ -7,6 +7,8 @@ but it is fit for nothing as it is.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
@@ -106,11 +108,9 @@ def cut(
     """Cut gaps and missing values out of a file: write its longest whole stretch, or all of them."""
     _not_itself(file, out, "cut")
     least = quantity("shortest", shortest, "s")
-    try:
+    with _faults_of(file):
         found = whole_stretches(load(file, mapping), least)
         chosen = [checked(record) for record in (found if every else [longest(found)])]
-    except SchemaError as error:
-        raise DataError(str(error) if str(error).startswith(f"{file}: ") else f"{file}: {error}") from error
     names = [out.with_name(f"{out.stem}-{i + 1}{out.suffix}") for i in range(len(chosen))] if every else [out]
     with files(*names, force=force, another="name"):
         for name, record in zip(names, chosen, strict=True):
@@ -132,10 +132,8 @@ def resample_command(
     _not_itself(file, out, "resample")
     new = quantity("rate", rate, "Hz")
     with files(out, force=force, another="name"):
-        try:
+        with _faults_of(file):
             record = resample(read(file, mapping), new, order)
-        except SchemaError as error:
-            raise DataError(str(error) if str(error).startswith(f"{file}: ") else f"{file}: {error}") from error
         save(record, out)
     typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
     _say_notes(record)
@@ -157,6 +155,15 @@ def _propose(file: Path, out: Path, force: bool) -> None:
     of = len(table.columns)
     typer.echo(f"{out}: written, {of - unknown} of {of} columns proposed; check every line, then")
     typer.echo(f"rotorsim data check {file} --mapping {out}")
+
+
+@contextmanager
+def _faults_of(file: Path) -> Iterator[None]:
+    """Faults of the records of a file as a DataError that begins with its name."""
+    try:
+        yield
+    except SchemaError as error:
+        raise DataError(str(error) if str(error).startswith(f"{file}: ") else f"{file}: {error}") from error
 
 
 def _not_itself(file: Path, out: Path, verb: str) -> None:

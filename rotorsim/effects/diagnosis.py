@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 ROLES = {
@@ -26,9 +27,8 @@ class CandidateForm:
     signed : whether the change may be negative
     signature : forms of one signature are indistinguishable in every record of a rig
     resembles : what would look the same but is not in the catalogue
-    of_weight : forms that make nearly the same response where the rotor has a weight share this word; a form is taken
-        for one of them where its parameter `where[0]` is found to be at least `where[1]`, without `where` in any case,
-        and never if that is None
+    with_weight : forms that make nearly the same response in a rotor with a weight share this name
+    from_value : parameter and value; a form that is found with at least that much of it may be another one of them
     """
 
     parameter: str
@@ -39,8 +39,8 @@ class CandidateForm:
     signed: bool = True
     signature: str = ""
     resembles: str = ""
-    of_weight: str = ""
-    where: tuple[str, float] | tuple[()] | None = ()
+    with_weight: str = ""
+    from_value: tuple[str, float] = ("", math.inf)
 
 
 @dataclass(frozen=True)

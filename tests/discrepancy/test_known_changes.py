@@ -55,7 +55,7 @@ def test_the_mapping_takes_units():
     ("table", "sentence"),
     [
         ({"trial_weight": 3}, "trial_weight: 3; write"),
-        ({"trial_weight": {"me": "3 mm"}}, "not a mass"),
+        ({"trial_weight": {"me": "3 mm"}}, "not a known unit of mass"),
         ({"trial_weight": {"me": "3 g*mm", "radius": "30 mm"}}, "radius: is not known"),
         ({"effects": {"unbalance": 3}}, "quote the path"),
     ],
@@ -69,7 +69,7 @@ def test_mistakes_in_the_mapping_end_in_a_sentence(table, sentence):
     ("stated", "sentence"),
     [
         ("{", "is not JSON"),
-        ("[1]", "is no table"),
+        ("[1]", "is not a table"),
         ('{"trial_weight": ["heavy"]}', "give me, phase"),
         ('{"trial_weight": [{"me": 1e-5, "position": 0.123}]}', r"at 123 mm, where the machine file has no"),
         ('{"shaft.damping_ratio": 0.1}', "may differ from record to record"),

@@ -85,7 +85,7 @@ def test_it_is_never_subtracted_twice(table, tmp_path):
         ({"file": 3}, "slow_roll.file: 3; give the path"),
         ({"below": 400}, "slow_roll.below: 400 is not a rotational speed with its unit"),
         ({"below": "200 rpm"}, "no row below 200 rpm"),
-        ({"below": "3000 rpm"}, "is no slow roll of a record up to 4000 rpm; give one below 2000 rpm"),
+        ({"below": "3000 rpm"}, "is not slow for a record up to 4000 rpm; give one below 2000 rpm"),
         ({"1X": {"x": {"amplitude": 3, "phase": "1 deg"}}}, "slow_roll.1X.x.amplitude: 3 is not an amplitude"),
         ({"1X": {"x": {"amplitude": "3 um"}}}, "slow_roll.1X.x: write e.g."),
         ({"1X": {}}, "slow_roll.1X: write e.g."),
@@ -117,7 +117,7 @@ def test_a_slow_roll_over_time_is_subtracted_at_its_angle(tmp_path):
     found = idn.read(tmp_path / "fast.nc", tmp_path / "map.toml")
     np.testing.assert_allclose(found["disc_measured"].values, motion, atol=1e-9)
     assert found.attrs["slow_roll"] == "subtracted: record at 318 rpm"
-    with pytest.raises(SchemaError, match="3000 rpm is no slow roll of a record up to 318 rpm"):
+    with pytest.raises(SchemaError, match="3000 rpm is not slow for a record up to 318 rpm"):
         idn.read(tmp_path / "slow.nc", rolled(file=str(tmp_path / "fast.nc")))
 
 

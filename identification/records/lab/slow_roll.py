@@ -171,6 +171,6 @@ def _speed(record: xr.Dataset, angle: np.ndarray) -> float:
 def _check_slow(slow: float, high: float) -> None:
     if slow > SLOW * high:
         raise SchemaError(
-            f"slow roll: {slow * TO_RPM:.4g} rpm is no slow roll of a record up to {high * TO_RPM:.4g} rpm; "
+            f"slow roll: {slow * TO_RPM:.4g} rpm is not slow for a record up to {high * TO_RPM:.4g} rpm; "
             f"give one below {SLOW * high * TO_RPM:.4g} rpm"
         )

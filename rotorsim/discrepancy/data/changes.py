@@ -43,7 +43,7 @@ def _table(stated: object, name: str) -> dict[str, Any]:
     except ValueError as error:
         raise DataError(f"{name}: the attribute 'changes' is not JSON; give it as [changes] of a mapping") from error
     if not isinstance(table, Mapping):
-        raise DataError(f"{name}: the attribute 'changes' is no table; give it as [changes] of a mapping")
+        raise DataError(f"{name}: the attribute 'changes' is not a table; give it as [changes] of a mapping")
     return dict(table)
 
 

@@ -120,11 +120,7 @@ class Trial:
     @cached_property
     def broken(self) -> np.ndarray:
         """Orders (k,) that no line of a block holds; only blocks that repeat show them apart."""
-        return (
-            broken_orders(self.speed, self.length, self.blocks, HIGHEST)
-            if self.repeating and abs(self.speed) > TURNING
-            else np.zeros(0)
-        )
+        return _broken(self.repeating, self.speed, self.length, self.blocks)
 
     @property
     def lead(self) -> int:
@@ -188,7 +184,7 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     start, length, blocks = _window(rows, speed, n, name, period)
     count = min(int(HIGHEST * length * SAMPLE) + 1, length // 2)
     angle, repeating = _initial_angle(record, speed, n), period == length
-    broken = broken_orders(speed, length, blocks, HIGHEST) if repeating and abs(speed) > TURNING else np.zeros(0)
+    broken = _broken(repeating, speed, length, blocks)
     window = (start, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
     clock = stated_clock(record.attrs.get("clock", 0.0), name)
@@ -196,26 +192,16 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
         f = np.arange(count) / (length * SAMPLE)
         spectra = without_drift(spectra, f, length * SAMPLE, drift_of(spectra, f, length * SAMPLE))
     excited = _excited(rows, start, length, blocks, count)
-    periodic = repeating and not len(broken)
-    pressure = float(rows[0, 1])
-    accuracy = stated_accuracy(record, name)
     return Trial(
-        name,
-        role,
-        rows,
-        pressure,
-        angle,
-        start,
-        length,
-        blocks,
-        spectra,
-        excited,
-        (),
-        periodic,
-        accuracy,
-        clock,
-        repeating,
-    )
+        name, role, rows, float(rows[0, 1]), angle, *window, spectra, excited, periodic=repeating and not len(broken),
+        accuracy=stated_accuracy(record, name), clock=clock, repeating=repeating,
+    )  # fmt: skip
+
+
+def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarray:
+    """Orders (k,) that no line of a block holds; only blocks that repeat show them apart."""
+    apart = repeating and abs(speed) > TURNING
+    return broken_orders(speed, length, blocks, HIGHEST) if apart else np.zeros(0)
 
 
 def stated_accuracy(record: xr.Dataset, name: str) -> float:

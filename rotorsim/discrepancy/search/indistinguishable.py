@@ -8,7 +8,7 @@ ratio shows next to gains of the actuators. Others are beyond any record's resol
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import CandidateForm
@@ -22,19 +22,17 @@ def class_of(key: str, known: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(k for k in {*known} if _signature(k) == (signature, place)))
 
 
-def alike_by_weight(key: str, found: Callable[[str], float], known: Iterable[str]) -> tuple[str, ...]:
+def alike_by_weight(key: str, found: Mapping[str, float], known: Iterable[str]) -> tuple[str, ...]:
     """Keys among `known` that respond nearly as `key` does in a rotor with a weight, itself included.
 
-    `found` gives the value of a parameter of its effect. A shaft of unequal stiffness (asymmetric, cracked) that the
+    `found` holds the values of its effect's parameters. A shaft of unequal stiffness (asymmetric, cracked) that the
     weight bends by s makes a force of s times half the difference that turns forward at 2X, as a coupling may; the
     probes of one plane distinguish them by little more than their places along the shaft.
     """
     form = _form(key)
-    if form is None or not form.of_weight or form.where is None:
+    if form is None or not form.with_weight or found.get(form.from_value[0], 0.0) < form.from_value[1]:
         return (key,)
-    if form.where and found(form.where[0]) < form.where[1]:
-        return (key,)
-    same = {k for k in known if (other := _form(k)) is not None and other.of_weight == form.of_weight}
+    same = {k for k in known if (other := _form(k)) is not None and other.with_weight == form.with_weight}
     return tuple(sorted(same | {key}))
 
 

@@ -105,20 +105,17 @@ def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
 
 
 def _class_at(search: Search, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
-    """The class of an effect of a hypothesis, and what its weight makes alike."""
+    """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike."""
     twin = search.comparison.twin
-    own = class_of(key, known)
-    if not any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
-        return own
-    form = next(f for f in h.forms if f.key == key)
-    place = ".".join(form.parameters[0].key.split(".")[:2])
-    values = setting(twin, contributions(h.fit.point.values, 0.0, 0.0), h.fit.point.fixed)
-
-    def found(parameter: str) -> float:
-        effect, table = place.split(".")
-        return float(values.get(f"{place}.{parameter}", getattr(twin.effect(effect, int(table)), parameter)))
-
-    return tuple(sorted({*own, *alike_by_weight(key, found, known)}))
+    alike = class_of(key, known)
+    if any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
+        effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
+        own = setting(twin, contributions(h.fit.point.values, 0.0, 0.0), h.fit.point.fixed)
+        found = vars(twin.effect(effect, int(table))) | {
+            path.rpartition(".")[2]: value for path, value in own.items() if path.startswith(f"{effect}.{table}.")
+        }
+        alike = (*alike, *alike_by_weight(key, found, known))
+    return tuple(sorted(set(alike)))
 
 
 def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:

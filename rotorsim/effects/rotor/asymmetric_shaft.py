@@ -39,7 +39,7 @@ class AsymmetricShaft(Effect):
     kernel = asymmetric_shaft
     cites = ("friswell_2010", "genta_2005")
     in_benchmark = False
-    forms = (CandidateForm("difference", 1e4, "phase", of_weight="forward 2X"),)
+    forms = (CandidateForm("difference", 1e4, "phase", with_weight="forward 2X", from_value=("difference", 0.0)),)
     difference_lobes: ClassVar[float] = 2.0
     difference: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffer less softer direction, at its plane.")
     phase: float = param("rad", bounds=(-TURN, TURN), doc="Stiffer direction on the shaft, from x towards y.")

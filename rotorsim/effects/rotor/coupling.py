@@ -39,7 +39,7 @@ class Coupling(Effect):
         # a shaft of unequal stiffness that the weight bends makes a force at 2X that turns forward, too
         CandidateForm(
             "force_2x", 1.0, "phase_2x", options=(("ellipticity", (1.0, 0.0, -1.0)),),
-            of_weight="forward 2X", where=("ellipticity", 0.5),
+            with_weight="forward 2X", from_value=("ellipticity", 0.5),
         ),
         CandidateForm("force_3x", 1.0, "phase_3x", options=(("ellipticity", (1.0, 0.0, -1.0)),)),
     )  # fmt: skip

@@ -39,7 +39,7 @@ class Crack(Effect):
     forms = (
         CandidateForm(
             "loss", 1e4, options=(("phase", tuple(k * math.pi / 4 for k in range(8))),), refine=(("phase", 0.1),),
-            signed=False, of_weight="forward 2X", where=None,
+            signed=False, with_weight="forward 2X",  # its 1X and 3X tell it from the others
         ),
     )  # fmt: skip
     loss: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffness lost across the open crack.")
