@@ -13,6 +13,8 @@ Examples
 28
 """
 
+from typing import TYPE_CHECKING
+
 from fe_shaft.bearing import BearingElement
 from fe_shaft.campbell import CampbellResult
 from fe_shaft.checks import ShaftError
@@ -27,6 +29,7 @@ from fe_shaft.stability import StabilityResult
 from fe_shaft.static import StaticResult
 from fe_shaft.transient import TimeResult, Unbalance
 from fe_shaft.ucs import UcsResult
+from rotorsim.base.public import named
 
 __all__ = [
     "BearingElement",
@@ -50,3 +53,7 @@ __all__ = [
     "modal_reduction",
     "steel",
 ]
+
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = named(__name__, __all__)

@@ -16,7 +16,7 @@ from identification.lpv.model import LpvModel
 from identification.model_file import load_model
 from rotorsim.base.constants import MPA
 from rotorsim.base.errors import DataError
-from rotorsim.control import load_law
+from rotorsim.control import Law, load_law
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.plant import Plant
 
@@ -31,10 +31,11 @@ def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
     return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
 
 
-def linear_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
-    """The identified model of a file, at a point [rad/s], [Pa] or in the middle of its range; raises DataError."""
+def linear_unit(given: LpvModel | str | Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
+    """An identified model, or that of a file, at a point [rad/s], [Pa] or in the middle of its range; DataError."""
+    path = Path("model" if isinstance(given, LpvModel) else given)
     try:
-        model = load_model(path)
+        model = given if isinstance(given, LpvModel) else load_model(path)
     except ModelError as error:
         raise DataError(f"--model: {error}, or take 'plant'") from error
     if not isinstance(model, LpvModel):
@@ -49,10 +50,10 @@ def linear_unit(path: Path, speed: float | None = None, pressure: float | None =
     return LinearUnit(model, path.stem, *start)
 
 
-def law_unit(path: Path, speed: float | None = None, pressure: float | None = None) -> LawUnit:
-    """The control law of a file; speed [rad/s] and gauge pressure [Pa] are start values; raises LawError."""
+def law_unit(given: Law | str | Path, speed: float | None = None, pressure: float | None = None) -> LawUnit:
+    """A control law, or that of a file; speed [rad/s] and gauge pressure [Pa] are start values; raises LawError."""
     starts = {name: v for name, v in (("speed", speed), ("pressure", pressure)) if v is not None}
-    return LawUnit(load_law(path), **starts)
+    return LawUnit(given if isinstance(given, Law) else load_law(given), **starts)
 
 
 def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) -> tuple[str, ...]:

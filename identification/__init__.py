@@ -5,6 +5,6 @@ then the thesis' method, one step a file: prefilter, frequency responses, start 
 confidence, residual tests, surfaces over the operating point and their refinement.
 """
 
-import lazy_loader
+from rotorsim.base.public import lazy
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

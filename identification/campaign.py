@@ -8,12 +8,18 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from identification.errors import SchemaError
+from identification.errors import SchemaError, UnfitError
 from identification.local.identify import identify
+from identification.local.models import LinearModel
 from identification.local.result import Identification
+from identification.lpv.fit import fit_lpv
+from identification.lpv.model import LpvModel
+from identification.lpv.surfaces import SAME
 from identification.records.folder import Source, open_pair
 from identification.records.prefilter import Prefilter, Signals, filtered
 from identification.threads import one_thread
+
+NO_EXCITATION = "no record whose reference moves; identification needs excitation"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,3 +76,65 @@ def loaders(
 def _signals(source: Source, settings: Prefilter | None, mapping: Any) -> Signals:
     record, steady = open_pair(source, mapping)
     return filtered(record, steady, settings)
+
+
+def identify_sources(
+    sources: Sequence[Source],
+    model: int | str = 3,
+    order: int = 6,
+    method: str = "oe",
+    settings: Prefilter | None = None,
+    mapping: Any = None,
+    surfaces: int | str = 2,
+    refine: str = "none",
+    held: Sequence[str] = (),
+    workers: int = 2,
+    progress: Callable[[Local], None] | None = None,
+) -> tuple[LinearModel | LpvModel, list[Local]]:
+    """One model of many records: linear for one operating point, parameter-varying for several.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+        Records, see `survey` and `rotorsim.reproduction.sources_of`.
+    model, order, method, settings, mapping
+        As for `identify`, of every record.
+    surfaces, refine
+        As for `fit_lpv`: degree over the operating points or "hold-out"; none, frequency or global.
+    held : sequence of str
+        Roles of records that take no part in the surfaces.
+    workers : int
+        Records identified at a time.
+    progress : callable, optional
+        Called with each `Local`.
+
+    Returns
+    -------
+    model : LinearModel or LpvModel
+    found : list of Local
+        A result or a sentence per record.
+
+    Raises
+    ------
+    UnfitError
+        If no record gives a model, or there is none.
+    """
+    found = identify_all(sources, model, order, method, settings, mapping, workers, progress)
+    good = [one for one in found if one.result is not None]
+    if not good:
+        raise UnfitError(found[0].error if found else NO_EXCITATION)
+    return _model(good, surfaces, refine, settings, mapping, held), found
+
+
+def _model(
+    good: list[Local], surfaces: int | str, refine: str, settings: Any, mapping: Any, roles: Sequence[str]
+) -> LinearModel | LpvModel:
+    """A linear model of one operating point; surfaces through several."""
+    fitted = [one for one in good if one.source.role not in roles] or good
+    results = [one.result for one in fitted if one.result is not None]
+    points = {(round(r.speed / SAME[0]), round(r.pressure / SAME[1])) for r in results}
+    if len(points) == 1 or results[0].kind == "actuator":
+        return results[0].model
+    held = [one.result for one in good if one.source.role in roles and one.result is not None]
+    again = loaders(fitted, settings, mapping) if refine == "global" else ()
+    return fit_lpv(results, surfaces, held, refine, again)

@@ -4,6 +4,6 @@ from reynolds import GasBearing, Injector
 film = GasBearing(0.02, 0.04, 25e-6).steady(journal=(10e-6, 0), speed=628.3)
 """
 
-import lazy_loader
+from rotorsim.base.public import lazy
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

@@ -7,10 +7,9 @@
 Names are imported when they are first used, so that ``import rotorsim`` is quick and silent.
 """
 
-import lazy_loader
-
 from rotorsim import report as _report
+from rotorsim.base.public import lazy
 from rotorsim.base.reported import Reported as _Reported
 
 _Reported.writer = lambda result, path: _report.write(result, path)
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

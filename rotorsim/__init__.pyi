@@ -1,5 +1,47 @@
-from . import experiments as experiments
+import fe_shaft as fe_shaft
+import identification as identification
+import reynolds as reynolds
+from identification import (
+    LinearModel as LinearModel,
+    LpvModel as LpvModel,
+    fit_lpv as fit_lpv,
+    from_arrays as from_arrays,
+    identify as identify,
+    load_model as load_model,
+    read as read,
+)
+
+from . import (
+    analysis as analysis,
+    balance as balance,
+    bench as bench,
+    campaign as campaign,
+    control as control,
+    discrepancy as discrepancy,
+    effects as effects,
+    experiments as experiments,
+    fmu as fmu,
+    live as live,
+    machine as machine,
+    plant as plant,
+    report as report,
+    reproduction as reproduction,
+    signals as signals,
+    verify as verify,
+)
 from .base.errors import RotorsimError as RotorsimError
-from .control import load_law as load_law
-from .machine import Machine as Machine, load_machine as load_machine
-from .plant import Plant as Plant
+from .base.version import __version__ as __version__
+from .control import Law as Law, design as design, load_law as load_law
+from .discrepancy import Diagnosis as Diagnosis, diagnose as diagnose, hide as hide
+from .experiments import record as record, run as run
+from .machine import (
+    Machine as Machine,
+    load_machine as load_machine,
+    machine_text as machine_text,
+    shipped_machines as shipped_machines,
+)
+from .plant import Plant as Plant, compile_kernels as compile_kernels
+from .report import write_report as write_report
+from .reproduction.identify_records import identify_records as identify_records
+from .signals import open_record as open_record
+from .verify import closed_loop as closed_loop

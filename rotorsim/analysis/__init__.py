@@ -1,8 +1,13 @@
 """Linear analyses of the coupled machine: operating maps, onsets, mode shapes, calibration."""
 
+from typing import TYPE_CHECKING
+
+from rotorsim.analysis.axes import Field, read_axis, read_field
 from rotorsim.analysis.calibrate import Calibration, calibrate, judge
+from rotorsim.analysis.calibrated import calibration_numbers, save_calibrated
 from rotorsim.analysis.critical import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
+from rotorsim.analysis.machine_map import map_machine
 from rotorsim.analysis.mode_shapes import mode_shapes
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.point import Point, operating_point
@@ -10,19 +15,30 @@ from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.targets import read_targets
 from rotorsim.analysis.varied import over_fields
 from rotorsim.analysis.whirl_onset import whirl_onset
+from rotorsim.base.public import named
 
 __all__ = [
     "Calibration",
+    "Field",
     "Point",
     "calibrate",
+    "calibration_numbers",
     "critical_speeds",
     "judge",
     "lift_off",
+    "map_machine",
     "mode_shapes",
     "operating_map",
     "operating_point",
     "over_fields",
+    "read_axis",
+    "read_field",
     "read_targets",
     "safe_region",
+    "save_calibrated",
     "whirl_onset",
 ]
+
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = named(__name__, __all__)

@@ -11,3 +11,6 @@ def installed(name: str) -> str:
         return version(name)
     except PackageNotFoundError:
         return "source"
+
+
+__version__ = installed("rotorsim")

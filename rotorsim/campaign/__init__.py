@@ -9,6 +9,6 @@ One case is one pure function of machine, experiment and seed, and its key is th
 when they are first used.
 """
 
-import lazy_loader
+from rotorsim.base.public import lazy
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

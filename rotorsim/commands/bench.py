@@ -10,9 +10,9 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.base.errors import DataError
 from rotorsim.bench.accuracy import COLUMNS, REFERENCE, rig_table
 from rotorsim.bench.diagnose import cases
+from rotorsim.bench.measure_parts import measure
 from rotorsim.bench.parts import PARTS
 from rotorsim.bench.result import Figure
 from rotorsim.bench.verdicts import confusion, figures
@@ -42,8 +42,6 @@ def bench(
     if part == "diagnose":
         _diagnose(cases, seed, keep, as_json)
         return
-    if part is not None and part not in PARTS:
-        raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}, diagnose")
     figures = _measure(part, cold, full)
     if as_json:
         typer.echo(json.dumps({"figures": [asdict(f) | {"met": f.met} for f in figures], "rig": _rig(part)}, indent=2))
@@ -52,24 +50,11 @@ def bench(
 
 
 def _measure(part: str | None, cold: bool, full: bool) -> list[Figure]:
-    chosen = [PARTS[name] for name in PARTS if part in (None, name) and _possible(name, part is not None)]
-    jobs = [job for each in chosen for job in each.jobs(cold, full)]
     figures = []
-    for job in jobs:
-        for figure in job():
-            figures.append(figure)
-            print(_line(figure), file=sys.stderr)
+    for figure in measure(part, cold, full):
+        figures.append(figure)
+        print(_line(figure), file=sys.stderr)
     return figures
-
-
-def _possible(name: str, asked: bool) -> bool:
-    """Whether what a part needs is installed, before anything is measured; raises DataError for one asked for."""
-    lacks = PARTS[name].lacks()
-    if lacks and asked:
-        raise DataError(f"bench {name}: needs {lacks}; 'pip install rotorsim[{name}]'")
-    if lacks:
-        print(f"left out: {name}, which needs {lacks}; 'pip install rotorsim[{name}]'", file=sys.stderr)
-    return not lacks
 
 
 def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:

@@ -17,28 +17,17 @@ from reynolds.jit import cache_root
 from rotorsim.base.cache import key_of
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json, write_text
-from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, diagnose as find
 from rotorsim.discrepancy.identifiability import alias_matrix, markdown
+from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import difference
 
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""
-RESULTS = {
-    "gap": "gap.nc",
-    "machine": "machine.toml",
-    "difference": "machine.diff",
-    "report": "report.html",
-    "verdict": "diagnosis.json",
-}
-"""Files in the folder; where the verdict is, the others are complete."""
 STAGES = {
     "compile": "compiling the machine with all candidate effects, on three grids and laws: about 50 s, once",
     "check": "checking the records",
@@ -102,7 +91,7 @@ def diagnose(
             machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().show,
             resume=unfinished,
         )  # fmt: skip
-        files = _write(diagnosis, folder, report)
+        files = save_diagnosis(diagnosis, folder, report)
     if as_json:
         typer.echo(json.dumps(diagnosis.as_dict() | {"files": files}, indent=2, default=float))
     else:
@@ -146,21 +135,6 @@ def _kept(*asked: Any) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
         raise
     shutil.rmtree(folder, ignore_errors=True)
-
-
-def _write(diagnosis: Diagnosis, out: Path, report: bool) -> dict[str, str]:
-    """Verdict, gap, new machine file and report: all of them, in place of an older verdict's, or nothing."""
-    with replacing_all(out, tuple(RESULTS.values())) as part:
-        write_netcdf(part / RESULTS["gap"], diagnosis.gap)
-        if diagnosis.status != "unknown":
-            after = diagnosis.apply()
-            after.save(part / RESULTS["machine"])
-            write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
-        if report:
-            diagnosis.report(part / RESULTS["report"])
-        write_json(part / RESULTS["verdict"], diagnosis.as_dict(), indent=2, default=float)
-        written = {kind: name for kind, name in RESULTS.items() if (part / name).exists()}
-    return {kind: str(out / name) for kind, name in written.items()}
 
 
 def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:

@@ -6,6 +6,7 @@ Records at one operating point give a linear model, records at several a paramet
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,19 +15,18 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from identification import LinearModel, LpvModel, Prefilter, UnfitError, fit_lpv
-from identification.campaign import Local, identify_all, loaders
+from identification import Prefilter
+from identification.campaign import Local
 from identification.local.models import plain
 from identification.lpv.fit import REFINEMENTS
-from identification.lpv.surfaces import ORDERS, SAME
+from identification.lpv.surfaces import ORDERS
 from identification.records.runout import KINDS
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import counter
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
-from rotorsim.reproduction.plans import HELD
-from rotorsim.reproduction.sources import sources_of
+from rotorsim.reproduction.identify_records import identify_records
 
 
 @example("rotorsim identify records --model 3 --out model.json")
@@ -52,15 +52,11 @@ def identify(
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
     outputs = tuple(name.strip() for name in probes.split(",")) if probes else ()
     settings = Prefilter(runout=runout, median=median, lowpass=corner, probes=outputs)
+    degree = int(surfaces) if surfaces.isdecimal() else surfaces
     with files(out, force=force):
-        sources = sources_of(paths, mapping)
-        if not sources:
-            raise UnfitError(f"{paths[0]}: no record whose reference moves; identification needs excitation")
-        found = identify_all(sources, model, order, method, settings, mapping, jobs, counter(len(sources), "records"))
-        good = [one for one in found if one.result is not None]
-        if not good:
-            raise UnfitError(found[0].error)
-        made = _model(good, surfaces, refine, settings, mapping)
+        made, found = identify_records(
+            paths, model, order, method, settings, mapping, degree, refine, jobs, partial(counter, things="records")
+        )
         made.save(out)
     _print(found, made, out, as_json)
 
@@ -77,19 +73,6 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
             raise DataError(f"--{option}: '{value}' is not known; choose one of {', '.join(known)}")
     if median < 1 or median % 2 == 0:
         raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
-
-
-def _model(good: list[Local], surfaces: str, refine: str, settings: Any, mapping: Any) -> LinearModel | LpvModel:
-    """A linear model of one record; surfaces through several operating points."""
-    fitted = [one for one in good if one.source.role not in HELD] or good
-    results = [one.result for one in fitted if one.result is not None]
-    points = {(round(r.speed / SAME[0]), round(r.pressure / SAME[1])) for r in results}
-    if len(points) == 1 or results[0].kind == "actuator":
-        return results[0].model
-    held = [one.result for one in good if one.source.role in HELD and one.result is not None]
-    degree: int | str = int(surfaces) if surfaces.isdecimal() else surfaces
-    again = loaders(fitted, settings, mapping) if refine == "global" else ()
-    return fit_lpv(results, degree, held, refine, again)
 
 
 def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:

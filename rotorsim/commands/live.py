@@ -11,13 +11,11 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
-from rotorsim.live.desk import Desk
 from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.runner import Runner
+from rotorsim.live.serve_rig import make_desk
 from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -63,11 +61,8 @@ def live(
     plant = settings.plant(name)
     laws = read_laws(law or [], plant.machine)
     note_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
-    desk = Desk(Runner(Rig(plant.machine, laws, seed)), plant.machine, out)
-    if scene is not None:
-        desk.arrange(scene.values)  # of this machine, whatever --set changed of it
-    if replay is not None:
-        desk.runner.play(replay)
+    values = scene.values if scene else None  # of this machine, whatever --set changed of it
+    desk = make_desk(plant.machine, laws, seed, out, values, replay)
     finishing()  # from here on the server ends by itself, after the record under way
     run_desk(desk, port, print_address, browser, keep_open)
     done()

@@ -6,14 +6,12 @@ import json
 import time
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, PlantOptions
 from rotorsim.machine import shipped_machines
-from rotorsim.plant import Plant
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.compilation import compile_kernels
 
 
 @example("rotorsim warm dtu_gas_bearing --grid 64x16")
@@ -42,11 +40,3 @@ def warm(
         typer.echo(f"{name}: compiled in {took[name]:.0f} s", err=True)
     if as_json:
         typer.echo(json.dumps({"seconds": took}, indent=2))
-
-
-def compile_kernels(plant: Plant) -> None:
-    """Compile what a run of the plant calls, by an equilibrium, whatever its outcome, and a run of no samples."""
-    a = plant.assembly
-    w = a.w.copy()
-    a.module.settle(w, a.w, a.ix, a.P, 0.0, a.machine.gas.ambient_pressure)
-    a.module.run(w, a.ix, a.P, np.empty((0, 6)), np.empty((0, len(COLUMNS))), a.steps_per_sample)

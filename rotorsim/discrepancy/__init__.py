@@ -3,6 +3,6 @@
 `diagnose` is the whole of it; `hide` makes records in which an effect is hidden, to try it on.
 """
 
-import lazy_loader
+from rotorsim.base.public import lazy
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

@@ -7,6 +7,7 @@ from importlib import import_module
 from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Any
 
+from rotorsim.base.public import refuse
 from rotorsim.effects.base import FILM_PORTS, PORTS, Effect, numeric_fields, param, register
 from rotorsim.effects.installed import registry
 
@@ -20,7 +21,10 @@ else:
     def __getattr__(name: str) -> Any:
         if name == "REGISTRY":
             return registry()
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        refuse(__name__, name, __all__)
+
+    def __dir__() -> list[str]:
+        return sorted(__all__)
 
 
 __all__ = ["FILM_PORTS", "PORTS", "REGISTRY", "Effect", "numeric_fields", "param", "register"]

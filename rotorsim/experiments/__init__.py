@@ -4,6 +4,9 @@ Each is a function ``name(plant, ..., seed=0, progress=False) -> Dataset`` and a
 which `run` runs in memory and `record` streams to a file.
 """
 
+from typing import TYPE_CHECKING
+
+from rotorsim.base.public import named
 from rotorsim.experiments.chirp import Chirp
 from rotorsim.experiments.coastdown import Coastdown
 from rotorsim.experiments.controlled import Controlled, controlled
@@ -57,3 +60,7 @@ __all__ = [
     "static_gain_map",
     "steady",
 ]
+
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = named(__name__, __all__)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
+from rotorsim.base.public import named
 from rotorsim.machine import toml
+from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
 from rotorsim.machine.numerics import Grid, Solver
+from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
 from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
@@ -34,10 +38,19 @@ __all__ = [
     "Shaft",
     "ShaftProbe",
     "Solver",
+    "catalogue",
+    "describe",
     "load_machine",
     "machine_text",
+    "rows",
     "shipped_machines",
+    "si_numbers",
+    "summary",
 ]
+
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = named(__name__, __all__)
 
 
 def shipped_machines() -> tuple[str, ...]:

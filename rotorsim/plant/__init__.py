@@ -1,5 +1,17 @@
 """Coupled plant: shaft, film, injectors and effects in one time step."""
 
-from rotorsim.plant.plant import Plant
+from typing import TYPE_CHECKING
 
-__all__ = ["Plant"]
+from rotorsim.base.public import named
+from rotorsim.plant.compilation import compile_kernels
+from rotorsim.plant.controller import Controller
+from rotorsim.plant.equilibrium import Equilibrium
+from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.plant import Plant
+from rotorsim.plant.simulation import Simulation
+
+__all__ = ["Controller", "Equilibrium", "LinearPlant", "Plant", "Simulation", "compile_kernels"]
+
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = named(__name__, __all__)

@@ -6,6 +6,6 @@ single plotly figures, see `report.figures.figures`; `shaft_campbell`, `critical
 `sag` draw the `.dataset()` of results of `fe_shaft`. Names are imported when they are first used, and plotly with them.
 """
 
-import lazy_loader
+from rotorsim.base.public import lazy
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

@@ -19,11 +19,16 @@ from .figures.figures import (
     waterfall as waterfall,
 )
 from .figures.image import save_png as save_png
+from .figures.mode_pictures import draw_modes as draw_modes, show_modes as show_modes
 from .figures.shaft_plots import (
     critical_speed_map as critical_speed_map,
     sag as sag,
     shaft_campbell as shaft_campbell,
     unbalance_response as unbalance_response,
 )
+from .pages.balance import write_balance as write_balance
+from .pages.design import write_design as write_design
 from .pages.experiment import write_report as write_report
+from .pages.operating_map import save_map_page as save_map_page
+from .pages.study import Block as Block, save_study_page as save_study_page
 from .pages.write import write as write

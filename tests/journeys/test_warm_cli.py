@@ -9,8 +9,7 @@ import time
 
 import pytest
 
-from rotorsim.commands.warm import compile_kernels
-from rotorsim.plant import Plant
+from rotorsim.plant import Plant, compile_kernels
 from rotorsim.plant.compose import _is_whole, is_compiled
 
 

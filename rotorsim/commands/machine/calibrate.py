@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -13,15 +13,13 @@ from rich.table import Table
 
 from rotorsim.analysis import calibrate, read_targets
 from rotorsim.analysis.calibrate import Calibration
+from rotorsim.analysis.calibrated import calibration_numbers, save_calibrated
 from rotorsim.analysis.figures import UNITS
 from rotorsim.base.constants import TO_MPA, TO_UM
-from rotorsim.base.files import write_text
 from rotorsim.base.progress import end_line, line
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import GivenMachine, GridOptions, plant_of
 from rotorsim.commands.results import files
-from rotorsim.machine import Machine
-from rotorsim.machine.edit import remarked, with_value
 
 
 @example("rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml")
@@ -47,9 +45,9 @@ def calibrate_command(
         found = calibrate(coarse, asked, passes, None if as_json else _show_passes)
         if not as_json:
             end_line()
-        _save(found, asked.name, path, loaded)
+        save_calibrated(found, asked.name, path, loaded)
     if as_json:
-        typer.echo(json.dumps(numbers(found) | {"file": str(path)}, indent=2))
+        typer.echo(json.dumps(calibration_numbers(found) | {"file": str(path)}, indent=2))
     else:
         _print(found)
         typer.echo(f"{path}: written")
@@ -60,52 +58,6 @@ def calibrate_command(
 
 def _show_passes(count: int, cost: float) -> None:
     line(f"{count} evaluations, cost {cost:.4g} ")
-
-
-def _save(found: Calibration, name: str, path: Path, loaded: Machine) -> None:
-    """The machine with the new values, its comments kept where they still hold, and a remark at its head."""
-    values = ", ".join(
-        f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
-    )
-    before, after, total = found.met()
-    head = (
-        f"# Calibrated, not predicted: fitted to '{name}': {values}.\n"
-        f"# Targets met: {before} before, {after} after, of {total}{_on(found.machine, loaded)}.\n"
-    )
-    machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
-    changed = [f.path for p in found.parameters for f in p.fields]
-    text = remarked(machine._source or machine.text, changed, f"calibrated to '{name}'")
-    write_text(path, head + with_value(text, "name", path.stem))
-
-
-def _on(used: Machine, loaded: Machine) -> str:
-    """The film grid that the figures are of, where it is not that of the file."""
-    grid = (used.grid.n_theta, used.grid.n_z)
-    same = used.film is None or grid == (loaded.grid.n_theta, loaded.grid.n_z)
-    return "" if same else f", on a film grid of {grid[0]} x {grid[1]}"
-
-
-def numbers(found: Calibration) -> dict[str, Any]:
-    """Calibration result as plain numbers in SI, parameters in their own units."""
-    return {
-        "ended": found.ended,
-        "cost": list(found.cost),
-        "parameters": [
-            {"name": p.name, "unit": p.unit, "start": p.start, "value": v, "sd": s, "at_bound": bool(b)}
-            for p, v, s, b in zip(
-                found.parameters, found.values.tolist(), found.sd.tolist(), found.at_bound, strict=True
-            )
-        ],
-        "correlation": found.correlation.tolist(),
-        "singular_values": found.singular_values.tolist(),
-        "not_identifiable": list(found.unidentifiable),
-        "targets": [
-            {"name": r.target.name, "role": r.target.role, "target": [r.target.low, r.target.high],
-             "before": list(r.before), "after": list(r.after), "verdicts": list(r.verdicts)}
-            for r in found.rows
-        ],
-        "met": dict(zip(("before", "after", "of"), found.met(), strict=True)),
-    }  # fmt: skip
 
 
 def _print(found: Calibration) -> None:

@@ -9,9 +9,8 @@ import typer
 
 from rotorsim.base.files import write_text
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.machine.show import summary
 from rotorsim.commands.results import files
-from rotorsim.machine import load_machine, machine_text
+from rotorsim.machine import load_machine, machine_text, summary
 
 
 @example("rotorsim machine new my_rotor.toml --from plain_rotor")

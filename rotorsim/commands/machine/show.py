@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.units import show as text
 from rotorsim.commands.lazy_group import example
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.part import Part
-from rotorsim.machine.rotor import LinearBearing
-from rotorsim.machine.toml import entries
+from rotorsim.machine.overview import rows, si_numbers, summary
 
 
 @example("rotorsim machine show dtu_gas_bearing")
@@ -31,53 +26,6 @@ def show(
         typer.echo(json.dumps(si_numbers(loaded), indent=2))
     else:
         _print_table(loaded)
-
-
-def summary(machine: Machine) -> str:
-    """Machine summary in half a line."""
-    film = machine.film
-    parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
-    if film:
-        parts.append(f"gas film with {text(film.clearance, 'm')} clearance and {len(machine.injectors)} injectors")
-    parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
-    return "; ".join(parts)
-
-
-def si_numbers(machine: Machine) -> dict[str, Any]:
-    """All values as SI numbers, with mass [kg] and content hash."""
-    effects = {name: [asdict(effect) for effect in effects] for name, effects in machine.effects.items()}
-    return {
-        **machine.model_dump(exclude={"effects"}),
-        "effects": effects,
-        "mass": machine.mass,
-        "hash": machine.hash,
-    }
-
-
-def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
-    """Dotted path, value in engineering units and description of every field."""
-    if isinstance(part, LinearBearing):
-        alike = {"kyy": part.kxx, "cyy": part.cxx}
-        part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
-    for name, value, spec, doc in entries(part):
-        if name == "kind":
-            continue
-        here = f"{path}.{name}".lstrip(".")
-        if isinstance(value, Part):
-            yield from rows(value, here)
-        elif isinstance(value, dict):
-            for key, parts in value.items():
-                yield from _list_rows(parts, f"{here}.{key}")
-        elif isinstance(value, tuple) and name != "unusual":
-            yield from _list_rows(value, here)
-        else:
-            yield here, text(value, spec.unit) if spec else str(value), doc
-
-
-def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, str]]:
-    single = len(parts) == 1 and path.startswith("effects.")
-    for i, part in enumerate(parts):
-        yield from rows(part, path if single else f"{path}.{i}")
 
 
 def _print_table(machine: Machine) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,12 +13,10 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from rotorsim.analysis import critical_speeds, lift_off, operating_map, over_fields, safe_region, whirl_onset
-from rotorsim.analysis.axes import Field, read_axis, read_field
+from rotorsim.analysis.axes import read_axis, read_field
+from rotorsim.analysis.machine_map import check_quantities, map_machine
 from rotorsim.analysis.varied import with_fields
 from rotorsim.base.constants import TO_UM
-from rotorsim.base.errors import DataError
-from rotorsim.base.interrupt import finishing
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import Update, bar
 from rotorsim.commands.lazy_group import example
@@ -27,7 +25,6 @@ from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_c
 from rotorsim.commands.results import results
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.machine.usual import ask_machine
-from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +73,7 @@ def map_command(
     fields = [read_field(text) for text in over or []]
     whirl = [2 * pi * quantity("frequency", text, "Hz") for text in frequency or []] or None
     plant = settings.plant(machine)
-    _check(plant, with_lift_off, with_onset)
+    check_quantities(plant, with_lift_off, with_onset)
     ask_rim_speed(plant.machine, max(speeds, key=abs), "--speed")
     for end in (0, -1):
         ask_machine(with_fields(plant.machine, fields, [field.values[end] for field in fields]))
@@ -84,10 +81,8 @@ def map_command(
     with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
         note_compiling(plant.assembly, "settle")
         with bar(text="operating points", show=not as_json) as update:
-            found = operating_map(plant, speeds, pressures, fields, whirl, jobs, update and _count(update))
-        found = safe_region(found)
-        if found.attrs["ended"] == "complete":
-            found = _more(plant, fields, found, film if with_lift_off else None, with_onset, campbell)
+            shown, least = update and _count(update), film if with_lift_off else None
+            found = map_machine(plant, speeds, pressures, fields, whirl, least, with_onset, campbell, jobs, shown)
         files = _write(found, folder, report)
     _print_map(found, files, as_json)
     if found.attrs["ended"] != "complete":
@@ -96,47 +91,6 @@ def map_command(
     if not float(found["lifted"].max()):
         print("map: the film carries the rotor at no point of the grid; raise the pressures", file=sys.stderr)
         raise typer.Exit(2)
-
-
-def _check(plant: Plant, with_lift_off: bool, with_onset: bool) -> None:
-    """Refuse, before any computation, quantities that the machine does not have."""
-    if with_onset and plant.machine.film is None:
-        raise DataError("--whirl-onset: the machine has no gas film; leave the option out")
-    if with_lift_off and not plant.machine.injectors:
-        raise DataError("--lift-off: the machine has no injectors, so no pressure lifts it; leave the option out")
-
-
-def _more(
-    plant: Plant, fields: Sequence[Field], found: xr.Dataset, film: float | None, with_onset: bool, campbell: bool
-) -> xr.Dataset:
-    """The extra analyses at every value of the further axes; an interrupt keeps those before."""
-    pressures, speeds = found["pressure"].values, found["speed"].values
-
-    def crossings(plant: Plant) -> xr.Dataset:
-        extra = critical_speeds(plant, pressures).rename(mode="mode_crossing", critical_speed="crossing_speed")
-        return extra.rename(critical_zeta="crossing_zeta")
-
-    asked: list[tuple[bool, Callable[[Plant], xr.Dataset]]] = [
-        (film is not None, lambda plant: _lift_off(plant, speeds, film or 0.0)),
-        (with_onset, lambda plant: whirl_onset(plant, pressures)),
-        (campbell, crossings),
-    ]
-    try:
-        for wanted, analysis in asked:
-            if wanted:
-                found = found.merge(over_fields(plant, fields, analysis))
-    except KeyboardInterrupt:
-        finishing()
-        found = found.assign_attrs(ended="interrupted")
-    return found
-
-
-def _lift_off(plant: Plant, speeds: np.ndarray, film: float) -> xr.Dataset:
-    import xarray as xr
-
-    unit = {"units": "Pa", "long_name": f"pressure that leaves {film * TO_UM:.3g} um of film, gauge"}
-    pressure = ("speed", lift_off(plant, speeds, least_film=film), unit)
-    return xr.Dataset({"lift_off_pressure": pressure}, {"speed": speeds})
 
 
 def _count(update: Update) -> Callable[[int, int], None]:

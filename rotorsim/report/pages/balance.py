@@ -9,7 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.balance import Conditions, Correction, LeftOut
+from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
+from rotorsim.balance.results import result_rows
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import INK, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
@@ -18,27 +19,22 @@ G_MM = 1e6
 """g mm in a kg m."""
 
 
-def write_balance(
-    conditions: Conditions,
-    tests: Mapping[str, LeftOut],
-    fix: Correction | None,
-    rows: list[tuple[str, str]],
-    path: Path,
-) -> Path:
-    """Write the page; `rows` are its table. Raises WriteError where it cannot be written."""
-    blocks = [Block("Results", "Unbalances are in g mm.", ("", ""), rows)]
+def write_balance(found: Assessment, path: str | Path) -> Path:
+    """Write the page of a balancing; raises WriteError where it cannot be written."""
+    tests, fix = found.tests, found.correction
+    blocks = [Block("Results", "Unbalances are in g mm.", ("", ""), result_rows(found))]
     if tests:
         blocks.append(
             Block("Every label estimated from the others", "Lines lead from the known unbalance to the estimate.",
-                  figure=left_out_figure(tests, conditions))
+                  figure=left_out_figure(tests, found.conditions))
         )  # fmt: skip
     if fix is not None:
         blocks.append(
             Block("1X vectors before and after the correction weights", "After: predicted, not measured.",
-                  figure=correction_figure(fix, conditions))
+                  figure=correction_figure(fix, found.conditions))
         )  # fmt: skip
-    save_study_page("Balancing", "Unbalance from measured 1X vectors.", blocks, path)
-    return path
+    save_study_page("Balancing", "Unbalance from measured 1X vectors.", blocks, Path(path))
+    return Path(path)
 
 
 def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.Figure:

@@ -1,0 +1,76 @@
+"""Public names of a package: imported on first use as its stub `__init__.pyi` lists them; a misspelt one is suggested.
+
+The stub is what type checkers read and what Python imports by, so the two cannot differ.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NoReturn
+
+from rotorsim.base.suggest import closest
+
+Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
+
+
+def lazy(package: str, file: str) -> Access:
+    """`__getattr__`, `__dir__`, `__all__` of a package whose stub lies next to `file`; each name loads when used.
+
+    Parameters
+    ----------
+    package : str
+        Its `__name__`.
+    file : str
+        Its `__file__`; the stub has the same name with the ending .pyi and holds nothing but imports.
+    """
+    places = dict(_places(package, Path(file).with_suffix(".pyi").read_text(encoding="utf-8")))
+    names = sorted(places)
+
+    def find(name: str) -> Any:
+        if name not in places:
+            refuse(package, name, names)
+        module, attribute = places[name]
+        value = _load(package, module, attribute)
+        vars(sys.modules[package])[name] = value
+        return value
+
+    return find, lambda: list(names), names
+
+
+def named(package: str, names: Iterable[str]) -> tuple[Callable[[str], NoReturn], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of a package that has imported its public names, its `__all__`, already."""
+    known = sorted(names)
+    return lambda name: refuse(package, name, known), lambda: list(known)
+
+
+def refuse(package: str, name: str, known: Iterable[str]) -> NoReturn:
+    """Raise AttributeError for a name that a package does not have, with the nearest one that it has."""
+    near = "" if name.startswith("__") else closest(name, known)
+    hint = f"did you mean '{near}'?" if near else f"dir({package}) lists its names"
+    raise AttributeError(f"{package} has no '{name}'; {hint}", name=name)
+
+
+def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:
+    """By public name the module and the attribute in it, which is empty for the module itself."""
+    for node in ast.parse(stub).body:
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.asname or alias.name, (alias.name, "")
+        elif isinstance(node, ast.ImportFrom):
+            module = ".".join(filter(None, (package if node.level else "", node.module)))
+            for alias in node.names:
+                yield alias.asname or alias.name, (module, alias.name)
+
+
+def _load(package: str, module: str, attribute: str) -> Any:
+    """An attribute of a module, a module of a package, or a module itself where the attribute is empty."""
+    if module == package:
+        return import_module(f"{module}.{attribute}")
+    loaded = import_module(module)
+    if not attribute:
+        return loaded
+    return getattr(loaded, attribute) if hasattr(loaded, attribute) else import_module(f"{module}.{attribute}")

@@ -1,0 +1,6 @@
+from .accuracy import rig_table as rig_table
+from .diagnose import cases as cases
+from .measure_parts import measure as measure
+from .parts import PARTS as PARTS
+from .result import Figure as Figure
+from .verdicts import Case as Case, confusion as confusion, figures as figures

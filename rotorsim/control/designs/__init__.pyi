@@ -1,0 +1,10 @@
+from . import (
+    h2_scheduled as h2_scheduled,
+    hinf as hinf,
+    lead as lead,
+    lpv as lpv,
+    lqr as lqr,
+    p as p,
+    placement as placement,
+    youla as youla,
+)

@@ -1,0 +1,144 @@
+"""Functional mock-up units of plants, identified models and control laws: export, system of two, checks, content.
+
+import rotorsim as rs
+rs.fmu.export(rs.Plant("dtu_gas_bearing"), "rotor.fmu")
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fmu import export as _export, info as _info, kinds as _kinds, ssp as _ssp
+from fmu.law_unit import LawUnit
+from fmu.targets import choose
+from identification import LpvModel
+from rotorsim.base.errors import DataError
+from rotorsim.base.public import named
+from rotorsim.control import Law
+from rotorsim.plant import Plant
+
+if TYPE_CHECKING:
+    from fmu.checks.check import Check
+    from fmu.model import Unit
+
+START = (0.0, 0.3e6)
+"""Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
+
+__all__ = ["check", "export", "info", "system"]
+
+
+def unit_of(subject: Plant | LpvModel | Law | str | Path, speed: float | None, pressure: float | None) -> Unit:
+    """Unit of a plant, a model or a law, or of the file of a model; raises DataError for anything else."""
+    if isinstance(subject, Plant):
+        return _kinds.plant_unit(
+            subject, START[0] if speed is None else speed, START[1] if pressure is None else pressure
+        )
+    if isinstance(subject, Law):
+        return _kinds.law_unit(subject, speed, pressure)
+    if isinstance(subject, (LpvModel, str, Path)):
+        return _kinds.linear_unit(subject, speed, pressure)
+    raise DataError(f"fmu export: {type(subject).__name__} is not a Plant, LpvModel or Law; give one of these")
+
+
+def export(
+    subject: Plant | LpvModel | Law | str | Path,
+    out: str | Path,
+    fmi: Sequence[int] = (3,),
+    targets: str = "host",
+    cpu: str = "portable",
+    speed: float | None = None,
+    pressure: float | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> dict[int, Path]:
+    """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
+
+    Parameters
+    ----------
+    subject : Plant, LpvModel, Law or path
+        A path is that of an identified model.
+    out : path
+        File to write; with two versions NAME_fmi2.fmu and NAME_fmi3.fmu.
+    fmi : sequence of int
+        2, 3 or both.
+    targets : str
+        Platforms with commas: "host", "x86_64-linux", "x86_64-windows", "aarch64-linux", ...
+    cpu : str
+        "portable" or "native".
+    speed, pressure : float, optional
+        Start [rad/s], [Pa, gauge]; by default 0 and 0.3 MPa, of a model the middle of its range.
+    announce : callable, optional
+        Given a sentence before kernels are compiled.
+
+    Returns
+    -------
+    dict
+        By FMI version the file.
+
+    Raises
+    ------
+    DataError, NoLiftOffError
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.fmu.export(rs.Plant("dtu_gas_bearing"), "rotor.fmu")  # doctest: +SKIP
+    {3: PosixPath('rotor.fmu')}
+    """
+    chosen = _export.versions(",".join(map(str, fmi)))
+    return _export.export(unit_of(subject, speed, pressure), Path(out), chosen, choose(targets), cpu, announce)
+
+
+def system(
+    law: Law | str | Path,
+    plant: Plant,
+    out: str | Path,
+    fmi: int = 2,
+    targets: str = "host",
+    cpu: str = "portable",
+    speed: float = START[0],
+    pressure: float = START[1],
+    announce: Callable[[str], None] | None = None,
+) -> Path:
+    """Write plant and control law, wired, as one .ssp file; parameters as for `export`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.fmu.system("law.json", rs.Plant("dtu_gas_bearing"), "loop.ssp")  # doctest: +SKIP
+    PosixPath('loop.ssp')
+    """
+    held: LawUnit = _kinds.law_unit(law, speed, pressure)
+    wired = _kinds.plant_unit(plant, speed, pressure)
+    return _ssp.export_system(wired, held, Path(out), fmi, choose(targets), cpu, announce)
+
+
+def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
+    """Checks of a unit against the standard and, for `duration` [s], against the plant in Python.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> all(one.passed for one in rs.fmu.check("rotor.fmu"))  # doctest: +SKIP
+    True
+    """
+    from fmu.checks.check import check as checks
+
+    return checks(Path(path), duration)
+
+
+def info(path: str | Path) -> dict[str, Any]:
+    """Facts about a unit that this software exported: kind, FMI version, start, platforms.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.fmu.info("rotor.fmu")["kind"]  # doctest: +SKIP
+    'plant'
+    """
+    return _info.info(Path(path))
+
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = named(__name__, __all__)

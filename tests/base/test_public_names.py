@@ -1,0 +1,99 @@
+"""Public surface: every name of the packages loads, is listed, and a misspelt one gets the nearest."""
+
+import importlib
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rotorsim as rs
+
+PACKAGES = [name for name in dir(rs) if type(getattr(rs, name)).__name__ == "module"]
+HEAVY = ("numpy", "xarray", "numba", "control", "pyvista", "vtk", "vtkmodules", "fmpy", "plotly", "pint", "pandas")
+
+
+def public(name):
+    """A package below `rs` by its name."""
+    return getattr(rs, name)
+
+
+def test_the_packages_that_users_reach_for_are_there():
+    assert {"control", "analysis", "report", "discrepancy", "campaign", "experiments", "verify", "balance", "live",
+            "machine", "plant", "signals", "effects", "bench", "fmu", "identification", "fe_shaft", "reynolds",
+            "reproduction"} == set(PACKAGES)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_every_listed_name_of_a_package_loads(name):
+    package = public(name)
+    assert dir(package) == sorted(package.__all__) and dir(package)
+    assert all(getattr(package, one) is not None for one in dir(package))
+
+
+def test_identification_lists_what_its_users_call():
+    assert {"identify", "fit_lpv", "load_model", "read"} <= set(dir(rs.identification))
+
+
+@pytest.mark.parametrize("name", ["", *PACKAGES])
+def test_no_public_name_is_also_a_file_with_another_content(name):
+    """Importing the file would put the module in place of the name; packages imported at once are safe."""
+    package = public(name) if name else rs
+    if not Path(package.__file__).with_suffix(".pyi").exists():
+        return
+    files = {one.name for one in pkgutil.iter_modules(getattr(package, "__path__", []))}
+    modules = {one for one in dir(package) if type(getattr(package, one)).__name__ == "module"}
+    assert not files & set(dir(package)) - modules
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "near"),
+    [
+        ("rotorsim", "controls", "control"),
+        ("rotorsim", "load_machin", "load_machine"),
+        ("rotorsim.analysis", "operating_mp", "operating_map"),
+        ("rotorsim.effects", "REGISTER", "REGISTRY"),
+        ("identification", "identfy", "identify"),
+        ("fe_shaft", "Rotr", "Rotor"),
+    ],
+)
+def test_a_misspelt_name_gets_the_nearest_in_one_sentence(package, name, near):
+    with pytest.raises(AttributeError, match=f"^{package} has no '{name}'; did you mean '{near}'\\?$"):
+        getattr(importlib.import_module(package), name)
+
+
+def test_a_name_like_no_other_points_to_the_list():
+    with pytest.raises(AttributeError, match=r"^rotorsim has no 'qqq'; dir\(rotorsim\) lists its names$"):
+        rs.qqq  # noqa: B018
+
+
+def test_the_import_is_quick_silent_and_loads_no_heavy_package():
+    program = f"""import sys, time
+start = time.perf_counter()
+import rotorsim
+took = time.perf_counter() - start
+assert took < 1.0, took
+print(*sorted(set({HEAVY!r}) & set(sys.modules)))"""
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert (ran.stdout, ran.stderr) == ("\n", "")
+
+
+def test_every_public_call_and_class_has_a_docstring():
+    for name in ["", *PACKAGES]:
+        package = public(name) if name else rs
+        for one in dir(package):
+            value = getattr(package, one)
+            if callable(value):
+                assert value.__doc__, f"{package.__name__}.{one}"
+
+
+@pytest.mark.parametrize("package", ["rotorsim", "identification", "fe_shaft", "reynolds", "fmu"])
+def test_the_packages_say_that_they_are_typed(package):
+    assert (Path(__file__).parents[2] / package / "py.typed").exists()
+
+
+def test_the_version_is_that_of_the_package():
+    from importlib.metadata import version
+
+    assert rs.__version__ == version("rotorsim")
