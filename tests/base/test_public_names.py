@@ -54,8 +54,8 @@ def test_no_public_name_is_also_a_file_with_another_content(name):
         ("rotorsim", "load_machin", "load_machine"),
         ("rotorsim.analysis", "operating_mp", "operating_map"),
         ("rotorsim.effects", "REGISTER", "REGISTRY"),
-        ("identification", "identfy", "identify"),
-        ("fe_shaft", "Rotr", "Rotor"),
+        ("identification", "identif", "identify"),
+        ("fe_shaft", "Roto", "Rotor"),
     ],
 )
 def test_a_misspelt_name_gets_the_nearest_in_one_sentence(package, name, near):
