@@ -11,6 +11,8 @@ Massless cantilever with an overhung disc at its end (Stodola):
           + \begin{bmatrix} -m w^2 & 0 \\ 0 & I_p \Omega w - I_d w^2 \end{bmatrix}\right) = 0
 
 Source: Friswell et al. (2010), chapters 3 and 5; Timoshenko, Vibration Problems in Engineering (1937).
+
+Cites: friswell_2010, timoshenko_1937.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ at once). These are the first guesses; from there every one is followed with dam
 \|lambda\| - Omega, the mode being the one whose frequency is nearest to the speed and whose shape is alike.
 
 Source: Friswell et al. (2010), section 6.8.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

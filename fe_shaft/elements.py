@@ -23,8 +23,10 @@ material of loss factor eta_h keeps its loss per cycle, so that Omega eta_v beco
 eta_h^2), with K times (1 + eta_h) / sqrt(1 + eta_h^2).
 
 Source: Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J. Mech. Design 102 (1980) 793; Zorzi & Nelson, J. Eng.
-Power 99 (1977) 71 (internal damping) and J. Eng. Power 102 (1980) 158 (torque); Friswell et al. (2010), chapter 5.
+Power 99 (1977) 71 (internal damping) and J. Mech. Design 102 (1980) 158 (torque); Friswell et al. (2010), chapter 5.
 Assumes: small deflections, no torsion.
+
+Cites: friswell_2010, nelson_1976, nelson_1980, zorzi_1977, zorzi_1980.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ frequencies, holds the modes of smallest \|lambda\|; it is built for all speeds 
 has not converged is left to the caller, who solves the whole problem there.
 
 Source: A. Ruhe, Math. Comp. 33 (1979) 680 (the band form of the Arnoldi process).
+
+Cites: ruhe_1979.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ A disc is rigid and thin enough to sit on one node.  A ring of width w, bore d_i
           I_d = \tfrac{I_p}{2} + \tfrac{m w^2}{12}
 
 Source: Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines (2010), chapter 5.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

@@ -9,6 +9,8 @@ Bearings whose tables hang on the whirl frequency are taken, mode by mode, at th
 modes end where the tables do.
 
 Source: Friswell et al. (2010), chapters 3 and 5.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

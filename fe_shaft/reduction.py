@@ -15,6 +15,8 @@ cross-coupled bearings) stays in the reduced matrices.
 
 Source: modes with a loaded interface after Benfield & Hruda, AIAA J. 9 (1971) 1255.
 Assumes: modal damping zeta of the shaft; modes at rest span the whirl at speed.
+
+Cites: benfield_1971.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ with q = Re(q_hat exp(i omega t)); an unbalance m e turns forward, from x to y, 
 The matrix is banded once its rows are put in the order of Cuthill and McKee, so that a frequency costs microseconds.
 
 Source: Friswell et al. (2010), chapter 6.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

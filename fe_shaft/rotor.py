@@ -7,6 +7,8 @@ coordinates of every element that has them; then x, y of every pedestal, whose n
 K and C take the bearings' own matrices, which need not be symmetric, and with material damping the circulatory terms.
 
 Source: Friswell et al. (2010), chapter 5.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ coordinates of an internal node.
 
 Source: Friswell et al. (2010), chapter 5, for the cylinder; the rest is beam theory. Shear coefficient after Cowper,
 J. Appl. Mech. 33 (1966) 335.
+
+Cites: cowper_1966, friswell_2010.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ is moved by the other forces alone, from what the initial state leaves. Gravity 
 
 Source: C. Van Loan, IEEE Trans. Autom. Control 23 (1978) 395.
 Assumes: constant speed and matrices.
+
+Cites: vanloan_1978.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ exp(i Omega t), and in the plane (x, beta) alone K q = Omega^2 (M + G_f) q with 
 symmetric.
 
 Source: API 684; Friswell et al. (2010), section 6.8.
+
+Cites: api_684, friswell_2010.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ x + i y is a forward circle of radius |X + iY|/2 plus a backward circle of radiu
 are the half axes, and the larger one names the whirl.
 
 Source: Friswell et al. (2010), chapter 3.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

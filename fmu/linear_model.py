@@ -6,6 +6,8 @@ Every element of [A B; C D] is a sum of products of at most two parameters theta
 `identification.local.greybox` are affine in each parameter alone), and theta is polynomial in q. So the matrices, and
 their derivatives by q, are exact in the unit. A scheduled controller is the same with a period Ts: whatever has `terms`
 and surfaces can be exported this way.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ does; behind a controller they do, because it feeds their noise back. Jumps of t
 are left out. The coefficients come from every other stretch of the record, and are judged on those between.
 
 Output-error models are biased in closed loop, where the disturbance and the input are correlated (Ljung 1999, 13.4).
+
+Cites: caines_1975, ljung_1999.
 """
 
 from __future__ import annotations

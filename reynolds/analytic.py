@@ -1,4 +1,7 @@
-"""Closed-form solutions for gas films, slots and nozzles that verify the film solver; absolute pressures, SI."""
+"""Closed-form solutions for gas films, slots and nozzles that verify the film solver; absolute pressures, SI.
+
+Cites: ausman_1961, dubois_1953, hamrock_2004, shapiro_1953, sommerfeld_1904.
+"""
 
 from __future__ import annotations
 

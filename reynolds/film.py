@@ -6,6 +6,8 @@ r"""Film thickness and film forces.
 with theta on the bearing from x towards y, (X, Y) the journal's displacement, F the force ON the journal. The
 thickness is kept above `h_min` by a parabola that joins h = 2 h_min smoothly, so that a touch leaves the equations
 regular; the contact force is an effect of its own.
+
+Cites: hamrock_2004.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ r"""Friction torque of the film on the journal.
 .. math:: M = \int R \left(\frac{\mu U}{h} + \frac{h}{2}\,\partial_y p\right) \mathrm dA
 
 against the rotation: Couette drag plus the pressure-driven part. Source: Hamrock (2004), section 8.5.
+
+Cites: hamrock_2004.
 """
 
 from __future__ import annotations

@@ -17,6 +17,8 @@ is called and every platform computes the same bits.
 The source is spread over the orifice's disc by area weights. On a coarse grid the disc's mean pressure is not the mean
 of the node pressures, because p^2 is logarithmic round a source; `footprint` returns reading weights that put the
 missing part back (a multiple of the discrete Laplacian; Peaceman's well correction, here with the disc's own mean).
+
+Cites: hamrock_2004, morosi_2011, pierart_2015, thesis.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ With y = (q of every node, plenum pressures) and the journal's displacement X,
 
 u = (conductance of every pin, supply pressure). J and J_X are the Jacobians of the residual itself, so that the
 coefficients are those of the non-linear film and not of a second discretisation.
+
+Cites: hamrock_2004, thesis.
 """
 
 from __future__ import annotations

@@ -14,6 +14,8 @@ lambda_a the mean free path at ambient pressure; a tilted or out-of-round gap is
 The unknown is p at the nodes; diffusion is written in q = p^2, storage in m = p h, both with face values of h; the
 shear flow is central and blended with upwind where the cell number 6 mu U dy / (p h^2) exceeds 2. Each residual is
 divided by dy dz and has the unit Pa m/s.
+
+Cites: burgdorfer_1959, hamrock_2004, thesis.
 """
 
 from __future__ import annotations

@@ -10,6 +10,8 @@ and S_i are stored, as dense blocks column by column, so that a solve is two sma
 chains that do not wait for each other, and two where a spike reaches: it fades with the distance from its cut, and what
 is below `FADED` of its start is left out, which costs an iteration that corrects itself nothing. Source: Golub & Van
 Loan (2013), sections 4.5 and 4.8 (block elimination, bordering).
+
+Cites: golub_2013.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ Implicit Euler steps in a pseudo-time that grows as the solution settles lead fr
 Newton's method, whatever the eccentricity; a last Newton solve without storage sharpens the answer to round-off. The
 journal obeys  A X - B F = b  with a damper d X' while it moves (a journal held in place has B = 0).
 Source: Kelley & Keyes (1998), Convergence analysis of pseudo-transient continuation.
+
+Cites: kelley_1998.
 """
 
 from __future__ import annotations

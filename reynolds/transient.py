@@ -8,6 +8,8 @@ order, one-step and L-stable (Bank et al. 1985; Hosea & Shampine 1996). Both sta
 
 so that mass is conserved. The rate at the start of a step is the one the last step ended with. Starting values are
 polynomials through the last steps.
+
+Cites: bank_1985, hosea_1996.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Parameter covariance under coloured residuals: the sandwich estimator (White
 
 The classical covariance sigma^2 N^{-1} is too small where residuals keep their sign for long, as they do after an
 output-error fit of a lightly damped rotor.
+
+Cites: newey_1987, white_1980.
 """
 
 from __future__ import annotations

@@ -8,6 +8,8 @@ for inputs that are held; for inputs that run straight from sample to sample (me
 
 Scaling, Taylor series and squaring are differentiated term by term, for all parameters at once (Frechet derivative,
 Al-Mohy and Higham 2009). Positions and velocities are first scaled alike, which keeps the squarings few.
+
+Cites: almohy_2009.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Output-error and prediction-error fits by Levenberg and Marquardt with exact
 The output-error model simulates; the prediction-error model (thesis, eqs. C.6 and C.14) corrects its state by
 K (y - y^) at every sample. Regressors phi that are linear (offsets, harmonics of the shaft angle) are projected out, so
 their coefficients c never enter the iteration. Source: Ljung, System Identification (1999), sections 7.2, 10.2.
+
+Cites: ljung_1999, thesis.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Goodness of fit (NRMSE) and the highest fit that the noise allows.
 
 The thesis prints a ratio of sums of absolute values (eq. 2.3) and calls it the normalised root mean square error, which
 is what stands here. No model that only knows the inputs passes the ceiling on long records, but by chance.
+
+Cites: ljung_1999, thesis.
 """
 
 from __future__ import annotations

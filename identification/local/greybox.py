@@ -7,6 +7,8 @@ Model 3, a rotor on stiffness K, damping D and input gain B behind first-order l
 
 K, D, B are divided by the mass; K and D are negative definite, as in the thesis. In every structure A and B_u are
 affine in each parameter alone, hence the difference of two values is the exact derivative.
+
+Cites: theisen_2016, thesis.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Linear state-space models: modes, frequency response, discretisation, JSON f
 
 Inputs are references [V], outputs displacements [m] from the operating point, time in s. A continuous model meets
 sampled references through a zero-order hold, which is what a digital controller applies.
+
+Cites: ljung_1999.
 """
 
 from __future__ import annotations

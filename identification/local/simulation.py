@@ -5,6 +5,8 @@ r"""Simulation of sampled linear models with exact parameter sensitivities, in o
 
 The derivatives F_i, G_i are those of the sampled matrices, so the sensitivities are exact for the sampled model. All
 parameters of a state are neighbours in memory, which lets the loops over them vectorise.
+
+Cites: ljung_1999.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ r"""Start values from the data: peak of the frequency response and Levy's linear
 .. math:: (j\omega)^2 G = K G + j\omega D G + B\, h(\omega)
 
 is linear in K, D and B once the actuators' lag h is guessed; a few guesses are tried and the fit takes the best.
+
+Cites: levy_1959.
 """
 
 from __future__ import annotations

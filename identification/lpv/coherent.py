@@ -4,6 +4,8 @@ r"""Common state basis for black-box models of neighbouring operating points (SM
 
 with observability matrices O over as many samples as there are states. The thesis left this way (section 2.5): elements
 of such matrices amplify the error of each local model, and surfaces through them miss the local behaviour.
+
+Cites: decaigny_2011, thesis.
 """
 
 from __future__ import annotations

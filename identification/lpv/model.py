@@ -3,6 +3,8 @@ r"""LPV model: the parameters of a structure as surfaces over speed and pressure
 .. math:: \dot x = A(q(t)) x + B(q(t)) u, \quad y = C x
 
 The rate of change of q is neglected, as in the thesis (section 2.4): valid for slow scheduling.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ r"""Refinement of surfaces by their frequency responses against those of the loc
 .. math:: \min_c \sum_j \sum_\omega \| G(\theta(q_j; c), j\omega) - G_j(j\omega) \|_F^2 / \overline{\|G_j\|_F^2}
 
 by Gauss and Newton with damping from the plain surfaces; dG = C R (dA R B + dB), R = (j omega - A)^-1.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

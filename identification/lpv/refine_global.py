@@ -4,6 +4,8 @@ r"""Refinement of surfaces by the output error over all records at once.
 
 Each record's normal equations for its own parameters, initial state eliminated, are spread over the coefficients by the
 basis functions at its operating point. One record is in memory at a time.
+
+Cites: ljung_1999.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ r"""Polynomial surfaces over the operating point q = (speed, pressure) (thesis, 
 .. math:: \theta(q) = \sum_{i + j \le n} c_{ij}\, \bar q_1^i \bar q_2^j, \qquad \bar q = (q - q_{mid}) / q_{half}
 
 Least squares over the points, each parameter alone; scaling to [-1, 1] keeps the columns apart.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

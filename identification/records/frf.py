@@ -3,6 +3,8 @@ r"""Frequency responses from records: H1 estimate and multiple coherence (Bendat
 .. math:: G(\omega) = S_{yu} S_{uu}^{-1}, \qquad \gamma_i^2 = \frac{G_i S_{uu} G_i^H}{S_{y_i y_i}}
 
 with spectra averaged over overlapping segments. Noise on the outputs does not bias H1; noise on the inputs does.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ Order: the extended runout is subtracted on the measured shaft angle, where aske
 thesis) takes out spikes, the mean of the rest before the excitation (2000 samples in the thesis) is the bias of inputs
 and outputs, and where asked for the same Butterworth low-pass, forwards and backwards, acts on inputs and outputs
 alike, which leaves their relation.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Runout and extended runout over the shaft angle, estimated from a run withou
 At a slow roll it is the sensors' runout; at the speed of the experiment it is runout and imbalance response together
 (thesis, section 2.6.2). The thesis takes a look-up table of the mean at every angle. At speeds that divide the sampling
 frequency a record visits few angles, 60 at 5000 rpm and 5 kHz, so the table is interpolated around the turn.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

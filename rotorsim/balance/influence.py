@@ -10,6 +10,8 @@ and the plain least-squares answer follows the worst of them. H and y_0 are leas
 label; S is the covariance of what they leave, its correlations shrunk as far as its few conditions cannot show them
 (Schaefer & Strimmer 2005); u is then the generalised least-squares estimate (Aitken). Sources: Goodman (1964) for least
 squares over speeds and probes, Schaefer & Strimmer (2005).
+
+Cites: goodman_1964, schaefer_2005.
 """
 
 from __future__ import annotations

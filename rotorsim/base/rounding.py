@@ -3,6 +3,8 @@ r"""Decisions of linear algebra with rounding taken into account: stability, def
 A computed answer is the exact one of a matrix that differs by its own rounding, about n eps \|A\|; what such matrices
 do not agree on, rounding decides, and processors round differently. Thresholds of this kind stand here.
 Source: Higham, Accuracy and Stability of Numerical Algorithms (2002), chapters 1 and 10; Trefethen & Embree (2005).
+
+Cites: higham_2002, trefethen_2005.
 """
 
 from __future__ import annotations

@@ -29,6 +29,7 @@ class Commands(LazyGroup):
         "hide": "hide.hide",
         "balance": "balance.balance",
         "warm": "warm.warm",
+        "cite": "cite.cite",
     }
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:

@@ -4,6 +4,8 @@ r"""`Law`: common run-time form of all controllers, a discrete state space sched
 
 y [m] is the measured disc, y_c the position that asks for nothing, u [V] the reference, which the plant receives one
 sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.runtime.kernels` for a sample.
+
+Cites: thesis.
 """
 
 from __future__ import annotations
@@ -58,7 +60,7 @@ class Law:
     refresh : int
         The table is read every so many samples.
     limit : float
-        Largest |u| [V].
+        Largest magnitude of u [V].
     bias : (float, float)
         Constant part of u [V].
     start, average, fade : float

@@ -1,6 +1,8 @@
 r"""Stabilising solution of the discrete Riccati equation, accepted only if its closed loop decays.
 
 .. math:: P = A^T P A - A^T P B (R + B^T P B)^{-1} B^T P A + Q
+
+Cites: zhou_1996.
 """
 
 from __future__ import annotations

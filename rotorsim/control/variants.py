@@ -1,6 +1,8 @@
 r"""Variants of a law (thesis section 3.2.5): zero DC gain, or a constant reference of its own.
 
 .. math:: K_0(z) = K(z)\, \frac{1 + a}{2} \frac{z - 1}{z - a}
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Chirp: swept sine of the reference.
 
 On both axes the sweeps come one after the other, because at once and with the same signal the columns of the frequency
 response could not be separated.
+
+Cites: ljung_1999.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Impact hammer on the disc: half-sine pulses of force.
 
 Force is held during a sample, so a sample gets the pulse's mean over it: the impulse is exact whatever T and whenever
 the pulse begins. The record's `disc_force` is what a force transducer in the hammer's tip would show.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Multisine excitation of x and y at once, on interleaved frequency lines.
 
 Lines are multiples of 1/T, so whole periods have no leakage and every line of the response belongs to one input. All
 lines of an axis are equally strong, phases are random; of some draws the one with the lowest crest factor is taken.
+
+Cites: schroeder_1970.
 """
 
 from __future__ import annotations

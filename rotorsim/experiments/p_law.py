@@ -4,6 +4,8 @@ r"""Proportional feedback with first-order low-pass on each axis (thesis eq. C.2
 
 The thesis gives kappa = 1.125 and 0.99 m/m at 1 kHz, with positive feedback: what damps the rotor is the lag of film
 and actuators. One volt being 4.5 um of piezo reference, kappa is a gain kappa / (4.5 um/V): 0.25 and 0.22 V/um.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 From 0 up to +amplitude, down to -amplitude and up to 0 again, so that all levels but the ends are met in either
 direction; on both axes one after the other. `static_gain_map` makes the static characteristic of it.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

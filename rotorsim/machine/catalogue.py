@@ -14,9 +14,9 @@ from typing import Any
 
 from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity, quantity_of
+from rotorsim.base.references import references
 from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
-from rotorsim.effects.references import references
 
 HEAD = """# Effects
 
@@ -45,13 +45,23 @@ ELSEWHERE = {
     "rotating": "on the whole shaft",
 }
 """Where effects act whose port leaves no choice."""
+FAMILIES = {
+    "rotor": "Shaft, discs, couplings and seals",
+    "film": "Gas film and its sleeve",
+    "supply": "Injectors and supply",
+    "actuators": "Piezo actuators",
+    "sensors": "Sensors",
+}
+"""Families of effects by the folder of `rotorsim.effects` that holds them; a user's own have one of their own."""
+OWN = "Effects of other packages"
 
 
 def describe(effect: type[Effect]) -> dict[str, Any]:
-    """Text on an effect: name, port, summary, title, about, equation, source, references, acts, parameters ..."""
+    """Text on an effect: name, family, port, summary, title, equation, source, references, acts, parameters ..."""
     title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
     return {
         "name": effect.name,
+        "family": _family(effect),
         "port": effect.port,
         "summary": " ".join((effect.__doc__ or "").split()),
         "title": title,
@@ -106,7 +116,7 @@ def _parameter(field: Field[Any]) -> dict[str, str]:
 def markdown(entry: dict[str, Any]) -> str:
     """One effect as a section of Markdown."""
     again = " Several tables add up." if entry["several"] else ""
-    lines = [f"## {entry['name']}", entry["title"]]
+    lines = [f"### {entry['name']}", entry["title"]]
     lines += [f"$$\n{textwrap.fill(entry['equation'], 119, break_long_words=False)}\n$$"] if entry["equation"] else []
     lines += [_wrapped(_escaped(entry["about"]))] if entry["about"] else []
     lines += [_wrapped(f"Source: {_escaped(entry['source'])}")] if entry["source"] else []
@@ -121,10 +131,19 @@ def markdown(entry: dict[str, Any]) -> str:
 
 def page() -> str:
     """The whole page of the documentation."""
-    entries = catalogue()
-    rows = ["| name | port | what |", "|---|---|---|"]
-    rows += [f"| [`{e['name']}`](#{e['name']}) | {e['port']} | {e['summary']} |" for e in entries]
-    return "\n\n".join([HEAD.strip(), "\n".join(rows), *map(markdown, entries)]) + "\n"
+    parts = [HEAD.strip()]
+    for family in (*FAMILIES.values(), OWN):
+        entries = [e for e in catalogue() if e["family"] == family]
+        rows = ["| name | port | what |", "|---|---|---|"]
+        rows += [f"| [`{e['name']}`](#{e['name']}) | {e['port']} | {e['summary']} |" for e in entries]
+        parts += [f"## {family}", "\n".join(rows), *map(markdown, entries)] if entries else []
+    return "\n\n".join(parts) + "\n"
+
+
+def _family(effect: type[Effect]) -> str:
+    """Return the heading under which an effect stands."""
+    package, _, rest = effect.__module__.partition(".effects.")
+    return FAMILIES.get(rest.partition(".")[0], OWN) if package == "rotorsim" else OWN
 
 
 def _escaped(text: str) -> str:

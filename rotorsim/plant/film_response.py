@@ -4,6 +4,8 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
 
 .. math:: Z(s) = L'(J_X + s S_X), \qquad \delta F = -Z X - L' J_u u, \qquad
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
+
+Cites: hamrock_2004.
 """
 
 from __future__ import annotations

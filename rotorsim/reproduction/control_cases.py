@@ -1,4 +1,7 @@
-"""Cases of the control study that worker processes compute: plain arguments in, plain JSON out."""
+"""Cases of the control study that worker processes compute: plain arguments in, plain JSON out.
+
+Cites: thesis.
+"""
 
 from __future__ import annotations
 

@@ -5,6 +5,8 @@ r"""Logarithmic decrement and damped frequency of a ring-down, from its extrema.
 
 The logarithm of the extremes falls on a straight line of slope -sigma; they follow each other every half period.
 Assumes: one mode dominates; `scatter` shows how far that holds.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations

@@ -12,6 +12,8 @@ once by least squares, weighted by a Hann window so that what lies between the o
 its semi-axes are :math:`|r_f| \pm |r_b|`.
 
 Assumes: the speed changes little within a window. Records are read in blocks, never as a whole.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

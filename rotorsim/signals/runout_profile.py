@@ -4,6 +4,8 @@ r"""Runout profile for a figure: mean and scatter over the shaft angle at slow r
 
 Mean and scatter in bins of the shaft angle, in one pass, and the harmonics of the mean. What a prefilter subtracts is
 `identification.records.runout`: a function of the angle, without gaps and of zero mean, from samples in memory.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Static gain from the rest positions of a staircase: linear fit per input, de
 
 fitted by least squares over the rests of input j with the other input at its usual value. Source: thesis, section C.3.1
 and figure C.5. Works on any record of the schema, so also on one of a rig.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

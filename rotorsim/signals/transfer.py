@@ -7,6 +7,8 @@ with the (multiple) coherence :math:`\gamma_i^2`: the share of the motion along 
 inputs. Source: Bendat and Piersol, Random Data (2010), chapters 6 and 7. Assumes: noise at the output only, inputs
 that do not follow the output (no feedback). An identification starts from `identification.records.frf`: every line,
 regularised, from samples in memory.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

@@ -9,14 +9,23 @@ from dataclasses import dataclass
 class Criteria:
     """Bounds. Ratios are closed over open loop; a bound of None is reported and not judged.
 
-    mean, worst : impact energy, averaged over the twenty points and at the worst of them.
-    effort : largest reference in the hits [V].
-    noise : standard deviation of the reference at rest [V].
-    amplitude : imbalance amplitude at the end of the run-up.
-    transient : largest distance [m] of the disc from its moving mean of 0.1 s in ramps, steps and faults, or 1.2 times
-        that of the open loop where this is more.
-    disturbed : impact energy at the worst point of changed machines.
-    disk : disk margin with the plant's own linearisation, at the worst of five points; at least.
+    Attributes
+    ----------
+    mean, worst : float or None
+        Impact energy, averaged over the twenty points and at the worst of them.
+    effort : float or None
+        Largest reference in the hits [V].
+    noise : float or None
+        Standard deviation of the reference at rest [V].
+    amplitude : float or None
+        Imbalance amplitude at the end of the run-up.
+    transient : float or None
+        Largest distance [m] of the disc from its moving mean of 0.1 s in ramps, steps and faults, or 1.2 times that
+        of the open loop where this is more.
+    disturbed : float or None
+        Impact energy at the worst point of changed machines.
+    disk : float or None
+        Disk margin with the plant's own linearisation, at the worst of five points; at least.
     """
 
     mean: float | None = 1.0

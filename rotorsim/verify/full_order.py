@@ -5,6 +5,8 @@ r"""Sampled loop of a law with the full-order linear plant: film, rotor, actuato
 Every film node is a state, a few hundred in all, so that neither truncation nor identification stands between law and
 physics. The actuators' response is that of their pins to a small pseudo-random reference, as a second-order lag for
 each axis: their hysteresis has no linearisation.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

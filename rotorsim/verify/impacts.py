@@ -4,6 +4,8 @@ r"""Impact responses and their energies (thesis section E.5.1, eqs. E.26 to E.28
 
 over 500 samples from a hit on. Every run has a twin with the same noise and without hits; the difference of the two is
 the answer to the hit alone, where the thesis filters the imbalance out of one record.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Safe speed: run-up until the disc leaves the safety circle (thesis Paper F, 
 
 The thesis' circle has r = 20 um about (10, -3) um in the coordinates of its sensors, whose signs it leaves open. Here
 the circle lies about the disc's equilibrium at the start, moved by `centre`, zero by default.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

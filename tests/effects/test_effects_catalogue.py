@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from rotorsim.base.quantity import quantity_of
+from rotorsim.base.references import references
 from rotorsim.base.units import parse, show
 from rotorsim.cli import main
 from rotorsim.commands.machine.effects import _print_effect
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.references import references
 from rotorsim.machine.catalogue import catalogue, describe, page
 
 HERE = Path(__file__).parent
@@ -99,9 +99,9 @@ def test_the_command_gives_the_catalogue_as_json_and_has_an_example(capsys):
     assert "Example: rotorsim machine effects" in run(capsys, "--help")[1]
 
 
-def test_every_source_with_a_year_is_cited_by_its_key_and_no_key_is_unused():
-    cited = {key for name in SHIPPED for key in REGISTRY[name].cites}
-    assert cited == references().keys()
+def test_every_source_with_a_year_is_cited_by_its_key():
+    """That no key is unused: tests/docs/test_citations.py."""
+    assert {key for name in SHIPPED for key in REGISTRY[name].cites} <= references().keys()
     for name in SHIPPED:
         years = set(re.findall(r"\((\d{4})\)", describe(REGISTRY[name])["source"]))
         found = {key.rpartition("_")[2] for key in REGISTRY[name].cites}

@@ -4,6 +4,8 @@ r"""Slow roll: what probes show of a shaft that turns too slowly to move, subtra
 
 for run-up vectors and for time series, with the shaft angle from the same mark. It holds runout and the bow at low
 speed alike. A record notes the subtraction in its attribute `slow_roll`, and a second one is refused.
+
+Cites: api_670.
 """
 
 from __future__ import annotations

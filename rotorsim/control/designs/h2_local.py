@@ -1,6 +1,8 @@
 r"""H2-optimal controller of a generalised plant from two Riccati equations.
 
 .. math:: K_\Delta: \quad A_K = A + B_2 F + L C_2, \quad B_K = -L, \quad C_K = F
+
+Cites: zhou_1996.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Generalised plant of the H2 design (thesis Paper G, figure G.2): 14 states f
 
 w_f is a force on the rotor. W_p peaks at the shaft's speed, so that imbalance is rejected there; the integrators bring
 the disc back to its centre.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

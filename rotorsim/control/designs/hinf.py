@@ -4,6 +4,8 @@ r"""H-infinity mixed sensitivity at one operating point (thesis Papers B, E, F; 
 
 The optimal controller has poles far beyond the sampling rate; `backoff` times the optimal gamma is taken. Reduction is
 judged by S. Default weights are the thesis'; see `rotorsim.control.designs.mixed` for `force`.
+
+Cites: skogestad_2005, thesis.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ r"""State-space interpolation: controller matrices as polynomials in speed and p
 .. math:: k_{lm}(q) = \sum_{i + j \le n} c_{ij} q_1^i q_2^j
 
 A share of the local controllers is held out to measure it; the corners of the range never are.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ r"""Decentralised P-lead control, softening or stiffening (thesis Paper D, eq. D
 The sign is the thesis' own for D: u = -K y, so that a positive kappa hardens. Its gains [V/um] belong to its Model 2;
 `scale` multiplies them for a rig with other gains or lags. The softening row's lead poles, 4e5 and 6e6 rad/s, are
 beyond what samples can show; alpha tau is at least Ts/2, whose pole Tustin's rule puts to z = 0.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

@@ -8,6 +8,8 @@ With D_K = 0, M = I and N = I - X Y the two rows that hold B^ and C^ are station
           \begin{bmatrix} \hat C\\ *\\ * \end{bmatrix} = -\begin{bmatrix} B_2^T\\ C_1 Y\\ B_1^T \end{bmatrix}
 
 and A^ cancels the (2, 1) block. Source: Gahinet (1996), explicit controller formulas for LMI-based synthesis.
+
+Cites: gahinet_1996, thesis.
 """
 
 from __future__ import annotations

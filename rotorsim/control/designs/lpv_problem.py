@@ -9,6 +9,8 @@ N_X spans what y does not see (C2, D21), N_Y what u does not move (B2, D12). X(q
 which makes the controller independent of q's rate; rates in X are neglected, as in the thesis. With the controller's
 variables these inequalities are 30 x 30 and 1723 unknowns (thesis eq. E.18); eliminated, 546 for the same answer.
 Source: Apkarian, Adams (1998); Gahinet, Apkarian (1994).
+
+Cites: apkarian_1998, gahinet_1994, thesis.
 """
 
 from __future__ import annotations

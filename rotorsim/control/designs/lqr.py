@@ -4,6 +4,8 @@ r"""LQG control: linear quadratic regulator with Kalman filter on the sampled mo
 
 The disturbance is a white force on the rotor, which the model knows as the rate of its velocities, of standard
 deviation `force`; it enters where Model 3's lags do. Levels are those of a hammer blow and of the sensors' noise.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ Film delay, actuators and the loop's own delay become one delay for each axis, a
 which keeps the gain at every frequency and the phase where it matters, below 200 Hz. One lag (Model 3) cannot: with the
 phase of a millisecond at the modes it takes a quarter of the gain away there, so that fitting the modes raises the gain
 at rest by as much. Laws are checked against the whole model.
+
+Cites: skogestad_2005.
 """
 
 from __future__ import annotations

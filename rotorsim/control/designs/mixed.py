@@ -5,6 +5,8 @@ r"""Generalised plant of the mixed sensitivity problem (thesis eq. E.16): 12 sta
 w_1 disturbs the output, as in the thesis. w_2, absent unless `force` is positive, disturbs the rotor's accelerations,
 as a hammer does; without it an optimal controller may cancel the plant's lightly damped poles, which then stay in the
 answer to forces.
+
+Cites: skogestad_2005, thesis.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""State feedback with a current Luenberger observer as one discrete law.
           \hat x_{k+1} = A \hat x_{k|k} + B u_k
 
 The plant's input register (its sample of delay) is part of x, so u_k acts on time in the observer.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

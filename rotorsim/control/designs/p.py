@@ -4,6 +4,8 @@ r"""Decentralised proportional control with a low-pass filter (thesis Paper C, e
 
 kappa [m/m] is piezo reference per disc displacement and t [m/V] the transducer; positive feedback, whose damping comes
 from the lag of film and actuators. Nothing of the model enters but the check that the loop is stable.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

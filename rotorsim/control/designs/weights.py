@@ -2,6 +2,8 @@ r"""Weighting filters of mixed sensitivity (thesis E.13 to E.15) and of Paper G 
 
 .. math:: w_p = \frac{s^2 + 2\zeta_1\omega s + \omega^2 k_0}{s^2 + 2\zeta_2\omega s + \omega^2}, \qquad
           w_u = \frac{s/M_b + \omega_b}{s + \omega_b A_b}
+
+Cites: skogestad_2005, thesis.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ T, and what runs is
 
 over the corners of the cell of the design grid that holds q. The loop is stable, but the order is that of all corners
 together, and between design points the notches of the T_i fall apart. One law for one operating point.
+
+Cites: thesis, zhou_1996.
 """
 
 from __future__ import annotations

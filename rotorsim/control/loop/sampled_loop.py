@@ -5,6 +5,8 @@ r"""Sampled loop of a law and a model with one sample of delay: poles, sensitivi
 The law's output adds to the reference, hence the minus: thesis Papers C and E; A, B, D and F write u = -K y. The disk
 margin is the balanced one of Seiler, Packard and Gahinet (2020), alpha = 1 / max sigma(S - I/2), over both ends of the
 loop and all frequencies up to Nyquist.
+
+Cites: seiler_2020, sung_1988, thesis.
 """
 
 from __future__ import annotations

@@ -8,6 +8,8 @@ D_{*1} = [D11; D21]:
 A controller with norm below gamma exists if both Riccati equations have stabilising solutions X, Y >= 0 whose product
 has a spectral radius below gamma^2; this one then has it, and its loop is unstable otherwise. The signs of X and Y are
 therefore not asked for here (where X = 0 they are rounding): `rotorsim.control.numerics.gamma` asks the loop.
+
+Cites: benner_2001, zhou_1996.
 """
 
 from __future__ import annotations

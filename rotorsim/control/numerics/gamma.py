@@ -10,6 +10,8 @@ whatever the controller, and the same of the transposed plant. Between the two t
 decides: a central controller whose loop is unstable, by more than rounding, shows that no other reaches its gamma
 either. Where rounding leaves it open nothing is concluded, and another gamma is tried. Below the gammas refused in this
 way more are tried: one that is reached after all shows that the theorem's word cannot be taken there.
+
+Cites: zhou_1996.
 """
 
 from __future__ import annotations

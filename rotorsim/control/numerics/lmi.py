@@ -3,6 +3,8 @@ r"""Linear matrix inequalities in symmetric matrices, assembled directly for the
 .. math:: F_0 + \sum_k x_k F_k \succeq 0
 
 A solver's status is not believed anywhere: who uses a solution checks it by eigenvalues.
+
+Cites: boyd_1994.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ r"""State-space arithmetic: connections, discretisation, frequency response, nor
 .. math:: \dot x = A x + B u, \quad y = C x + D u
 
 Everything is a `System` of plain arrays; whether it is continuous or sampled is the caller's to know.
+
+Cites: bruinsma_1990, zhou_1996.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ in the n-th bad sample in a row, u_0 being the last output before. In good sampl
 from where it was to that of the law, in as many samples as were bad and one more, FADE + 1 at most, and in no fewer
 than an earlier return has left: no jump. The clock of the law (start, mean position, fade-in) stands still in bad
 samples.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

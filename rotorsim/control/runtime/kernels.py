@@ -5,6 +5,8 @@ r"""One sample of a scheduled discrete law: interpolation, saturation, anti-wind
 The matrices are interpolated bilinearly in the table at every refresh; outside the table its edge holds. f rises from 0
 to 1 while the law fades in. W is the anti-windup gain. A sample that is not a number does not reach the equation, see
 `rotorsim.control.runtime.guard`.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

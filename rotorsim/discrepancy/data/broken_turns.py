@@ -6,6 +6,8 @@ with p the part that repeats from block to block. Such orders leak over the line
 block to block. A_n follows by least squares from what does not repeat, and each order is moved to the line nearest to
 it, where all blocks agree. The map is linear, and measured and simulated displacements go through the same one.
 Assumes: constant speed.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ is calibrated where a record states how far its clock may be off (attribute `clo
 point of a fit it has the value that fits that record best, so that records to fit, held out and untouched each have
 their own. The drift delta follows from the measured blocks alone. Assumes: the drift within a block is small against
 the period of its lines.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Damped least squares with line search: linearised step, nonlinear residual.
 
 The Jacobian J of a chord step is kept and corrected after each step by Broyden's rank-one update; residuals
 always come from the plant. Source: Nocedal & Wright (2006), chapter 10 and section 11.1.
+
+Cites: nocedal_2006.
 """
 
 from __future__ import annotations

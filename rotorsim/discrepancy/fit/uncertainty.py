@@ -8,6 +8,8 @@ hang together. Source: Huber (1967); Liang & Zeger (1986).
 J must be the Jacobian AT the fitted point: that of a chord, updated step by step, is right along the steps and wrong
 across them, which makes parameters that are nearly alike look well determined, and ends a fit where the sum of squares
 would still fall along them.
+
+Cites: huber_1967, liang_1986.
 """
 
 from __future__ import annotations

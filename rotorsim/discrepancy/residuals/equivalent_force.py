@@ -5,6 +5,8 @@ r"""Equivalent force on the disc for the residual that no effect explains.
 G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors. Its largest lines come
 with frequency, order, direction (forward, backward, along an axis) and the exponents with which the force grows over
 speed, pressure and amplitude. Source: Platz & Markert (2001), fault models for on-line identification.
+
+Cites: platz_2001.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ r"""Noise floor per spectral line: repeatability, model tolerance, discretisatio
 The scatter is that of periods within a record and of records that repeat each other, pooled over operating points and
 smoothed by a median over neighbouring lines; t is the declared tolerance; of the solver's error, which is corrected for
 at the re-fitted point, a share s is taken to remain.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Detection of non-periodic response: scatter between excitation periods that 
 
 over blocks b and lines f away from the orders of the shaft, with the pooled scatter of the records. The mean over
 blocks, which a diagnosis compares, does not see a tone between the lines of a block: it may cancel there.
+
+Cites: bendat_2010.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ r"""Alternative injector law (orifice or loss factor), for the sensitivity to an
 
 Conductances are matched by the flow at rest at `MIDDLE`, so that what differs is how the flow depends on the pressures.
 Sources: Morosi & Santos (2011) for the orifice; Pierart & Santos (2015) for the loss factor.
+
+Cites: morosi_2011, pierart_2015.
 """
 
 from __future__ import annotations

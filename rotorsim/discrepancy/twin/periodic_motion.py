@@ -7,6 +7,8 @@ turns finds its motion instead,
 
 with x_1 the state that the plant reaches from x_0 in T; exact where the plant is linear, repeated where effects
 bend it. Source: Aprille & Trick (1972), Proc. IEEE 60, 108 (shooting).
+
+Cites: aprille_1972.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ class Gravity(Effect):
 
     port = "force"
     kernel = gravity
+    cites = ("friswell_2010",)
     influence = "mass"
     steady = True
     role = "known"

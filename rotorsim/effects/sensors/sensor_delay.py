@@ -48,6 +48,7 @@ class SensorDelay(Effect):
 
     port = "sensor"
     kernel = sensor_delay
+    cites = ("astrom_1997",)
     states = 2 * LENGTH + 1
     memory = "short"
     forms = (late("delay"),)

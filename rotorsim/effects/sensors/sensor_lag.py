@@ -35,6 +35,7 @@ class SensorLag(Effect):
 
     port = "sensor"
     kernel = sensor_lag
+    cites = ("astrom_1997",)
     states = 5
     memory = "short"
     forms = (late("time"),)

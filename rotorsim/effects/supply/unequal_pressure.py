@@ -28,6 +28,7 @@ class UnequalPressure(Effect):
 
     port = "injector"
     kernel = unequal_pressure
+    cites = ("blackburn_1960",)
     forms = (CandidateForm("deviation", 0.04, signature="flow of one injector"),)
     injector: float = param("1", default=1.0, bounds=(1.0, 64.0), whole=True, doc="Number of the injector, from 1.")
     deviation: float = param("1", bounds=(-0.5, 0.5), doc="Relative deviation of its absolute supply pressure.")

@@ -27,6 +27,7 @@ class WeakInjector(Effect):
 
     port = "injector"
     kernel = weak_injector
+    cites = ("blackburn_1960",)
     forms = (
         CandidateForm("blocked", 0.04, signed=False, signature="flow of one injector"),
         CandidateForm("stuck", 0.2, signed=False),

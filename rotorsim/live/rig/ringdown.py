@@ -9,6 +9,8 @@ free vibration of disc x, y that is left is a sum of damped oscillations; the ei
 The mode of an axis is the one that the blow moves most along it. The stated scatter is the spread over four model
 orders and two stretches of the ring-down, and an allowance for the film's nonlinearity, which shifts both with the
 square of the motion over the clearance. A blow that was disturbed has no reading but a reason.
+
+Cites: juang_1985.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ present motion, m_n at the order n of the shaft's speed, would take more of the 
 reference is K S m_n, the disc then moves by m_n + (S - 1) m_n. What a controller that is on moves is taken from m_n.
 Pins are linear here, the two of an axis alike; hysteresis and creep make their gain uncertain, hence the margin. Film
 modes beyond `FAST` are taken to follow at once.
+
+Cites: astrom_1997.
 """
 
 from __future__ import annotations

@@ -10,6 +10,8 @@ is, by a share of its own stiffness that fades with every pass that gets through
 last pass, half way back to the one before is tried.
 
 This file is a template as `step` is.
+
+Cites: kelley_1998, rockafellar_1976.
 """
 
 from __future__ import annotations

@@ -11,6 +11,8 @@ moved by `SPEED_STEP`.
 
 Damping that turns with the shaft, a time beta times its stiffness K_s, acts on the velocity in the turning frame,
 -beta K_s (v - Omega e_z x q): it adds beta K_s to C and the circulatory Omega beta N to K.
+
+Cites: benfield_1971, friswell_2010.
 """
 
 from __future__ import annotations

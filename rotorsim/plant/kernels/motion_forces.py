@@ -7,6 +7,8 @@ guess is corrected by Newton's method with the node's own compliance W = (a dt)^
 .. math:: x_g \leftarrow x_g + (I - W F')^{-1}\,(x - x_g).
 
 A slot of 16 doubles holds for each force: guess (2), x_r (2), force (2), W (4).
+
+Cites: golub_2013.
 """
 
 from __future__ import annotations

@@ -15,6 +15,8 @@ The reference at rest, r0, is the one that keeps each pin at its bias. There the
 alternating voltage has died away about the resting one.
 
 This file is a template as `step` is.
+
+Cites: thesis.
 """
 
 from __future__ import annotations

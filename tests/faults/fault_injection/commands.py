@@ -135,7 +135,7 @@ ELSEWHERE = {
 """Commands that write and are disturbed in another file."""
 SILENT = {
     ("campaign", "check"), ("campaign", "status"), ("data", "check"), ("data", "mapping"), ("fmu", "check"),
-    ("fmu", "info"), ("machine", "check"), ("machine", "effects"), ("machine", "show"), ("warm",),
+    ("fmu", "info"), ("machine", "check"), ("machine", "effects"), ("machine", "show"), ("warm",), ("cite",),
 }  # fmt: skip
 """Commands that write no file outside the cache."""
 LIKE = {("experiment",): ("experiment", "steady")}

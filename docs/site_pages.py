@@ -1,0 +1,120 @@
+"""Pages of the site that follow from the sources: API reference, examples, gallery, bibliography, release notes."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+from rotorsim.base.references import entries, shown
+
+DOCS = Path(__file__).parent
+API = {
+    "rotorsim": "Everything by tab from `import rotorsim as rs`",
+    "rotorsim.experiments": "Virtual experiments",
+    "rotorsim.analysis": "Equilibria, maps, critical speeds, calibration",
+    "rotorsim.control": "Control laws and their design",
+    "rotorsim.verify": "Verification of a law on the nonlinear plant",
+    "rotorsim.discrepancy": "The gap between a machine file and records",
+    "rotorsim.balance": "Balancing from 1X vectors",
+    "rotorsim.campaign": "Many experiments by one plan",
+    "rotorsim.report": "Figures and reports",
+    "rotorsim.machine": "Machine files",
+    "rotorsim.plant": "The coupled plant",
+    "rotorsim.effects": "Physical effects",
+    "identification": "Records in, models out",
+    "fe_shaft": "The shaft alone",
+    "reynolds": "The gas film alone",
+}
+"""Modules of the API reference and what they are for."""
+STALE = "*.md"
+
+
+def write_pages() -> None:
+    """Write every generated page; nothing is touched whose text stays."""
+    _write("api", {f"{module}.md": _api(module, about) for module, about in API.items()})
+    examples = sorted((DOCS / "examples").glob("*.py"))
+    _write("examples", {f"{path.stem}.md": example_page(path) for path in examples})
+    _put(DOCS / "gallery.md", gallery(examples))
+    _put(DOCS / "api.md", _api_index())
+    _put(DOCS / "bibliography.md", bibliography())
+    _put(DOCS / "changes.md", (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8"))
+
+
+def _write(folder: str, pages: dict[str, str]) -> None:
+    """Bring a folder's pages to these, and remove others."""
+    (DOCS / folder).mkdir(exist_ok=True)
+    for old in (DOCS / folder).glob(STALE):
+        if old.name not in pages:
+            old.unlink()
+    for name, text in pages.items():
+        _put(DOCS / folder / name, text)
+
+
+def _put(path: Path, text: str) -> None:
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def _api(module: str, about: str) -> str:
+    """Page of a module: every name of its `__all__` with its docstring."""
+    again = "\n   :no-index:" if module == "rotorsim" else ""  # its names are those of other pages
+    return f"# {module}\n\n{about}.\n\n```{{eval-rst}}\n.. automodule:: {module}{again}\n```\n"
+
+
+def _api_index() -> str:
+    """List of the modules' pages."""
+    rows = "\n".join(f"| [`{module}`](api/{module}.md) | {about} |" for module, about in API.items())
+    names = "\n".join(f"api/{module}" for module in API)
+    return (
+        "# API reference\n\nFrom the docstrings: shapes and units of every array, the errors raised. Inside Python all "
+        "numbers are SI (rad/s, Pa, m);\npressures of calls are gauge supply pressures.\n\n"
+        f"| module | for |\n|---|---|\n{rows}\n\n```{{toctree}}\n:hidden:\n\n{names}\n```\n"
+    )
+
+
+def docstring(path: Path) -> tuple[str, str]:
+    """Title and text of an example."""
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.stem
+    title, _, rest = text.partition("\n")
+    return title.strip().rstrip("."), rest.strip()
+
+
+def example_page(path: Path) -> str:
+    """Page of an example: its text, its picture, its script."""
+    title, text = docstring(path)
+    name = path.name
+    return (
+        f"# {title}\n\n{text}\n\n![{title}]({path.stem}.png)\n\n"
+        f"```{{literalinclude}} {name}\n:language: python\n```\n\n"
+        f"Run it: {{download}}`{name} <{name}>`, then `python {name}`, which draws the picture.\n"
+    )
+
+
+def gallery(examples: list[Path]) -> str:
+    """All examples, each with its picture."""
+    head = f"# Gallery\n\n{len(examples)} scripts of at most 60 lines and their pictures. The test suite runs them all."
+    names = "\n".join(f"examples/{path.stem}" for path in examples)
+    return "\n\n".join([head, *map(_card, examples), f"```{{toctree}}\n:hidden:\n\n{names}\n```"]) + "\n"
+
+
+def _card(path: Path) -> str:
+    page, picture = f"examples/{path.stem}.md", f"examples/{path.stem}.png"
+    return f"## [{docstring(path)[0]}]({page})\n\n[![{path.stem}]({picture})]({page})"
+
+
+def bibliography() -> str:
+    """Every reference under its key."""
+    head = (
+        "# Bibliography\n\nThe sources of the equations, under the keys that the modules cite them by. "
+        "`rotorsim cite MACHINE` prints those of a\nmachine. "
+        "BibTeX: {download}`references.bib <../rotorsim/base/references.bib>`."
+    )
+    lines = [f"({key})=\n**{key}**: {_linked(shown(entry))}" for key, entry in sorted(entries().items())]
+    return "\n\n".join([head, *lines]) + "\n"
+
+
+def _linked(text: str) -> str:
+    """Text in which a DOI is a link and no sign is taken for Markdown."""
+    plain = re.sub(r"([*_<])", r"\\\1", text)
+    return re.sub(r"doi:(\S+?)\.?$", r"[doi:\1](https://doi.org/\1)", plain)
