@@ -108,7 +108,7 @@ def bibliography() -> str:
     head = (
         "# Bibliography\n\nThe sources of the equations, under the keys that the modules cite them by. "
         "`rotorsim cite MACHINE` prints those of a\nmachine. "
-        "BibTeX: {download}`references.bib <../rotorsim/base/references.bib>`."
+        "BibTeX: {download}`references.bib <../rotorsim/base/references/references.bib>`."
     )
     lines = [f"({key})=\n**{key}**: {_linked(shown(entry))}" for key, entry in sorted(entries().items())]
     return "\n\n".join([head, *lines]) + "\n"

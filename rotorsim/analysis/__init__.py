@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from rotorsim.analysis.axes import Field, read_axis, read_field
 from rotorsim.analysis.calibrate import Calibration, calibrate, judge
 from rotorsim.analysis.calibrated import calibration_numbers, save_calibrated
+from rotorsim.analysis.citations import cite
 from rotorsim.analysis.critical import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.machine_map import map_machine
@@ -23,6 +24,7 @@ __all__ = [
     "Point",
     "calibrate",
     "calibration_numbers",
+    "cite",
     "critical_speeds",
     "judge",
     "lift_off",

@@ -1,0 +1,105 @@
+"""Sources that a machine, a record, a model, a law or a folder of them stands on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import identification as idn
+from rotorsim.base.errors import DataError
+from rotorsim.base.references import cited_by, sorted_keys
+from rotorsim.control import load_law
+from rotorsim.machine import Machine, load_machine
+from rotorsim.machine.citations import citations
+
+
+def cite(what: str | Path) -> dict[str, list[str]]:
+    """Return keys of sources by part, of a machine, a file of results or all results in a folder.
+
+    Parameters
+    ----------
+    what : str or Path
+        Shipped machine or machine file; record .nc, model or law .json; folder of such results.
+
+    Returns
+    -------
+    dict of str to list of str
+        By part (shaft, film, effects.NAME, experiment NAME, law NAME, ...) the keys in the bibliography.
+
+    Raises
+    ------
+    DataError
+        For a folder without results and a record that states no machine.
+    MachineFileError, LawError, ModelError
+        For files that cannot be read.
+
+    Examples
+    --------
+    >>> cite("plain_rotor")["effects.unbalance"]
+    ['thesis', 'friswell_2010']
+    """
+    path = Path(what)
+    if path.is_dir():
+        return _of_folder(path)
+    if path.suffix == ".nc":
+        return _of_record(path)
+    if path.suffix == ".json":
+        return _of_json(path)
+    return citations(load_machine(what))
+
+
+def _of_folder(folder: Path) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for path in sorted(p for p in folder.iterdir() if p.suffix == ".nc" or _is_result(p)):
+        for part, keys in cite(path).items():
+            found[part] = sorted_keys([*found.get(part, []), *keys])
+    if not found:
+        raise DataError(
+            f"{folder}: holds no record (.nc), model or law (.json); give a machine, a file or their folder"
+        )
+    return found
+
+
+def _is_result(path: Path) -> bool:
+    """Return whether a file is a model or a law."""
+    return path.suffix == ".json" and _kind(path) in ("law", "linear", "lpv")
+
+
+def _kind(path: Path) -> str:
+    try:
+        data: Any = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        return ""
+    return str(data.get("kind", "")) if isinstance(data, dict) else ""
+
+
+def _of_record(path: Path) -> dict[str, list[str]]:
+    """Return the sources of a record: of its machine and of its experiment."""
+    attrs = idn.load(path).attrs
+    if "machine" not in attrs:
+        raise DataError(f"{path}: states no machine, as measured records do; give the machine that it is compared with")
+    parts = citations(Machine.from_text(str(attrs["machine"])))
+    experiment = str(attrs.get("experiment", ""))
+    keys = _keys(f"rotorsim.experiments.{experiment}") if experiment.isidentifier() else []
+    return parts | ({f"experiment {experiment}": keys} if keys else {})
+
+
+def _of_json(path: Path) -> dict[str, list[str]]:
+    """Return the sources of an identified model or of a law."""
+    if _kind(path) == "law":
+        law = load_law(path)
+        design = _keys(f"rotorsim.control.designs.{law.name}")
+        return {f"law {law.name}": sorted_keys([*design, *cited_by("rotorsim.control.law")])}
+    model = idn.load_model(path)
+    local = cited_by("identification.local")
+    surfaces = cited_by("identification.lpv") if isinstance(model, idn.LpvModel) else ()
+    return {"identification": sorted_keys([*local, *surfaces])}
+
+
+def _keys(module: str) -> list[str]:
+    """Return the keys that a module cites, none where there is no such module."""
+    try:
+        return list(cited_by(module))
+    except ModuleNotFoundError:
+        return []
