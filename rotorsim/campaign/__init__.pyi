@@ -3,4 +3,5 @@ from .plan.load import load_plan as load_plan, shipped_plans as shipped_plans
 from .plan.plan import Plan as Plan
 from .run import Outcome as Outcome, Settings as Settings, retry as retry, run_campaign as run_campaign
 from .store.collect import collect as collect, write_table as write_table
+from .store.status import status as status
 from .store.store import Store as Store, open_store as open_store

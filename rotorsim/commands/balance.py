@@ -17,7 +17,10 @@ from rotorsim.commands.results import results
 from rotorsim.machine import load_machine
 
 
-@example("rotorsim balance bently_rk4 docs/rk4/open.csv docs/rk4/unlabelled.csv --mapping docs/rk4/balance.toml")
+@example(
+    "rotorsim balance bently_rk4 docs/rk4/open.csv docs/rk4/unlabelled.csv --mapping docs/rk4/balance.toml",
+    "rs.balance.assess('bently_rk4', rs.balance.read_conditions(records, 'balance.toml'))",
+)
 def balance(
     machine: GivenMachine,
     records: Annotated[list[Path], typer.Argument(metavar="RECORDS", help="CSV files of 1X vectors, a row a record.")],

@@ -21,7 +21,10 @@ from rotorsim.commands.results import files
 from rotorsim.plant import Plant
 
 
-@example("rotorsim bench speed")
+@example(
+    "rotorsim bench speed",
+    "rs.bench.measure('speed')",
+)
 def bench(
     part: Annotated[
         str | None,

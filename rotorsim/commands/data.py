@@ -54,7 +54,8 @@ _PEOPLE = {"m": (TO_UM, "um"), "rad/s": (TO_RPM, "rpm"), "Pa": (TO_MPA, "MPa"), 
 
 @example(
     "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
-    "2 if it cannot be read, 3 if it can be read but is fit for nothing."
+    "2 if it cannot be read, 3 if it can be read but is fit for nothing.",
+    "rs.identification.examine(rs.identification.load('run.csv', 'rig.toml'))",
 )
 def check(
     file: Annotated[Path, _FILE],
@@ -79,7 +80,10 @@ def check(
         raise typer.Exit(UNFIT)
 
 
-@example("rotorsim data convert run.mat run.nc --mapping rig.toml")
+@example(
+    "rotorsim data convert run.mat run.nc --mapping rig.toml",
+    "rs.identification.save(rs.identification.read('run.mat', 'rig.toml'), 'run.nc')",
+)
 def convert(
     file: Annotated[Path, _FILE],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
@@ -96,7 +100,10 @@ def convert(
     _say_notes(record)
 
 
-@example("rotorsim data cut run.csv run.nc --mapping rig.toml, for the longest stretch; --all for every one.")
+@example(
+    "rotorsim data cut run.csv run.nc --mapping rig.toml, for the longest stretch; --all for every one.",
+    "rs.identification.longest(rs.identification.whole_stretches(record, 0.1))",
+)
 def cut(
     file: Annotated[Path, _FILE],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
@@ -119,7 +126,10 @@ def cut(
         typer.echo(f"{name}: written, {record.sizes['time']} samples, {record.attrs.get('notes', ['whole'])[-1]}")
 
 
-@example("rotorsim data resample run.mat run.nc --mapping rig.toml --rate '5 kHz'")
+@example(
+    "rotorsim data resample run.mat run.nc --mapping rig.toml --rate '5 kHz'",
+    "rs.identification.resample(record, 5000.0)",
+)
 def resample_command(
     file: Annotated[Path, _FILE],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
@@ -139,7 +149,10 @@ def resample_command(
     _say_notes(record)
 
 
-@example("rotorsim data mapping run.csv > rig.toml")
+@example(
+    "rotorsim data mapping run.csv > rig.toml",
+    "rs.identification.mapping_template(rs.identification.columns('run.csv'), 'run.csv')",
+)
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
     typer.echo(mapping_template(columns(file), file.name), nl=False)

@@ -14,6 +14,7 @@ from rich.table import Table
 from identification import load_model
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
+from rotorsim.commands.completion import designs
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import print_table, quantity
 from rotorsim.commands.results import files
@@ -23,9 +24,14 @@ from rotorsim.control.loop.analysis import overview
 from rotorsim.control.variants import biased, without_dc
 
 
-@example("rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json")
+@example(
+    "rotorsim design hinf model.json --spec weights.k_0=0.7 --out hinf.json",
+    "rs.control.design('hinf', rs.load_model('model.json'))",
+)
 def design(
-    name: Annotated[str, typer.Argument(help="p, lead, placement, lqr, hinf, lpv, h2_scheduled or youla.")],
+    name: Annotated[
+        str, typer.Argument(help="p, lead, placement, lqr, hinf, lpv, h2_scheduled or youla.", autocompletion=designs)
+    ],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
     spec: Annotated[
         list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated; see --fields.")

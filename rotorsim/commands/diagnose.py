@@ -18,6 +18,7 @@ from rotorsim.base.cache import key_of
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.progress import end_line, line, on_terminal
+from rotorsim.commands.completion import parameters
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
 from rotorsim.commands.results import results
@@ -39,7 +40,10 @@ STAGES = {
 }
 
 
-@example("rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis")
+@example(
+    "rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis",
+    "rs.diagnose('dtu_gas_bearing', 'puzzle/records')",
+)
 @resumable
 def diagnose(
     machine: GivenMachine,
@@ -55,7 +59,11 @@ def diagnose(
     mapping: Annotated[Path | None, typer.Option("--mapping", help="Columns of files that are not .nc.")] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option("--effect", help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated."),
+        typer.Option(
+            "--effect",
+            help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated.",
+            autocompletion=parameters,
+        ),
     ] = None,
     tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004,
     out: Annotated[

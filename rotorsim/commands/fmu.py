@@ -31,7 +31,10 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the files if they 
 UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
 
 
-@example("rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu")
+@example(
+    "rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu",
+    "rs.fmu.export(plant, 'rotor.fmu')",
+)
 def export(
     machine: MachineName = "dtu_gas_bearing",
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
@@ -86,7 +89,10 @@ def export(
         typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
 
 
-@example("rotorsim fmu system lpv.json dtu_gas_bearing --out loop.ssp")
+@example(
+    "rotorsim fmu system lpv.json dtu_gas_bearing --out loop.ssp",
+    "rs.fmu.system('lpv.json', plant, 'loop.ssp')",
+)
 def system(
     law: Annotated[Path, typer.Argument(help="Control law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",
@@ -116,7 +122,10 @@ def system(
     typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
-@example("rotorsim fmu check rotor.fmu --duration '10 s'")
+@example(
+    "rotorsim fmu check rotor.fmu --duration '10 s'",
+    "rs.fmu.check('rotor.fmu')",
+)
 def check(
     file: UnitFile,
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
@@ -137,7 +146,10 @@ def check(
         raise typer.Exit(1)
 
 
-@example("rotorsim fmu info rotor.fmu")
+@example(
+    "rotorsim fmu info rotor.fmu",
+    "rs.fmu.info('rotor.fmu')",
+)
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
     found = facts(file)

@@ -10,6 +10,7 @@ import typer
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import line
+from rotorsim.commands.completion import parameters
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compiling
 from rotorsim.commands.results import results
@@ -18,12 +19,19 @@ from rotorsim.discrepancy.blind_test.hide import truth_twin
 from rotorsim.machine import load_machine
 
 
-@example("rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle")
+@example(
+    "rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle",
+    "rs.hide(rs.load_machine('dtu_gas_bearing'), ('coupling.force_2x',), 3, 'puzzle')",
+)
 def hide(
     machine: GivenMachine,
     effect: Annotated[
         list[str] | None,
-        typer.Option("--effect", help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated."),
+        typer.Option(
+            "--effect",
+            help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated.",
+            autocompletion=parameters,
+        ),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Draws size, phase, calibration and noise.")] = 0,
     out: Annotated[

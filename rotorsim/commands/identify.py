@@ -29,7 +29,10 @@ from rotorsim.commands.results import files
 from rotorsim.reproduction.identify_records import identify_records
 
 
-@example("rotorsim identify records --model 3 --out model.json")
+@example(
+    "rotorsim identify records --model 3 --out model.json",
+    "rs.identify_records(['records'], model=3)",
+)
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
     model: Annotated[str, typer.Option("--model", help="1, 2, 3, actuator or blackbox.")] = "3",

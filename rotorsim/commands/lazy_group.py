@@ -58,11 +58,11 @@ class LazyGroup(TyperGroup):
             self.listing = False
 
 
-def example(text: str) -> Callable[[Function], Function]:
-    """Decorator: the last line of the command's help."""
+def example(text: str, python: str) -> Callable[[Function], Function]:
+    """Decorator: the last lines of the command's help, an example and the same in Python (`import rotorsim as rs`)."""
 
     def mark(command: Function) -> Function:
-        vars(command)["example"] = text
+        vars(command).update(example=text, python=python)
         return command
 
     return mark
@@ -78,8 +78,13 @@ def load(name: str, place: str) -> Any:
 def click_command(name: str, function: Callable[..., None]) -> Any:
     """Click command of a function marked with `example`; a parameter that is a dataclass stands for its fields."""
     made = typer.Typer(add_completion=False)
-    made.command(name, epilog=f"Example: {vars(function)['example']}")(_of_single_options(function))
-    return typer.main.get_command(made)
+    marks = vars(function)
+    made.command(name, epilog=f"Example: {marks['example']}\n\nIn Python: {marks['python']}")(
+        _of_single_options(function)
+    )
+    command = typer.main.get_command(made)
+    command.python = marks["python"]  # type: ignore[attr-defined]
+    return command
 
 
 def _of_single_options(function: Callable[..., None]) -> Callable[..., None]:

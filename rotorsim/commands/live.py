@@ -15,8 +15,8 @@ from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.serve_rig import make_desk
 from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
+from rotorsim.live.serving import make_desk
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
@@ -24,7 +24,10 @@ UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
 
 
-@example("rotorsim live dtu_gas_bearing --law my_law.json")
+@example(
+    "rotorsim live dtu_gas_bearing --law my_law.json",
+    "rs.live.serve_rig('dtu_gas_bearing')",
+)
 def live(
     machine: MachineName = "dtu_gas_bearing",
     law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,

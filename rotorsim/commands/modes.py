@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@example("rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes")
+@example(
+    "rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes",
+    "rs.analysis.mode_shapes(plant, 628.3, 0.5e6)",
+)
 def modes(
     machine: MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",

@@ -19,6 +19,7 @@ from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import Suggest, parse
+from rotorsim.commands.completion import machines
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
@@ -26,8 +27,12 @@ from rotorsim.machine.usual import ask, ask_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
-MachineName = Annotated[str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.")]
-GivenMachine = Annotated[str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.")]
+MachineName = Annotated[
+    str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.", autocompletion=machines)
+]
+GivenMachine = Annotated[
+    str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.", autocompletion=machines)
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace a run that is in the folder.")]
 WithReport = Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]

@@ -34,7 +34,8 @@ RECORD, REPORT = "runup.nc", "report.html"
 
 @example(
     "rotorsim runup dtu_gas_bearing --pressure '0.5 MPa' --stop '7000 rpm' "
-    "--set effects.unbalance.me='12 g*mm' --out my_run"
+    "--set effects.unbalance.me='12 g*mm' --out my_run",
+    "rs.experiments.runup(plant, 0.0, 628.3, 10.5, 0.3e6)",
 )
 def runup(
     machine: MachineName = "dtu_gas_bearing",

@@ -25,7 +25,10 @@ from rotorsim.verify import Verification, closed_loop, safe_speed
 FAILED = 1
 
 
-@example("rotorsim verify hinf.json dtu_gas_bearing --out verification")
+@example(
+    "rotorsim verify hinf.json dtu_gas_bearing --out verification",
+    "rs.verify.closed_loop(rs.load_law('hinf.json'), plant)",
+)
 def verify(
     law: Annotated[Path, typer.Argument(help="Law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",

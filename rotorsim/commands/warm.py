@@ -8,17 +8,25 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.commands.completion import machines as shipped_or_files
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, PlantOptions
 from rotorsim.machine import shipped_machines
 from rotorsim.plant.compilation import compile_kernels
 
 
-@example("rotorsim warm dtu_gas_bearing --grid 64x16")
+@example(
+    "rotorsim warm dtu_gas_bearing --grid 64x16",
+    "rs.compile_kernels(plant)",
+)
 def warm(
     machines: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[MACHINE]...", help="Shipped machines or files; default all shipped."),
+        typer.Argument(
+            metavar="[MACHINE]...",
+            help="Shipped machines or files; default all shipped.",
+            autocompletion=shipped_or_files,
+        ),
     ] = None,
     *,
     settings: PlantOptions,

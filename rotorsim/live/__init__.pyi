@@ -3,4 +3,4 @@ from .replay import Replay as Replay
 from .rig.laws import read_laws as read_laws
 from .rig.rig import Rig as Rig
 from .runner import Runner as Runner
-from .serve_rig import serve_rig as serve_rig
+from .serving import serve_rig as serve_rig

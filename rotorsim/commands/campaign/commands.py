@@ -23,6 +23,7 @@ from rotorsim.commands.campaign.output import (
     print_plan,
     print_status,
 )
+from rotorsim.commands.completion import plans
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, quantity
 
@@ -61,9 +62,14 @@ class RunOptions:
         )
 
 
-@example("rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign")
+@example(
+    "rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign",
+    "rs.campaign.run_campaign(rs.campaign.load_plan('thesis'), Path('my_campaign'))",
+)
 def run_plan(
-    plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.")],
+    plan: Annotated[
+        str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.", autocompletion=plans)
+    ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
     options: RunOptions,
 ) -> None:
@@ -74,7 +80,10 @@ def run_plan(
     print_outcome(run_campaign(loaded, out, chosen), out, options.as_json)
 
 
-@example("rotorsim campaign retry my_campaign --time-limit '30 min'")
+@example(
+    "rotorsim campaign retry my_campaign --time-limit '30 min'",
+    "rs.campaign.retry(Path('my_campaign'))",
+)
 def retry(
     folder: Folder,
     options: RunOptions,
@@ -83,7 +92,10 @@ def retry(
     print_outcome(retry_failed(folder, options.settings()), folder, options.as_json)
 
 
-@example("rotorsim campaign status my_campaign --failed 10")
+@example(
+    "rotorsim campaign status my_campaign --failed 10",
+    "rs.campaign.status('my_campaign')",
+)
 def status(
     folder: Folder,
     failed: Annotated[int, typer.Option("--failed", help="How many failed cases to name.")] = 5,
@@ -93,7 +105,10 @@ def status(
     print_status(folder, failed, as_json)
 
 
-@example("rotorsim campaign collect my_campaign --experiment identification --out all.nc")
+@example(
+    "rotorsim campaign collect my_campaign --experiment identification --out all.nc",
+    "rs.campaign.collect('my_campaign', 'identification')",
+)
 def collect(
     folder: Folder,
     out: Annotated[
@@ -110,7 +125,12 @@ def collect(
     collect_into(folder, out, experiment, names, force)
 
 
-@example("rotorsim campaign check my_plan.toml")
-def check(plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file or shipped plan.")]) -> None:
+@example(
+    "rotorsim campaign check my_plan.toml",
+    "rs.campaign.load_plan('my_plan.toml')",
+)
+def check(
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file or shipped plan.", autocompletion=plans)],
+) -> None:
     """Read a plan and print what it would run, without running it."""
     print_plan(plan)

@@ -20,6 +20,7 @@ from rotorsim.campaign.progress import spell
 from rotorsim.campaign.run import Outcome
 from rotorsim.campaign.store.collect import collect, write_table
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING
+from rotorsim.campaign.store.status import status
 from rotorsim.campaign.store.store import open_store
 from rotorsim.commands.options import note_compiling
 from rotorsim.commands.results import files
@@ -65,24 +66,16 @@ def print_outcome(outcome: Outcome, folder: Path, as_json: bool) -> None:
 
 def print_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
-    store = open_store(folder)
-    index = store.index()
-    try:
-        counts, (seconds, size) = index.counts(), index.totals()
-        failed = [(row.number, row.experiment, row.parameters, row.error) for row in index.rows(FAILED, limit=most)]
-    finally:
-        index.close()
+    found, plan = status(folder, most), open_store(folder).plan
     if as_json:
-        named = [dict(zip(("number", "experiment", "parameters", "error"), row, strict=True)) for row in failed]
-        numbers = {"name": store.plan.name, **counts, "computing_s": seconds, "bytes": size, "failures": named}
-        typer.echo(json.dumps(numbers, indent=2))
+        typer.echo(json.dumps(found, indent=2))
         return
-    typer.echo(f"{store.plan.name}: {counts[DONE]} done, {counts[FAILED]} failed, {counts[PENDING]} left")
-    typer.echo(f"computing time {spell(seconds)}, records {size / 1e6:.4g} MB")
-    for number, experiment, values, error in failed:
-        typer.echo(f"case {number}, {experiment}, {_values(store.plan, values)}: {error}")
-    if counts[FAILED] > len(failed):
-        typer.echo(f"and {counts[FAILED] - len(failed)} more; --failed {counts[FAILED]} names them all")
+    typer.echo(f"{plan.name}: {found[DONE]} done, {found[FAILED]} failed, {found[PENDING]} left")
+    typer.echo(f"computing time {spell(found['computing_s'])}, records {found['bytes'] / 1e6:.4g} MB")
+    for one in found["failures"]:
+        typer.echo(f"case {one['number']}, {one['experiment']}, {_values(plan, one['parameters'])}: {one['error']}")
+    if found[FAILED] > len(found["failures"]):
+        typer.echo(f"and {found[FAILED] - len(found['failures'])} more; --failed {found[FAILED]} names them all")
 
 
 def _values(plan: Plan, values: dict[str, Any]) -> str:

@@ -55,7 +55,8 @@ def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
         run_experiment(name, kind, given, **values)
 
     command.__doc__ = doc
-    return example(f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}")(with_options(command, table))
+    line = f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}"
+    return example(line, f"rs.experiments.{name}(plant)")(with_options(command, table))
 
 
 def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:

@@ -17,15 +17,21 @@ from rotorsim.analysis.calibrated import calibration_numbers, save_calibrated
 from rotorsim.analysis.figures import UNITS
 from rotorsim.base.constants import TO_MPA, TO_UM
 from rotorsim.base.progress import end_line, line
+from rotorsim.commands.completion import targets as shipped
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import GivenMachine, GridOptions, plant_of
 from rotorsim.commands.results import files
 
 
-@example("rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml")
+@example(
+    "rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml",
+    "rs.analysis.calibrate(rs.load_machine('dtu_gas_bearing'), rs.analysis.read_targets('dtu_orifice'))",
+)
 def calibrate_command(
     machine: GivenMachine,
-    targets: Annotated[str, typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.")],
+    targets: Annotated[
+        str, typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.", autocompletion=shipped)
+    ],
     grid: Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
     passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
     out: Annotated[Path | None, typer.Option(help="Machine file to write; default MACHINE-calibrated.toml.")] = None,

@@ -11,15 +11,21 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.commands.completion import effects as names
 from rotorsim.commands.lazy_group import example
 from rotorsim.effects import REGISTRY
 from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.effect_tables import unknown_effect
 
 
-@example("rotorsim machine effects unbalance")
+@example(
+    "rotorsim machine effects unbalance",
+    "rs.machine.catalogue()",
+)
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="An effect; all are listed without.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="An effect; all are listed without.", autocompletion=names)
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
 ) -> None:
     """List the physical effects a machine file may have, or show one: equation, source, parameters."""

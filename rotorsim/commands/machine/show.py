@@ -10,14 +10,20 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.commands.completion import machines
 from rotorsim.commands.lazy_group import example
 from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.overview import rows, si_numbers, summary
 
 
-@example("rotorsim machine show dtu_gas_bearing")
+@example(
+    "rotorsim machine show dtu_gas_bearing",
+    "rs.machine.si_numbers(rs.load_machine('dtu_gas_bearing'))",
+)
 def show(
-    machine: Annotated[str, typer.Argument(metavar="NAME|PATH", help="Shipped machine or machine file.")],
+    machine: Annotated[
+        str, typer.Argument(metavar="NAME|PATH", help="Shipped machine or machine file.", autocompletion=machines)
+    ],
     as_json: Annotated[bool, typer.Option("--json", help="SI numbers as JSON.")] = False,
 ) -> None:
     """Show what a machine is made of."""

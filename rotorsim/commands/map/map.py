@@ -42,7 +42,8 @@ RANGES: dict[str, tuple[str, float]] = {
 
 @example(
     "rotorsim map dtu_gas_bearing --speed '0 rpm:6000 rpm:7' --pressure '0.3 MPa:0.7 MPa:5' "
-    "--over 'bearings.1.clearance=23 um, 25 um, 27 um' --lift-off --whirl-onset --campbell --out my_map"
+    "--over 'bearings.1.clearance=23 um, 25 um, 27 um' --lift-off --whirl-onset --campbell --out my_map",
+    "rs.analysis.map_machine(plant, speeds, pressures)",
 )
 def map_command(
     machine: MachineName = "dtu_gas_bearing",

@@ -29,7 +29,10 @@ Out = Annotated[
 Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
 
-@example("rotorsim study control model_2.json dtu_gas_bearing --out control")
+@example(
+    "rotorsim study control model_2.json dtu_gas_bearing --out control",
+    "rs.reproduction.control_study(plant, rs.load_model('model_2.json'), Path('control'))",
+)
 @resumable
 def control(
     model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote, best Model 2.")],
@@ -65,7 +68,10 @@ def control(
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results")
 
 
-@example("rotorsim study whole dtu_gas_bearing --out study")
+@example(
+    "rotorsim study whole dtu_gas_bearing --out study",
+    "rs.reproduction.whole_study(plant, Path('study'), progress)",
+)
 @resumable
 def whole(
     machine: MachineName = "dtu_gas_bearing",

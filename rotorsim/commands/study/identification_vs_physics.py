@@ -27,7 +27,10 @@ RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
 
 
-@example("rotorsim study identification-vs-physics dtu_gas_bearing --out study --quick")
+@example(
+    "rotorsim study identification-vs-physics dtu_gas_bearing --out study --quick",
+    "rs.reproduction.study(plant, rs.reproduction.sources_of(['study']))",
+)
 @resumable
 def identification_vs_physics(
     machine: MachineName = "dtu_gas_bearing",
