@@ -9,15 +9,20 @@ import typer
 
 from rotorsim.analysis import cite as cited
 from rotorsim.base.references import bibtex, references, sorted_keys
+from rotorsim.commands.completion import machines
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson
 
 
-@example("rotorsim cite dtu_gas_bearing --bibtex")
+@example("rotorsim cite dtu_gas_bearing --bibtex", "rs.analysis.cite('dtu_gas_bearing')")
 def cite(
     what: Annotated[
         str,
-        typer.Argument(metavar="MACHINE|RUN", help="Machine, or a record .nc, model or law .json, or their folder."),
+        typer.Argument(
+            metavar="MACHINE|RUN",
+            help="Machine, or a record .nc, model or law .json, or their folder.",
+            autocompletion=machines,
+        ),
     ],
     as_bibtex: Annotated[bool, typer.Option("--bibtex", help="As BibTeX entries.")] = False,
     as_json: AsJson = False,
