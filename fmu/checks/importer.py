@@ -24,7 +24,7 @@ def fmpy() -> Any:
     try:
         import fmpy as importer
     except ImportError as error:
-        raise DataError("fmpy: is not installed; install it with pip install 'rotorsim[fmu]'") from error
+        raise DataError("fmpy: is not installed; install it with pip install fmpy") from error
     return importer
 
 

@@ -19,6 +19,8 @@ import numpy as np
 from identification.errors import ModelError
 from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
+from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.control_systems import matrices, state_space
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
 
@@ -111,9 +113,51 @@ class LinearModel:
         return respond(model.A, model.B, model.C, model.D, start, np.ascontiguousarray(u, float))
 
     def to_control(self) -> Any:
-        """The model as control.StateSpace; raises ModelError where the package `control` is missing."""
-        control = control_package()
-        return control.ss(self.A, self.B, self.C, self.D, self.Ts, inputs=list(self.inputs), outputs=list(self.outputs))
+        """The model as control.StateSpace; raises DataError where the package `control` is missing.
+
+        Examples
+        --------
+        >>> import numpy as np, rotorsim as rs
+        >>> model = rs.LinearModel(-np.eye(2), np.eye(2), np.eye(2), np.zeros((2, 2)))
+        >>> model.to_control().nstates
+        2
+        """
+        return state_space(self.A, self.B, self.C, self.D, self.Ts, self.inputs, self.outputs)
+
+    @classmethod
+    def from_control(cls, system: Any, speed: float = float("nan"), pressure: float = float("nan")) -> LinearModel:
+        """The model of a control.StateSpace or TransferFunction.
+
+        Parameters
+        ----------
+        system : control.StateSpace or control.TransferFunction
+            References [V] in, displacements [m] out; continuous or sampled. Names of its signals are kept unless they
+            are the package's own u[0], y[0], ...
+        speed, pressure : float
+            Operating point [rad/s], [Pa, gauge] that it holds for.
+
+        Raises
+        ------
+        ModelError
+            For anything else, an improper transfer function or an unknown sampling time.
+
+        Examples
+        --------
+        >>> import control, rotorsim as rs
+        >>> lag = control.tf([1e-6], [1e-3, 1.0])
+        >>> rs.LinearModel.from_control(control.append(lag, lag), 300.0, 0.5e6).order
+        2
+        """
+        try:
+            found = matrices(system)
+            if found.Ts is None and len(found.A):
+                raise DataError(f"{type(system).__name__}: its sampling time is not stated; give it dt=0 or dt=Ts")
+        except DataError as error:
+            raise ModelError(f"model: {error}") from error
+        made = cls(*found[:4], found.Ts or 0.0, speed=speed, pressure=pressure)
+        if any("[" in name for name in (*found.inputs, *found.outputs)):
+            return made
+        return replace(made, inputs=found.inputs, outputs=found.outputs)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""
@@ -132,15 +176,6 @@ class LinearModel:
         for name in ("speed", "pressure"):
             values[name] = float("nan") if values.get(name) is None else float(values[name])
         return cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
-
-
-def control_package() -> Any:
-    """The package `control`; raises ModelError with the way out where it is missing."""
-    try:
-        import control
-    except ImportError as error:
-        raise ModelError("model: no package 'control' to convert to; pip install control") from error
-    return control
 
 
 def plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ Cites: thesis.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,8 @@ from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
-from identification.lpv.surfaces import Basis
+from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
+from rotorsim.base.constants import SAMPLE
 from rotorsim.base.files import write_json
 
 
@@ -135,8 +137,64 @@ class LpvModel:
         return y
 
     def to_control(self, speed: float, pressure: float) -> Any:
-        """Frozen model as control.StateSpace."""
+        """Frozen model at `speed` [rad/s] and gauge `pressure` [Pa] as control.StateSpace.
+
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> rs.load_model("lpv.json").to_control(300.0, 0.5e6)  # doctest: +SKIP
+        """
         return self.at(speed, pressure).to_control()
+
+    @classmethod
+    def from_control(cls, systems: Mapping[tuple[float, float], Any], order: int = 1) -> LpvModel:
+        """Surfaces through the matrices of systems at several operating points.
+
+        Parameters
+        ----------
+        systems : mapping
+            By (speed [rad/s], gauge pressure [Pa]) a control.StateSpace, sampled alike, two references in and two
+            displacements out, no feedthrough, all in the same coordinates of the state.
+        order : int
+            Degree of the polynomials over the operating point.
+
+        Raises
+        ------
+        ModelError
+            If the systems differ in order or sampling time, or are continuous.
+        UnfitError
+            If the points are too few for the order.
+
+        Examples
+        --------
+        >>> import control, rotorsim as rs
+        >>> at = lambda a: control.ss([[a, 0], [0, a]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], 0, 2e-4)
+        >>> points = {(w, p): at(0.5 + w / 2e3) for w in (0.0, 300.0) for p in (3e5, 5e5)}
+        >>> float(rs.LpvModel.from_control(points).at(150.0, 4e5).A[0, 0].round(6))
+        0.575
+        """
+        models = {point: LinearModel.from_control(system, *point) for point, system in systems.items()}
+        first = next(iter(models.values()))
+        for (speed, pressure), one in models.items():
+            where = f"lpv: system at {speed:g} rad/s, {pressure:g} Pa"
+            if not one.Ts:
+                raise ModelError(f"{where}: is continuous; sample it: control.sample_system(system, {SAMPLE:g})")
+            if (one.order, one.Ts) != (first.order, first.Ts):
+                raise ModelError(
+                    f"{where}: {one.order} states, {one.Ts:g} s; the first has {first.order}, {first.Ts:g} s"
+                )
+            if (*one.D.shape, np.any(one.D)) != (2, 2, False):
+                raise ModelError(f"{where}: needs two inputs, two outputs and D = 0; it has D of {one.D.shape}")
+        points, n = np.array(list(models), float), first.order
+        space, basis = FullStateSpace(n, 2, 2), make_basis(points, order)
+        values = np.array([space.pack(one.A, one.B, one.C) for one in models.values()])
+        coefficients = fit_surfaces(basis, points, values)
+        error = rms(basis.at(points) @ coefficients.T - values)
+        names = tuple(
+            f"{letter}{i}" for letter, size in (("A", n * n), ("B", 2 * n), ("C", 2 * n)) for i in range(size)
+        )
+        return cls("blackbox", names, coefficients, basis, order, points, error, np.full(len(names), np.nan),
+                   Ts=first.Ts, states=n)  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""

@@ -44,7 +44,7 @@ def _possible(name: str, asked: bool) -> bool:
     """Whether what a part needs is installed; raises DataError for one asked for."""
     lacks = PARTS[name].lacks()
     if lacks and asked:
-        raise DataError(f"bench {name}: needs {lacks}; 'pip install rotorsim[{name}]'")
+        raise DataError(f"bench {name}: needs {lacks}; 'pip install {lacks}'")
     if lacks:
-        warn(f"left out: {name}, which needs {lacks}; 'pip install rotorsim[{name}]'", LeftOut, stacklevel=3)
+        warn(f"left out: {name}, which needs {lacks}; 'pip install {lacks}'", LeftOut, stacklevel=3)
     return not lacks

@@ -20,14 +20,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.control_systems import check_channels, check_period, matrices, state_space
 from rotorsim.base.files import write_json
 from rotorsim.base.own_files import instead
 from rotorsim.control.errors import LawError
+from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.kernels import refresh, step
 from rotorsim.control.runtime.layout import Layout, make_layout
 
 MATRICES = ("A", "B", "C", "D", "W")
+AVERAGE, FADE = 0.2, 0.05
+"""Seconds in which a law seeks its centre, and in which its output then comes in."""
 LIMIT = 5.0
 """Range of the reference [V]."""
 MOST_STATES = 400
@@ -188,6 +193,49 @@ class Law:
         """The same law with other settings, at rest."""
         return replace(self, **changes)
 
+    @classmethod
+    def from_control(cls, system: Any, Ts: float | None = None, name: str | None = None, **settings: Any) -> Law:
+        """The law of a linear system of the package `control`.
+
+        Parameters
+        ----------
+        system : control.StateSpace or control.TransferFunction
+            Disc x, y [m] in, references x, y [V] out; the sign is the system's own: u = K y.
+        Ts : float, optional
+            Sampling time [s] that a continuous system is sampled at, by Tustin's rule; a sampled one must have it. By
+            default the plant's 0.2 ms, and a continuous system is refused.
+        name : str, optional
+            Of the law; by default the system's.
+        **settings
+            Fields of `Law` such as `limit`, `bias`, `centre`. By default the law seeks its centre for 0.2 s and comes
+            in within 0.05 s; ``average=0, fade=0`` switch that off.
+
+        Raises
+        ------
+        LawError
+            For a wrong number of signals, a continuous system without `Ts`, another sampling time.
+
+        Examples
+        --------
+        >>> import control, rotorsim as rs
+        >>> lag = control.tf([0.2e6], [1 / 6283.0, 1.0])
+        >>> rs.Law.from_control(control.append(lag, lag), Ts=2e-4).order
+        2
+        """
+        return law_from_control(cls, system, Ts, name, settings)
+
+    def to_control(self, speed: float = 0.0, pressure: float = 0.0) -> Any:
+        """The law at an operating point [rad/s], [Pa, gauge] as control.StateSpace, without limits and bias.
+
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> rs.load_law("law.json").to_control(300.0, 0.5e6).dt  # doctest: +SKIP
+        0.0002
+        """
+        A, B, C, D = self.at(speed, pressure)
+        return state_space(A, B, C, D, self.Ts, ("disc_x", "disc_y"), ("reference_x", "reference_y"), self.name)
+
     def attrs(self) -> dict[str, Any]:
         """Name, order and fingerprint for a record's attributes."""
         return {"law": self.name, "law_order": self.order, "law_hash": self.hash}
@@ -209,6 +257,32 @@ class Law:
     def save(self, path: str | Path) -> None:
         """Write the law as JSON; numbers come back bit for bit."""
         write_json(path, self.to_dict(), indent=None)
+
+
+def law_from_control(kind: type[Law], system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Law:
+    """See `Law.from_control`."""
+    label = name or getattr(system, "name", None) or type(system).__name__
+    what = f"law {label}"
+    try:
+        A, B, C, D, own, _, _ = matrices(system)
+        check_channels(system, what, ("disc_x", "disc_y"), ("reference_x", "reference_y"))
+        if own == 0 and Ts is not None:
+            A, B, C, D = tustin(System(A, B, C, D), Ts)
+        elif own is not None or Ts is None:
+            check_period(system, what, Ts or SAMPLE, f", or give Ts={SAMPLE:g}, which samples it by Tustin's rule")
+    except np.linalg.LinAlgError as error:
+        raise LawError(f"{what}: has a pole at 2/Ts, which Tustin's rule cannot sample; choose another Ts") from error
+    except DataError as error:
+        raise LawError(str(error)) from error
+    table: dict[str, Any] = {letter: M[None, None] for letter, M in zip("ABCD", (A, B, C, D), strict=True)}
+    chosen: dict[str, Any] = {
+        "average": AVERAGE,
+        "fade": FADE,
+        "about": {"from": f"control.{type(system).__name__}"},
+    } | settings
+    hold = chosen.pop("W", np.zeros((len(A), 2)))
+    return kind(label, **table, W=np.asarray(hold)[None, None], speeds=np.zeros(1), pressures=np.zeros(1),
+                Ts=Ts or SAMPLE, **chosen)  # fmt: skip
 
 
 def load_law(path: str | Path) -> Law:

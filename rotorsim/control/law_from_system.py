@@ -12,12 +12,9 @@ from identification import LinearModel
 from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
-from rotorsim.control.law import Law
+from rotorsim.control.law import AVERAGE, FADE, Law
 from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.riccati import sampled_riccati
-
-AVERAGE, FADE = 0.2, 0.05
-"""Seconds in which a law seeks its centre, and in which its output then comes in."""
 
 
 def discrete(system: System, Ts: float = SAMPLE) -> System:

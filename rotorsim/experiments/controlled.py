@@ -18,7 +18,8 @@ from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import run
-from rotorsim.plant.controller import check_controller, provenance
+from rotorsim.plant.control_systems import as_controller, check_any_controller
+from rotorsim.plant.controller import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,12 +38,12 @@ class Controlled(AtPoint):
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
     bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
-    controller: Controller | None = None
+    controller: Controller | Any | None = None
     excitations: tuple[Experiment, ...] = ()
 
     def check(self) -> None:
         """Refuse what is neither a controller nor an excitation."""
-        check_controller(self.controller)
+        check_any_controller(self.controller)
         for other in self.excitations:
             if not isinstance(other, Experiment) or isinstance(other, Controlled):
                 raise DataError(f"excitations: {other!r} is not an open-loop experiment; give e.g. Prbs(amplitude=0.2)")
@@ -64,7 +65,7 @@ class Controlled(AtPoint):
 
     def attrs(self) -> dict[str, Any]:
         """Name and parameters of the experiment, its controller and its excitations, SI."""
-        attrs = super().attrs() | provenance(self.controller)
+        attrs = super().attrs() | provenance(as_controller(self.controller, lambda: (0.0, 0.0)))
         for number, other in enumerate(self.excitations, start=1):
             own = {key: value for key, value in other.attrs().items() if key not in ("speed", "pressure")}
             attrs |= {f"excitation_{number}_{key}": value for key, value in own.items()}
@@ -73,7 +74,7 @@ class Controlled(AtPoint):
 
 def controlled(
     plant: Plant,
-    controller: Controller,
+    controller: Controller | Any,
     speed: float = 0.0,
     pressure: float = 0.3e6,
     duration: float = 10.0,
@@ -93,7 +94,8 @@ def controlled(
     controller : object
         With a method ``step(measured, speed, pressure) -> reference``: from the measured disc (2,) [m], speed [rad/s]
         and gauge pressure [Pa] of a sample it makes the reference (2,) [V] of the next. Its `reset()`, if it has one,
-        is called first.
+        is called first. Also a function of these three, or a sampled system of the package `control`, which is given
+        the displacement from the equilibrium.
     speed, pressure : float
         Shaft speed [rad/s] and gauge pressure [Pa].
     duration : float

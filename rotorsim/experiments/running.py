@@ -22,6 +22,8 @@ from rotorsim.experiments.experiment import Experiment, check_seed
 from rotorsim.experiments.loop import Loop
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.experiments.recording import FEWEST, Recording
+from rotorsim.plant.control_systems import as_controller
+from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
@@ -185,10 +187,15 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     return plant.start(speed, pressure, seed=check_seed(seed))
 
 
+def _disc(simulation: Simulation) -> np.ndarray:
+    """Disc (2,) [m] now."""
+    return describe(simulation.assembly, simulation.w).disc
+
+
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
     """Blocks of time (n,) [s] and variables of the schema; an error of solver or controller comes last."""
     controller = getattr(experiment, "controller", None)
-    loop = None if controller is None else Loop(controller)
+    loop = None if controller is None else Loop(as_controller(controller, lambda: _disc(simulation)))
     for first in range(0, experiment.samples, block):
         rows = experiment.rows(first, min(block, experiment.samples - first))
         before = simulation.save()

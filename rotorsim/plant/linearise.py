@@ -26,6 +26,7 @@ from scipy.sparse.linalg import LinearOperator, eigs
 from reynolds.injector import Injector
 from reynolds.perturbation import LinearFilm, linear_film
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
@@ -97,6 +98,20 @@ class LinearPlant:
     def D(self) -> np.ndarray:
         """Feedthrough (2, 5): none."""
         return np.zeros((2, len(self.inputs)))
+
+    def to_control(self) -> Any:
+        """The model as control.StateSpace, continuous, of full order; inputs and outputs have their names.
+
+        Raises DataError where the package `control` is missing.
+
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> system = rs.Plant("dtu_gas_bearing").linearise(300.0, 0.5e6).to_control()
+        >>> system.input_labels[:2]
+        ['reference_x', 'reference_y']
+        """
+        return state_space(self.A, self.B, self.C, self.D, 0.0, self.inputs, self.outputs)
 
     @cached_property
     def response(self) -> FilmResponse:

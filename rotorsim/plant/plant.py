@@ -21,7 +21,8 @@ from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
-from rotorsim.plant.controller import Controller, ask, check_controller, check_range, provenance
+from rotorsim.plant.control_systems import as_controller, plant_system
+from rotorsim.plant.controller import Controller, ask, check_range, provenance
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.probes import probe_coordinates
@@ -75,6 +76,33 @@ class Plant:
         speed, pressure = _point(speed, pressure)
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
+    def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:
+        """The nonlinear plant as control.NonlinearIOSystem with a step of 0.2 ms, standing at the equilibrium.
+
+        Parameters
+        ----------
+        speed, pressure : float
+            Operating point [rad/s], [Pa, gauge] of `initial`, the states to start from.
+        seed : int
+            Of the sensors' noise.
+
+        Returns
+        -------
+        control.NonlinearIOSystem
+            Inputs speed [rad/s], supply_pressure [Pa, gauge], reference_x, reference_y [V], disc_force_x,
+            disc_force_y [N]; outputs disc_x, disc_y [m]. Each call runs the plant's own step.
+
+        Examples
+        --------
+        >>> import control, numpy as np, rotorsim as rs
+        >>> system = rs.Plant("dtu_gas_bearing").to_control(300.0, 0.5e6)
+        >>> T = np.arange(10) * system.dt
+        >>> U = np.tile([[300.0], [0.5e6], [0.5], [0.0], [0.0], [0.0]], len(T))
+        >>> control.input_output_response(system, T, U, system.initial).outputs.shape
+        (2, 10)
+        """
+        return plant_system(self.start(*_point(speed, pressure), seed))
+
     def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
         """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise."""
         if not 0 <= seed < 2**53 or seed != int(seed):
@@ -88,7 +116,7 @@ class Plant:
         pressure: Signal = 0.0,
         reference: Signal | None = None,
         disc_force: Signal | None = None,
-        controller: Controller | None = None,
+        controller: Controller | Any | None = None,
         seed: int = 0,
         initial: str | Simulation = "equilibrium",
         progress: bool = False,
@@ -99,14 +127,16 @@ class Plant:
         [V] and disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is
         held; a speed of NaN turns the drive off, so that the shaft coasts. A controller sees `disc_measured` of a
         sample and acts on the next; the record then names it, and `reference_external` is the reference without its
-        part. `initial` is "equilibrium" or a `Simulation` to continue. `seed` makes the
-        sensors' noise and nothing else. Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
+        part. It is an object with ``step(measured, speed, pressure)``, a function of these, or a sampled system of the
+        package `control`, which is given the displacement from the equilibrium of the first sample. `initial` is
+        "equilibrium" or a `Simulation` to continue. `seed` makes the sensors' noise and nothing else.
+        Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
         if not isinstance(initial, Simulation) and initial != "equilibrium":
             raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to continue")
-        if controller is not None:
-            check_controller(controller)
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
+        if controller is not None:
+            controller = as_controller(controller, lambda: self.equilibrium(*start).disc)
         simulation = self.start(*start, seed=seed) if isinstance(initial, str) else initial
         begin = simulation.samples
         blocks = list(track(_run(simulation, inputs, controller), len(inputs), SAMPLE, progress))

@@ -20,6 +20,7 @@ from rotorsim.verify import transients
 from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, holds
 from rotorsim.verify.full_order import full_order
 from rotorsim.verify.impacts import POINTS, Energies, impact_energies
+from rotorsim.verify.other import AnyLaw, as_law
 
 SHIPPED = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
 """Calibrations A, B, C."""
@@ -31,7 +32,7 @@ Progress = Callable[[str], None]
 class Verification(Reported):
     """Rows of a verification, and the impact energies behind them."""
 
-    law: Law
+    law: AnyLaw
     machine: str
     rows: tuple[Row, ...]
     open: tuple[Energies, ...]
@@ -56,15 +57,18 @@ class Verification(Reported):
 
 
 def closed_loop(
-    law: Law, plant: Plant, criteria: Criteria | None = None, quick: bool = False, progress: Progress | None = None,
+    law: AnyLaw | Any, plant: Plant, criteria: Criteria | None = None, quick: bool = False,
+    progress: Progress | None = None,
     open_loop: tuple[Energies, ...] | None = None, closed: tuple[Energies, ...] | None = None,
 ) -> Verification:  # fmt: skip
     """Verify a law on a plant.
 
     Parameters
     ----------
-    law : Law
-        As it is to run, with the way it finds its centre (`average` or `centre`).
+    law : Law or controller
+        As it is to run, with the way it finds its centre (`average` or `centre`). A linear system of the package
+        `control` becomes a law; another of its systems, a function or an object with a `step` runs in Python, without
+        the rows that need matrices.
     plant : Plant
         With a gas film and actuators.
     criteria : Criteria, optional
@@ -80,9 +84,17 @@ def closed_loop(
     ------
     LawError, DataError
         If law and plant do not go together.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> result = rs.verify.closed_loop(rs.load_law("law.json"), rs.Plant("dtu_gas_bearing"))  # doctest: +SKIP
+    >>> result.passed  # doctest: +SKIP
+    True
     """
-    criteria = criteria or Criteria()
-    check_sampling(law)
+    criteria, law = criteria or Criteria(), as_law(law)
+    if isinstance(law, Law):
+        check_sampling(law)
     if plant.assembly.film_model is None or plant.machine.actuators is None:
         raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
     report = progress or (lambda _: None)
@@ -100,8 +112,9 @@ def closed_loop(
     report("ramps, steps, saturation, sensor faults")
     rows += _transient_rows(plant, law, criteria)
     if not quick:
-        report("full-order loops")
-        rows += _full_order_rows(plant, law, criteria)
+        if isinstance(law, Law):
+            report("full-order loops")
+            rows += _full_order_rows(plant, law, criteria)
         for name, other in other_machines(plant):
             report(f"robustness: {name}")
             rows.append(_robustness(name, other, law, criteria))
@@ -127,7 +140,7 @@ def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], crit
     )
 
 
-def _runup_rows(plant: Plant, law: Law, criteria: Criteria, runs: dict[str, Any], quick: bool) -> Iterator[Row]:
+def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, Any], quick: bool) -> Iterator[Row]:
     stop, rate = 6 * KRPM, (1.5 if quick else 0.5) * KRPM
     pair = [transients.runup(plant, one, rate, 0.7e6, stop) for one in (None, law)]
     runs["runup"] = pair
@@ -156,7 +169,7 @@ def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row
     yield Row("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
 
 
-def _transient_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]:
+def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria) -> Iterator[Row]:
     cases = {
         "speed ramp of 60 krpm/s": lambda one: transients.speed_ramp(plant, one, 60 * KRPM),
         "pressure step 0.3 to 0.7 MPa": lambda one: transients.pressure_step(plant, one),
@@ -195,7 +208,7 @@ def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
         yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)
 
 
-def _robustness(name: str, plant: Plant, law: Law, criteria: Criteria) -> Row:
+def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria) -> Row:
     pairs, lost = [], []
     for q in CORNERS:
         try:

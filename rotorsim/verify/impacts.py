@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA, SAMPLE, TO_UM
-from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
+from rotorsim.verify.other import AnyLaw
 from rotorsim.verify.running import Run, run_rows, steady_rows
 
 POINTS = tuple((w * KRPM, p * MPA) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))
@@ -43,7 +43,7 @@ class Energies:
     ended: str = ""
 
 
-def impact_energies(plant: Plant, law: Law | None, speed: float, pressure: float, peak: float = 20.0) -> Energies:
+def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0) -> Energies:
     """Hit the disc along x, then along y, and measure."""
     with_, without, hit = _twins(plant, law, speed, pressure, peak)
     n = min(len(with_.table), len(without.table))
@@ -66,7 +66,7 @@ def impact_energies(plant: Plant, law: Law | None, speed: float, pressure: float
 
 
 def impact_answers(
-    plant: Plant, law: Law | None, speed: float, pressure: float, peak: float
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Disc (500, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended."""
     with_, without, _ = _twins(plant, law, speed, pressure, peak)
@@ -76,7 +76,7 @@ def impact_answers(
     return p[_after(0)], p[_after(1)]
 
 
-def _twins(plant: Plant, law: Law | None, speed: float, pressure: float, peak: float) -> tuple[Run, Run, np.ndarray]:
+def _twins(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float) -> tuple[Run, Run, np.ndarray]:
     """A run with a hit along x and one along y, its twin without, and the rows of the first."""
     quiet = steady_rows(speed, pressure, LEAD + 2 * SPACING)
     hit = quiet.copy()

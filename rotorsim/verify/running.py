@@ -11,9 +11,12 @@ from rotorsim.base.errors import ConvergenceError
 from rotorsim.control.law import Law, check_sampling
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.plant import Plant
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.columns import COLUMNS, READ
+from rotorsim.plant.control_systems import as_controller
+from rotorsim.plant.controller import Controller, ask
 from rotorsim.plant.simulation import Simulation
 from rotorsim.verify.loop_kernel import loop_module
+from rotorsim.verify.other import AnyLaw
 
 NEVER = 10**15
 
@@ -64,7 +67,7 @@ class Frozen:
     time: float
 
 
-def run_rows(plant: Plant, law: Law | None, rows: np.ndarray, seed: int = 0, fault: Frozen | None = None) -> Run:
+def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, fault: Frozen | None = None) -> Run:
     """Run from the equilibrium of the first row: columns as `Simulation.advance` takes them, (n, 6).
 
     A step without solution ends the run; what was simulated is kept. Raises NoLiftOffError, DataError, LawError.
@@ -77,6 +80,9 @@ def run_rows(plant: Plant, law: Law | None, rows: np.ndarray, seed: int = 0, fau
         except ConvergenceError as error:
             table = error.where["table"]
             return Run(table, rows[: len(table)], str(error))
+    if not isinstance(law, Law):
+        centre = plant.equilibrium(float(rows[0, 0]), float(rows[0, 1])).disc
+        return run_other(simulation, as_controller(law.given, lambda: centre), rows, fault)
     return run_law(simulation, law, rows, fault)
 
 
@@ -97,6 +103,29 @@ def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | 
     used[:, 1] -= a.machine.gas.ambient_pressure
     ended = "" if done == len(rows) else f"no solution of the step at t = {done * SAMPLE:.4f} s"
     return Run(out[:done], used[:done], ended)
+
+
+def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, fault: Frozen | None) -> Run:
+    """Continue a simulation under a controller that is not a law, sample by sample in Python, as `run_law` does."""
+    reset = getattr(controller, "reset", None)
+    if callable(reset):
+        reset()
+    used, tables, output, held = rows.copy(), [], np.zeros(2), np.zeros(2)
+    limit = reference_range(simulation.assembly.machine)
+    frozen = NEVER if fault is None else round(fault.time / SAMPLE)
+    for k in range(len(rows)):
+        used[k, 2:4] = np.clip(rows[k, 2:4] + output, -limit, limit)
+        try:
+            tables.append(simulation.advance(used[k : k + 1]))
+        except ConvergenceError as error:
+            return Run(np.concatenate([*tables, error.where["table"]]), used[:k], str(error))
+        row = tables[-1][0]
+        seen = row[READ : READ + 2].copy()
+        if fault is not None and k >= frozen:
+            seen[fault.channel] = held[fault.channel]
+        held = seen
+        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * SAMPLE)
+    return Run(np.concatenate(tables), used)
 
 
 def steady_rows(speed: float, pressure: float, duration: float) -> np.ndarray:

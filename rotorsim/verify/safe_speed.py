@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, SAMPLE, TO_UM
-from rotorsim.control.law import Law
 from rotorsim.plant import Plant
+from rotorsim.verify.other import AnyLaw
 from rotorsim.verify.running import Run, run_rows
 from rotorsim.verify.transients import changing
 
@@ -35,7 +35,7 @@ class SafeSpeed:
 
 
 def safe_speed(
-    plant: Plant, law: Law | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
+    plant: Plant, law: AnyLaw | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
     rate: float = 1 * KRPM, radius: float = 20e-6, centre: tuple[float, float] = (0.0, 0.0), seed: int = 0,
 ) -> SafeSpeed:  # fmt: skip
     """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and find the speed at which the circle is left."""

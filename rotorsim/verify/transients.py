@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from rotorsim.base.constants import KRPM, SAMPLE
-from rotorsim.control.law import Law
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
+from rotorsim.verify.other import AnyLaw
 from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
 
 REST = 0.4
@@ -24,22 +24,22 @@ def changing(speeds: tuple[float, float], pressures: tuple[float, float], durati
     return rows
 
 
-def speed_ramp(plant: Plant, law: Law | None, rate: float) -> Run:
+def speed_ramp(plant: Plant, law: AnyLaw | None, rate: float) -> Run:
     """From rest to 6 krpm at 0.5 MPa at a rate [rad/s^2]."""
     return run_rows(plant, law, changing((0.0, 6 * KRPM), (0.5e6, 0.5e6), 6 * KRPM / rate))
 
 
-def pressure_step(plant: Plant, law: Law | None, low: float = 0.3e6, high: float = 0.7e6) -> Run:
+def pressure_step(plant: Plant, law: AnyLaw | None, low: float = 0.3e6, high: float = 0.7e6) -> Run:
     """From one pressure to the other from one sample to the next, at 3 krpm."""
     return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), SAMPLE))
 
 
-def pressure_ramp(plant: Plant, law: Law | None, low: float = 0.7e6, high: float = 0.3e6) -> Run:
+def pressure_ramp(plant: Plant, law: AnyLaw | None, low: float = 0.7e6, high: float = 0.3e6) -> Run:
     """From one pressure to the other within half a second, at 3 krpm."""
     return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), 0.5))
 
 
-def overload(plant: Plant, law: Law | None, peak: float) -> Run:
+def overload(plant: Plant, law: AnyLaw | None, peak: float) -> Run:
     """A hit that drives the references to their limits, at 3 krpm and 0.5 MPa."""
     rows = steady_rows(3 * KRPM, 0.5e6, 1.0)
     hammer = Impact(peak=peak, angle=np.pi / 4, lead=REST, spacing=0.5)
@@ -48,18 +48,18 @@ def overload(plant: Plant, law: Law | None, peak: float) -> Run:
     return run_rows(plant, law, rows)
 
 
-def frozen_sensor(plant: Plant, law: Law | None, channel: int) -> Run:
+def frozen_sensor(plant: Plant, law: AnyLaw | None, channel: int) -> Run:
     """A displacement sensor that hangs, at 3 krpm and 0.5 MPa."""
     return run_rows(plant, law, steady_rows(3 * KRPM, 0.5e6, 1.2), fault=Frozen(channel, REST))
 
 
-def noise(plant: Plant, law: Law, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
+def noise(plant: Plant, law: AnyLaw, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
     """Standard deviation (2,) [V] of the reference when nothing happens."""
     run = run_rows(plant, law, steady_rows(speed, pressure, 0.8))
     return run.reference[round(REST / SAMPLE) :].std(axis=0)
 
 
-def runup(plant: Plant, law: Law | None, rate: float, pressure: float, stop: float, down: bool = True) -> Run:
+def runup(plant: Plant, law: AnyLaw | None, rate: float, pressure: float, stop: float, down: bool = True) -> Run:
     """From rest to `stop` [rad/s] and, if `down`, back again, at a rate [rad/s^2]."""
     up = changing((0.0, stop), (pressure, pressure), stop / rate)
     return run_rows(plant, law, np.vstack([up, up[::-1]]) if down else up)

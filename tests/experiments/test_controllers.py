@@ -61,7 +61,7 @@ class Short:
     [
         (
             lambda measured: measured,
-            r"controller = <function .*: has no such method; give an object with a method step",
+            r"controller <lambda>: a function must be f\(measured, speed, pressure\)",
         ),
         (ProportionalLaw, r"controller = <class .*: is a class; give an object with a method step"),
         (Short(), r"controller Short: its step must be step\(measured, speed, pressure\)"),

@@ -17,7 +17,7 @@ PRESSURE = 0.3e6
 def importer() -> None:
     """Skip without FMPy."""
     if not importlib.util.find_spec("fmpy"):
-        pytest.skip("fmpy is not installed: pip install 'rotorsim[fmu]'")
+        pytest.skip("fmpy is not installed: pip install fmpy")
 
 
 @pytest.fixture(scope="session")

@@ -73,7 +73,7 @@ def lacking() -> str:
         there = find_spec("pyvista") is not None
     except ValueError:  # an import that is blocked
         there = False
-    return "" if there else "modes: pictures need pyvista; 'pip install rotorsim[modes]', or --no-pictures"
+    return "" if there else "modes: pictures need pyvista; 'pip install pyvista', or --no-pictures"
 
 
 def _pyvista() -> ModuleType:

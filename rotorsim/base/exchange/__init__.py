@@ -1,0 +1,1 @@
+"""Exchange of systems and matrices with other programs: the package `control`, MATLAB."""

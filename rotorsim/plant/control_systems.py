@@ -1,0 +1,153 @@
+"""Controllers and plants as systems of the package `control`, one sample a step.
+
+A system sees the displacement from `centre`, the equilibrium, as a linear model does; a function or an object with a
+`step` sees the measured displacement as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import signature
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import ControllerError, DataError
+from rotorsim.base.exchange.control_systems import (
+    check_channels,
+    check_period,
+    control_package,
+    is_control_system,
+    is_linear,
+    matrices,
+)
+from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.controller import STEP, Controller, check_controller
+from rotorsim.plant.simulation import Simulation
+
+MEASURED = ("disc_x", "disc_y")
+SCHEDULED = (*MEASURED, "speed", "pressure")
+REFERENCES = ("reference_x", "reference_y")
+INPUTS = ("speed", "supply_pressure", *REFERENCES, "disc_force_x", "disc_force_y")
+"""Inputs of the plant as a system: shaft speed at a sample's end [rad/s], gauge pressure [Pa], V, N."""
+
+
+class SystemController:
+    """A sampled system of the package `control` as a controller: disc x, y [m] in, references x, y [V] out.
+
+    One with four inputs is also given speed [rad/s] and gauge pressure [Pa].
+    """
+
+    def __init__(self, system: Any, centre: ArrayLike = (0.0, 0.0)) -> None:
+        self.name = str(getattr(system, "name", None) or type(system).__name__)
+        what = f"controller {self.name}"
+        scheduled = system.ninputs == len(SCHEDULED)
+        try:
+            check_channels(system, what, SCHEDULED if scheduled else MEASURED, REFERENCES)
+            check_period(system, what, SAMPLE)
+            self.matrices = matrices(system) if is_linear(system) else None
+        except ControllerError:
+            raise
+        except DataError as error:
+            raise ControllerError(str(error)) from error
+        self.system, self.scheduled = system, scheduled
+        self.centre = np.array(centre, float)
+        self.reset()
+
+    def reset(self) -> None:
+        """States at zero, time at zero."""
+        n = len(self.matrices.A) if self.matrices is not None else int(self.system.nstates or 0)
+        self.state, self.time = np.zeros(n), 0.0
+
+    def step(self, measured: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+        """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa]."""
+        u = np.asarray(measured, float) - self.centre
+        if self.scheduled:
+            u = np.append(u, (speed, pressure))
+        m = self.matrices
+        if m is not None:
+            y = m.C @ self.state + m.D @ u
+            self.state = m.A @ self.state + m.B @ u
+            return np.asarray(y)
+        y = np.asarray(self.system.output(self.time, self.state, u), float)
+        if len(self.state):
+            self.state = np.asarray(self.system.dynamics(self.time, self.state, u), float)
+        self.time += SAMPLE
+        return y
+
+    def attrs(self) -> dict[str, Any]:
+        """Name and order for a record's attributes."""
+        return {"controller": type(self.system).__name__, "law": self.name, "law_order": len(self.state)}
+
+
+class FunctionController:
+    """A function of (measured, speed, pressure) as a controller."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.name, self.step = str(getattr(function, "__name__", type(function).__name__)), function
+
+
+def as_controller(given: Any, centre: Callable[[], ArrayLike]) -> Controller:
+    """What can be asked for references: an object with a `step`, a sampled system of `control`, or a function.
+
+    `centre` gives the equilibrium (2,) [m] that a system's displacements are counted from. Raises ControllerError.
+    """
+    if is_control_system(given):
+        return SystemController(given, centre())
+    if is_function(given):
+        return FunctionController(given)
+    check_controller(given)
+    controller: Controller = given
+    return controller
+
+
+def is_function(given: Any) -> bool:
+    """Whether a value without a `step` can be called; raises ControllerError where it takes other arguments."""
+    if isinstance(given, type) or hasattr(given, "step") or not callable(given):
+        return False
+    try:
+        signature(given).bind(None, None, None)
+    except ValueError:  # compiled code may have none
+        return True
+    except TypeError as error:
+        name = getattr(given, "__name__", type(given).__name__)
+        raise ControllerError(
+            f"controller {name}: a function must be f(measured, speed, pressure), two voltages [V] from what an object "
+            f"gets in {STEP}; {error}"
+        ) from error
+    return True
+
+
+def check_any_controller(given: Any) -> None:
+    """Raise ControllerError for what `as_controller` takes no controller from."""
+    as_controller(given, lambda: (0.0, 0.0))
+
+
+def plant_system(simulation: Simulation) -> Any:
+    """A simulation as control.NonlinearIOSystem, sampled every 0.2 ms.
+
+    Its states are the plant's whole flat vector; `initial` has those of now, for
+    ``control.input_output_response(system, T, U, system.initial)``.
+    """
+    control = control_package()
+    start, place = simulation.save(), COLUMNS.index("disc_x")
+    kept: dict[str, Any] = {"x": None}
+
+    def advanced(x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Disc (2,) before and states after a sample."""
+        if kept["x"] is None or not (np.array_equal(kept["x"], x) and np.array_equal(kept["u"], u)):
+            simulation.restore(x)
+            table = simulation.advance(np.asarray(u, float)[None])
+            kept.update(x=np.array(x), u=np.array(u), disc=table[0, place : place + 2], after=simulation.save())
+        return kept["disc"], kept["after"]
+
+    system = control.NonlinearIOSystem(
+        lambda t, x, u, params: advanced(x, u)[1],
+        lambda t, x, u, params: advanced(x, u)[0],
+        inputs=list(INPUTS), outputs=list(MEASURED), states=len(start), dt=SAMPLE,
+        name=simulation.assembly.machine.name,
+    )  # fmt: skip
+    system.initial = start
+    return system

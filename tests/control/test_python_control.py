@@ -1,0 +1,224 @@
+"""Exchange with the package `control`: plants, models and laws both ways, its systems as controllers."""
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+from rotorsim.base.errors import ControllerError, DataError
+from rotorsim.control.errors import LawError
+
+control = pytest.importorskip("control")
+P, W = 0.5e6, 300.0
+TS = 2e-4
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return rs.Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
+
+
+def lag(gain=0.2e6, corner=6283.0):
+    """First-order lag with a gain [V/m]."""
+    return control.tf([gain], [1 / corner, 1.0])
+
+
+def feedback(Ts=TS):
+    """Sampled lags on both axes, a StateSpace."""
+    continuous = control.ss(control.append(control.tf2ss(lag()), control.tf2ss(lag())))
+    return control.sample_system(continuous, Ts, "tustin")
+
+
+def test_the_linear_plant_becomes_a_state_space_of_the_same_response(plant):
+    linear = plant.linearise(W, P)
+    system = linear.to_control()
+    assert system.input_labels == list(linear.inputs) and system.output_labels == ["disc_x", "disc_y"]
+    s = 700j
+    np.testing.assert_allclose(system(s), linear.transfer(s), rtol=1e-6)
+
+
+@pytest.mark.parametrize("Ts", [0.0, TS])
+def test_a_linear_model_comes_back_bit_for_bit(Ts):
+    rng = np.random.default_rng(1)
+    model = rs.LinearModel(
+        0.1 * rng.normal(size=(4, 4)), rng.normal(size=(4, 2)), rng.normal(size=(2, 4)), np.zeros((2, 2)), Ts,
+        speed=W, pressure=P,
+    )  # fmt: skip
+    back = rs.LinearModel.from_control(model.to_control(), W, P)
+    for name in ("A", "B", "C", "D"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(model, name))
+    assert (back.Ts, back.inputs, back.outputs, back.speed) == (model.Ts, model.inputs, model.outputs, W)
+
+
+def test_a_transfer_function_of_two_axes_keeps_its_response():
+    rng = np.random.default_rng(2)
+    numerators = [[[*rng.normal(size=2)], [1.0]], [[0.0], [*rng.normal(size=3)]]]
+    denominators = [[[1.0, 2.0, 5.0], [1.0, 3.0]], [[1.0], [1.0, 1.0, 4.0]]]
+    system = control.tf(numerators, denominators)
+    model = rs.LinearModel.from_control(system)
+    assert model.order == 5
+    for omega in (0.0, 0.7, 30.0):
+        np.testing.assert_allclose(model.transfer(omega)[0], system(1j * omega), rtol=1e-12)
+
+
+def test_surfaces_go_through_the_systems_they_are_made_of():
+    points = [(w, p) for w in (0.0, 300.0, 600.0) for p in (3e5, 5e5, 7e5)]
+    systems = {(w, p): control.ss([[0.9 - w / 1e4, p / 1e7], [0, 0.8]], np.eye(2), np.eye(2), 0, TS) for w, p in points}
+    lpv = rs.LpvModel.from_control(systems, order=1)
+    for point, system in systems.items():
+        np.testing.assert_allclose(lpv.to_control(*point).A, system.A, atol=1e-12)
+
+
+def test_a_law_comes_back_bit_for_bit():
+    law = rs.Law.from_control(feedback(), name="lag")
+    again = rs.Law.from_control(law.to_control())
+    for name in ("A", "B", "C", "D"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(law, name))
+    assert again.name == "lag" and law.Ts == TS
+
+
+def test_a_law_does_what_the_system_it_is_made_of_does():
+    system = feedback()
+    law = rs.Law.from_control(system, average=0, fade=0)
+    law.reset()
+    y = 1e-6 * np.random.default_rng(3).normal(size=(2, 200))
+    expected = control.forced_response(system, np.arange(200) * TS, y).outputs
+    np.testing.assert_allclose([law.step(one, W, P) for one in y.T], expected.T, rtol=1e-9, atol=1e-12)
+
+
+def test_a_continuous_system_is_sampled_by_tustins_rule_where_a_period_is_given():
+    continuous = control.append(control.tf2ss(lag()), control.tf2ss(lag()))
+    law, own = rs.Law.from_control(continuous, Ts=TS), feedback()
+    for f in (10.0, 300.0):
+        z = np.exp(2j * np.pi * f * TS)
+        np.testing.assert_allclose(law.to_control()(z), own(z), rtol=1e-9)
+
+
+@pytest.mark.parametrize("form", ["StateSpace", "TransferFunction", "NonlinearIOSystem", "function", "object"])
+def test_a_system_a_function_and_an_object_control_the_plant_alike(plant, form):
+    """All five are the same sampled lag about the equilibrium."""
+    system, centre = feedback(), plant.equilibrium(W, P).disc
+    step = np.zeros((500, 2))
+    step[50:60, 0] = 20.0
+    expected = plant.simulate(0.1, W, P, disc_force=step, controller=Stepped(system, centre))
+    forms = {
+        "StateSpace": system,
+        "TransferFunction": control.tf(
+            [[control.ss2tf(system[0, 0]).num[0][0], [0.0]], [[0.0], control.ss2tf(system[1, 1]).num[0][0]]],
+            [[control.ss2tf(system[0, 0]).den[0][0], [1.0]], [[1.0], control.ss2tf(system[1, 1]).den[0][0]]], TS,
+        ),
+        "NonlinearIOSystem": control.nlsys(
+            lambda t, x, u, params: system.A @ x + system.B @ u, lambda t, x, u, params: system.C @ x + system.D @ u,
+            inputs=2, outputs=2, states=2, dt=TS,
+        ),
+        "function": Stepped(system, centre).step,
+        "object": Stepped(system, centre),
+    }  # fmt: skip
+    found = plant.simulate(0.1, W, P, disc_force=step, controller=forms[form])
+    assert np.abs(found["reference"]).max() > 0.1
+    np.testing.assert_allclose(found["disc"], expected["disc"], rtol=0, atol=1e-12)
+
+
+class Stepped:
+    """A sampled StateSpace in an object with a `step`."""
+
+    def __init__(self, system, centre):
+        self.system, self.centre, self.x = system, centre, np.zeros(2)
+
+    def step(self, measured, speed, pressure):
+        u = measured - self.centre
+        y = self.system.C @ self.x + self.system.D @ u
+        self.x = self.system.A @ self.x + self.system.B @ u
+        return y
+
+
+def test_an_experiment_runs_under_a_system_and_names_it(plant):
+    named = control.ss(feedback(), name="mine")
+    record = rs.experiments.controlled(plant, named, W, P, 0.05)
+    assert record.attrs["controller"] == "StateSpace" and record.attrs["law"] == "mine"
+    assert np.isfinite(record["disc"]).all()
+
+
+def test_the_nonlinear_plant_steps_as_the_simulation_does(plant):
+    n = 60
+    reference = np.tile([0.5, -0.3], (n, 1))
+    expected = plant.simulate(n * TS, W, P, reference=reference)["disc"].values
+    system = plant.to_control(W, P)
+    U = np.tile([[W], [P], [0.5], [-0.3], [0.0], [0.0]], n)
+    found = control.input_output_response(system, np.arange(n) * TS, U, system.initial).outputs
+    np.testing.assert_array_equal(found.T, expected)
+
+
+@pytest.mark.slow
+def test_a_system_is_verified_as_its_law_is(plant):
+    system = feedback()
+    made = rs.closed_loop(system, plant, quick=True)
+    law = rs.closed_loop(rs.Law.from_control(system), plant, quick=True)
+    assert [row.measured for row in made.rows] == [row.measured for row in law.rows]
+
+
+def test_a_controller_that_is_no_law_is_verified_like_the_law_it_equals(plant):
+    """Rows of one impact run: a function in Python against the law's kernel."""
+    from rotorsim.verify.other import as_law
+    from rotorsim.verify.running import run_rows, steady_rows
+
+    system, centre = feedback(), plant.equilibrium(W, P).disc
+    rows = steady_rows(W, P, 0.05)
+    rows[20:25, 4] = 30.0
+    law = rs.Law.from_control(system, average=0, fade=0, centre=tuple(map(float, centre)))
+    by_law, other = run_rows(plant, law, rows), run_rows(plant, as_law(Stepped(system, centre)), rows)
+    assert np.abs(by_law.reference).max() > 0.1
+    np.testing.assert_allclose(other.reference, by_law.reference, atol=1e-9)
+    np.testing.assert_allclose(other.disc, by_law.disc, atol=1e-13)
+
+
+CONTINUOUS = control.append(control.tf2ss(lag()), control.tf2ss(lag()))
+
+
+@pytest.mark.parametrize(
+    ("system", "sentence"),
+    [
+        (CONTINUOUS, r"is continuous .* every 0\.2 ms; sample it: control\.sample_system\(system, 0\.0002, 'tustin'\)"),
+        (feedback(1e-3), r"is sampled every 1 ms and runs every 0\.2 ms; design it for 0\.0002 s"),
+        (control.tf2ss(lag()), r"has 1 inputs and 1 outputs; needed are 2 inputs.*control\.append\(x, y\)"),
+        (control.ss(np.eye(2) * 0.5, np.ones((2, 3)), np.eye(2), 0, TS), r"has 3 inputs and 2 outputs"),
+        (control.ss(np.eye(2) * 0.5, np.eye(2), np.eye(2), 0, True), r"time is not stated; give it dt=0\.0002"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("way", ["simulate", "controlled", "law"])
+def test_a_system_that_does_not_fit_is_refused_in_one_sentence(plant, system, sentence, way):
+    with pytest.raises((ControllerError, LawError), match=sentence) as found:
+        if way == "simulate":
+            plant.simulate(0.01, W, P, controller=system)
+        elif way == "controlled":
+            rs.experiments.controlled(plant, system, W, P, 0.01)
+        else:
+            rs.Law.from_control(system)
+    assert "\n" not in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        (object(), r"has no such method; give an object with a method step\(measured, speed, pressure\)"),
+        (lambda measured: measured, r"controller <lambda>: a function must be f\(measured, speed, pressure\)"),
+        (control.tf([1, 0, 0], [1, 1]), r"has 1 inputs"),
+    ],
+)
+def test_what_is_no_controller_is_refused_with_what_one_is(plant, wrong, sentence):
+    with pytest.raises(ControllerError, match=sentence):
+        plant.simulate(0.01, W, P, controller=wrong)
+
+
+def test_an_improper_transfer_function_is_refused():
+    improper = control.append(control.tf([1.0], [1.0, 1.0]), control.tf([1.0], [1.0, 1.0]))
+    assert rs.LinearModel.from_control(improper).order == 2
+    with pytest.raises(ValueError, match="more zeros than poles"):
+        rs.LinearModel.from_control(control.tf([1.0, 0.0, 0.0], [1.0, 1.0]))
+
+
+def test_without_the_package_one_sentence_names_it(monkeypatch, plant):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(DataError, match=r"no package 'control'.*pip install control"):
+        plant.linearise(W, P).to_control()
