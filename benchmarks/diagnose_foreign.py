@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from identification import make_vectors
+from identification import read
 from reynolds.jit import inlined
 from rotorsim.base.constants import MPA
 from rotorsim.base.errors import RotorsimError
@@ -30,7 +30,7 @@ from rotorsim.effects import REGISTRY, Effect, param, register
 from rotorsim.experiments import Multisine
 from rotorsim.machine import load_machine
 
-RUNUP = Path(__file__).parents[1] / "docs" / "rk4" / "runup.csv"
+RK4 = Path(__file__).parents[1] / "docs" / "rk4"
 
 
 @inlined
@@ -138,15 +138,8 @@ def noise_draw(seed: int) -> tuple[Any, list[Any]]:
 
 
 def run_up() -> tuple[Any, list[Any]]:
-    """The measured run-up, one probe; y is made of x, as a forward circle."""
-    rows = np.genfromtxt(RUNUP, delimiter=",", names=True)
-    speed, lag = rows["rpm"] * np.pi / 30, -np.radians(rows["p1x_1x_phase_deg_raw"])
-    size = rows["p1x_1x_amp_um_127"] * 1e-6
-    amplitude, phase = np.stack([size, size], axis=1), np.stack([lag, lag + np.pi / 2], axis=1)
-    attrs = {"rate": 229 * np.pi / 30, "record": "run-up"}
-    order = np.argsort(speed)
-    vectors = make_vectors(speed[order], amplitude[order][:, None], phase[order][:, None], (1,), attrs)
-    return load_machine("bently_rk4"), [vectors]
+    """The measured run-up, one probe."""
+    return load_machine("bently_rk4"), [read(RK4 / "runup.csv", RK4 / "runup.toml")]
 
 
 CASES: dict[str, Callable[[], tuple[Any, list[Any]]]] = {

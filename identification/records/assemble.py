@@ -186,10 +186,11 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
     assert mapping.speed is not None
     speed = values(table, mapping.speed, "rad/s")
     orders = sorted({order for _, order, _ in mapping.vectors})
-    arrays = {name: np.empty((speed.size, len(orders), len(AXES))) for name in VECTORS}
+    axes = sorted({axis for _, _, axis in mapping.vectors})
+    arrays = {name: np.empty((speed.size, len(orders), len(axes))) for name in VECTORS}
     for name, known in VECTORS.items():
         for i, order in enumerate(orders):
-            for j, axis in enumerate(AXES):
+            for j, axis in enumerate(axes):
                 entry = mapping.vectors.get((name, order, axis))
                 if entry is None:
                     raise ReadError(f"{name} of {order}X: no axis {axis}; name or map its column too")
@@ -197,7 +198,8 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
                 if column.size != speed.size:
                     raise ReadError(f"{entry.path}: {column.size} rows but {speed.size} speeds; take one table")
                 arrays[name][:, i, j] = column
-    return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders)
+    attrs = {} if mapping.disc is None else {"disc_position": mapping.disc}
+    return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders, attrs, axes)
 
 
 def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:

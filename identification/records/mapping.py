@@ -55,9 +55,11 @@ _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset", "full_scal
 _SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "changes", "speed",
              "vectors", "slow_roll", "file")  # fmt: skip
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
-_CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s"}
+_CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s", "probe_angle": "rad"}
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
-deviation of the clock of the displacements."""
+deviation of the clock of the displacements, angle of the only probe of vectors, and
+the revolutions that each is fitted over."""
+TURNS = "turns"
 _FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
@@ -150,14 +152,22 @@ def parse(tables: dict[str, Any], text: str = "", folder: Path = Path()) -> Mapp
 
 
 def _conditions(table: dict[str, Any]) -> dict[str, Any]:
-    """Accuracy [m], rate [rad/s2], pressure [Pa] and clock [s] that become attributes of the record."""
-    _only("conditions", table, tuple(_CONDITIONS))
+    """Accuracy [m], rate [rad/s2], pressure [Pa], clock [s], probe_angle [rad] and turns, as attributes of a record."""
+    _only("conditions", table, (*_CONDITIONS, TURNS))
     written = {name: _per_second(value) if name == "rate" else value for name, value in table.items()}
+    turns = {TURNS: _turns(written.pop(TURNS))} if TURNS in written else {}
     found = {name: quantity_at(f"conditions.{name}", value, _CONDITIONS[name]) for name, value in written.items()}
     for name, value in found.items():
-        if not 0 < value < math.inf:
+        if not 0 < value < math.inf and name != "probe_angle":
             raise ReadError(f"conditions.{name}: {quote(table[name])}; give a positive one")
-    return found
+    return found | turns
+
+
+def _turns(value: Any) -> float:
+    """The number of revolutions that each vector is fitted over."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value < math.inf:
+        raise ReadError(f"conditions.turns: {quote(value)}; write a number from 1, e.g. turns = 8")
+    return float(value)
 
 
 def _per_second(rate: Any) -> Any:

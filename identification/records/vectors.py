@@ -2,11 +2,13 @@ r"""Run-up vectors: amplitude and phase of the orders over speed, the second kin
 
 An order n of the displacement is :math:`\Re\{A_n e^{i n \alpha}\}` with the shaft angle :math:`\alpha`,
 :math:`A_n = |A_n| e^{-i \varphi_n}`: amplitudes are 0-pk and the phase is a LAG, so the maximum passes
-:math:`\varphi_n / n` of shaft rotation after the mark.
+:math:`\varphi_n / n` of shaft rotation after the mark. A table of a single probe has one axis, and its angle from x
+towards y in the attribute `probe_angle` [rad] where it stands elsewhere than there.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +28,9 @@ VECTORS = {
 
 
 def make_vectors(
-    speed: Any, amplitude: Any, phase: Any, orders: Sequence[int] = (1,), attrs: dict[str, Any] | None = None
-) -> xr.Dataset:
+    speed: Any, amplitude: Any, phase: Any, orders: Sequence[int] = (1,), attrs: dict[str, Any] | None = None,
+    axes: Sequence[str] = AXES,
+) -> xr.Dataset:  # fmt: skip
     """Run-up vectors as a Dataset of the schema.
 
     Parameters
@@ -36,6 +39,7 @@ def make_vectors(
     amplitude : (n, orders, axes) [m], 0-pk
     phase : (n, orders, axes) [rad], lag positive
     orders : numbers of the orders
+    axes : x and y, or the only one
 
     Raises
     ------
@@ -45,7 +49,7 @@ def make_vectors(
     import xarray as xr
 
     speed = np.asarray(speed, float)
-    shape = (*speed.shape, len(orders), len(AXES))
+    shape = (*speed.shape, len(orders), len(axes))
     variables = {}
     for name, value in (("amplitude", np.asarray(amplitude, float)), ("phase", np.asarray(phase, float))):
         if value.shape != shape:
@@ -54,7 +58,7 @@ def make_vectors(
     coords = {
         "speed": ("speed", speed, {"units": "rad/s", "long_name": "shaft speed"}),
         "order": np.asarray(orders, int),
-        "axis": list(AXES),
+        "axis": list(axes),
     }
     return validate_vectors(xr.Dataset(variables, coords, attrs or {}))
 
@@ -73,7 +77,24 @@ def validate_vectors(vectors: xr.Dataset) -> xr.Dataset:
         raise SchemaError("vectors.speed: must rise or fall from row to row, each speed once; sort or cut the table")
     if order.dtype.kind not in "iu" or np.any(order < 1) or np.unique(order).size != order.size:
         raise SchemaError(f"vectors.order: {order.tolist()}; give whole numbers from 1, each once")
-    validate_axes(vectors)
+    if vectors["axis"].values.tolist() not in (["x"], ["y"]):
+        validate_axes(vectors)
+    else:
+        probe_angle(vectors)
     if np.any(vectors["amplitude"].values < 0):
         raise SchemaError("vectors.amplitude: some are negative; add pi to their phase and drop the sign")
     return vectors
+
+
+def probe_angle(vectors: xr.Dataset) -> float:
+    """Angle [rad] from x towards y of the only probe; raises SchemaError for an attribute that is no angle."""
+    value = vectors.attrs.get("probe_angle")
+    if value is None:
+        return 0.0 if vectors["axis"].values.tolist() == ["x"] else math.pi / 2
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise SchemaError(f"vectors: the attribute probe_angle is {value!r}; give the angle of the probe in rad")
+    return found

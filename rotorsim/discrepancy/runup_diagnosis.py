@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identification.records.vectors import probe_angle
 from rotorsim.base.cache import Cache
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.data.sensors import check_plane
 from rotorsim.discrepancy.data.spectra import Trial, stated_accuracy
 from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
@@ -35,12 +37,13 @@ RATE = 2 * np.pi * 2.0
 """Rate [rad/s2] of a run-up whose table states none: 120 rpm/s, slow enough for most rotors."""
 LONGEST = 15.0
 """Longest run-up [s] that is simulated where the table states no rate."""
+MOST_TURNS = 1000
 FEWEST = 12
 SETTLING = 0.5
 TOLERANCE = 0.01
 """Tolerance of vectors: how they were tracked is not known."""
-TURNS = 8
-"""Revolutions that a vector is fitted over."""
+TURNS = 8.0
+"""Revolutions that a vector is taken to be fitted over where the table does not state them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +51,8 @@ class Sweep(Trial):
     """Run-up table as a trial: speeds (k,) [rad/s], orders, measured vectors (orders, 2, k) [m]."""
 
     speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    turns: float = TURNS
+    """Revolutions that a vector is fitted over."""
 
     @property
     def point(self) -> str:
@@ -57,7 +62,7 @@ class Sweep(Trial):
     @cached_property
     def inputs(self) -> str:
         """Every part of a table is tracked at its own speeds."""
-        return hashlib.sha256(self.rows.tobytes() + self.speeds.tobytes() + repr(self.orders).encode()).hexdigest()
+        return hashlib.sha256(self.rows.tobytes() + self.speeds.tobytes() + repr((self.orders, self.turns)).encode()).hexdigest()
 
     def speed_at(self, line: int) -> float:
         """Shaft speed [rad/s] of the row that a line of `spectra` is of."""
@@ -70,19 +75,21 @@ class Sweep(Trial):
 
     def lines(self, displacement: np.ndarray) -> np.ndarray:
         """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first, a spectrum's mean, is none here."""
-        return track(displacement, self.rows[: len(displacement), 0], self.angle, self.speeds, self.orders)
+        speed = self.rows[: len(displacement), 0]
+        return track(self.seen(displacement), speed, self.angle, self.speeds, self.orders, self.turns)
 
 
 def track(
-    displacement: np.ndarray, speed: np.ndarray, angle: float, speeds: np.ndarray, orders: Sequence[int]
-) -> np.ndarray:
-    """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over TURNS."""
+    displacement: np.ndarray, speed: np.ndarray, angle: float, speeds: np.ndarray, orders: Sequence[int],
+    turns: float = TURNS,
+) -> np.ndarray:  # fmt: skip
+    """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over `turns`."""
     turned = angle + np.concatenate([[0.0], np.cumsum(speed)[:-1] * SAMPLE])
     out = np.zeros((1, 2, 1 + len(orders) * len(speeds)), complex)
     rising = speed[-1] >= speed[0]
     for k, wanted in enumerate(speeds):
         centre = int(np.searchsorted(speed if rising else -speed, wanted if rising else -wanted))
-        half = int(0.5 * TURNS * 2 * np.pi / max(wanted, 1.0) / SAMPLE)
+        half = int(0.5 * turns * 2 * np.pi / max(wanted, 1.0) / SAMPLE)
         low, high = max(0, centre - half), min(len(speed), centre + half)
         a = turned[low:high]
         columns = [np.ones_like(a), np.linspace(-1, 1, len(a))]
@@ -104,14 +111,32 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
     if film and pressure <= 0:
         raise DataError(f"{name}: vectors of a gas bearing need its pressure [Pa] in the attribute 'pressure'")
     measured = vectors["amplitude"].values * np.exp(-1j * vectors["phase"].values)
+    angle = None if vectors.sizes["axis"] == 2 else probe_angle(vectors)
+    if angle is not None:
+        measured = np.concatenate([measured, np.zeros_like(measured)], axis=2)
     rate = stated_rate(vectors, name) or assumed_rate(speeds)
     accuracy = stated_accuracy(vectors, name)
     rows = ramp(speeds, rate, pressure)
     role = np.array([("fit", "fit", "held_out", "fit", "fit", "untouched")[k % 6] for k in range(len(speeds))])
     return [
-        _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy)
+        replace(
+            _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy),
+            probe_angle=angle, turns=stated_turns(vectors, name),
+        )  # fmt: skip
         for which in ("fit", "held_out", "untouched")
     ]
+
+
+def stated_turns(vectors: xr.Dataset, name: str) -> float:
+    """Attribute `turns` of a table of vectors, TURNS where there is none; raises DataError below one revolution."""
+    value = vectors.attrs.get("turns", TURNS)
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = 0.0
+    if not 1 <= found < MOST_TURNS:
+        raise DataError(f"{name}: turns is {value!r}; give the revolutions that a vector is fitted over, from 1 to 999")
+    return found
 
 
 def stated_rate(vectors: xr.Dataset, name: str) -> float:
@@ -183,6 +208,8 @@ def diagnose_vectors(
     cache: Cache | None = None,
 ) -> Diagnosis:
     """Diagnosis of tables of vectors; of six rows one is held out and one untouched."""
+    for name, vectors in opened:
+        check_plane(machine, vectors.attrs.get("disc_position"), name)
     trials = [
         replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
         for name, vectors in opened

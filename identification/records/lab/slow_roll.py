@@ -116,16 +116,17 @@ def _of_vectors(record: xr.Dataset, how: SlowRoll, slow: xr.Dataset | None) -> t
     top = float(np.abs(slow["speed"].values).max())
     _check_slow(top, float(np.abs(record["speed"].values).max()))
     mean = (slow["amplitude"] * np.exp(-1j * slow["phase"])).mean("speed")
-    vectors = {(int(n), axis): complex(mean.sel(order=n, axis=axis)) for n in mean["order"].values for axis in AXES}
+    every = [(int(n), str(axis)) for n in mean["order"].values for axis in mean["axis"].values]
+    vectors = {(n, axis): complex(mean.sel(order=n, axis=axis)) for n, axis in every}
     return vectors, f"mean of {slow.sizes['speed']} rows up to {top * TO_RPM:.4g} rpm"
 
 
 def _less_vectors(record: xr.Dataset, vectors: Vectors) -> xr.Dataset:
     amplitude = (record["amplitude"] * np.exp(-1j * record["phase"])).values.copy()
-    orders = record["order"].values.tolist()
+    orders, axes = record["order"].values.tolist(), record["axis"].values.tolist()
     for (order, axis), value in vectors.items():
-        if order in orders:
-            amplitude[:, orders.index(order), AXES.index(axis)] -= value
+        if order in orders and axis in axes:
+            amplitude[:, orders.index(order), axes.index(axis)] -= value
     out = record.copy()
     out["amplitude"] = (record["amplitude"].dims, np.abs(amplitude), record["amplitude"].attrs)
     out["phase"] = (record["phase"].dims, -np.angle(amplitude), record["phase"].attrs)

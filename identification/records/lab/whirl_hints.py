@@ -29,20 +29,21 @@ AXES_HINT = "the angles, signs and order of the probes, and the direction of rot
 
 def vector_hints(vectors: xr.Dataset) -> list[str]:
     """Hints about run-up vectors."""
-    if 1 not in vectors["order"].values or vectors.sizes["axis"] < 2:
+    if 1 not in vectors["order"].values:
         return []
     one = vectors.sel(order=1)
     amplitude = one["amplitude"].values * np.exp(-1j * one["phase"].values)
     if not np.isfinite(amplitude).all() or not np.abs(amplitude).max() > 0:
         return []
-    forward, backward = (float(np.linalg.norm(amplitude[:, 0] + s * amplitude[:, 1])) for s in (1j, -1j))
-    turned = backward > BACKWARD * forward
+    single = amplitude.shape[1] < 2
+    forward, backward = (float(np.linalg.norm(amplitude[:, 0] + s * amplitude[:, -1])) for s in (1j, -1j))
+    turned = not single and backward > BACKWARD * forward
     falls = _fall(np.asarray(vectors["speed"].values, float), amplitude)
     if falls:
-        more = "and 1X whirls backward" if turned else f"but 1X whirls forward, so that {AXES_HINT} are in doubt too"
+        more = " and 1X whirls backward" if turned else f" but 1X whirls forward, so that {AXES_HINT} are in doubt too"
         return [
-            f"phase: the lag falls by {np.rad2deg(falls[0]):.0f} deg through the peak at {falls[1] * TO_RPM:.0f} rpm "
-            f"{more}: are these leads (conjugated phasors)? write sign = -1 in every phase; nothing was changed"
+            f"phase: the lag falls by {np.rad2deg(falls[0]):.0f} deg through the peak at {falls[1] * TO_RPM:.0f} rpm"
+            f"{'' if single else more}: are these leads (conjugated phasors)? write sign = -1 in every phase; nothing was changed"
         ]
     return [_backward(backward / max(forward, TINY))] if turned else []
 

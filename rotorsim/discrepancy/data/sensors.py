@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.spectra import only_probe
 from rotorsim.machine import Machine
 from rotorsim.plant.mesh import Mesh
 
@@ -20,13 +23,21 @@ def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
     """Raise DataError for a record without a speed, without x and y of the disc, or of another plane."""
     if not any(channel in record for channel in TURNING):
         raise DataError(f"{name}: has no speed and no keyphasor; map one, or state [constants] speed in the mapping")
-    if "probe_measured" in record and "disc_measured" not in record and "disc" not in record:
+    if "disc_measured" in record or "disc" in record or "probe_measured" not in record:
+        check_plane(machine, record.attrs.get("disc_position"), name)
+    elif (probe := only_probe(record)) is not None:
+        position = float(probe["probe_position"])
+        check_plane(machine, None if np.isnan(position) else position, name)
+    else:
         probes = ", ".join(map(str, record["probe"].values))
         raise DataError(
-            f"{name}: has readings of {probes}, which are not x and y of the disc; a diagnosis needs two displacement "
-            "probes at one plane"
+            f"{name}: has readings of {probes}, which are not x and y of the disc; a diagnosis needs one displacement "
+            "probe, or two at one plane"
         )
-    stated = record.attrs.get("disc_position")
+
+
+def check_plane(machine: Machine, stated: Any, name: str) -> None:
+    """Raise DataError where probes at the position `stated` [m] are not where the machine file has its own."""
     if stated is None:
         return
     own = Mesh(machine).probe

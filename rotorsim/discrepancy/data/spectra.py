@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identification.records.probes import DISPLACEMENTS, SAME_PLACE
 from identification.records.prefilter import measured, operating_point
 from identification.records.sampling import sampling_time
 from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
@@ -66,11 +67,33 @@ class Trial:
     """Whether every block is one period of the excitation, with whole turns or not."""
     changes: Mapping[str, float] = field(default_factory=dict)
     """What was changed on purpose for this record: sums by key of `fit.parameters`."""
+    probe_angle: float | None = None
+    """Angle [rad] from x towards y of the only probe, whose reading takes the place of x; None where both are seen."""
 
     @property
     def speed(self) -> float:
         """Shaft speed [rad/s]."""
         return float(self.rows[0, 0])
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured, as text."""
+        if self.probe_angle is None:
+            return ("x", "y")
+        return (f"probe at {np.degrees(self.probe_angle):.4g} deg",)
+
+    @property
+    def directions(self) -> np.ndarray:
+        """What the channels read of x and y, (channels, 2)."""
+        if self.probe_angle is None:
+            return np.eye(2)
+        return np.array([[np.cos(self.probe_angle), np.sin(self.probe_angle)]])
+
+    def seen(self, displacement: np.ndarray) -> np.ndarray:
+        """Readings (n, 2) [m] of displacements (n, 2) [m]; of a single probe in the first column."""
+        if self.probe_angle is None:
+            return displacement
+        return np.column_stack([displacement @ self.directions[0], np.zeros(len(displacement))])
 
     @property
     def rows_of_vectors(self) -> int:
@@ -114,7 +137,7 @@ class Trial:
     def lines(self, displacement: np.ndarray) -> np.ndarray:
         """DFTs (blocks, 2, lines) [m] of displacements (n, 2) [m]; orders that no line holds on the nearest ones."""
         window = (self.start, self.length, self.blocks)
-        moved = on_lines(displacement, window, self.speed, self.angle, self.broken)
+        moved = on_lines(self.seen(displacement), window, self.speed, self.angle, self.broken)
         return block_lines(moved, *window, self.spectra.shape[2])
 
     @cached_property
@@ -143,7 +166,7 @@ class Trial:
 
     def short_lines(self, displacement: np.ndarray) -> np.ndarray:
         """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] to `short`: all blocks are alike."""
-        one = block_lines(displacement, self.lead, self.length, 1, self.spectra.shape[2])
+        one = block_lines(self.seen(displacement), self.lead, self.length, 1, self.spectra.shape[2])
         return np.repeat(one, self.blocks, axis=0)
 
     def vector(self, spectra: np.ndarray) -> np.ndarray:
@@ -167,9 +190,7 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     Ts = sampling_time(record)
     if abs(Ts / SAMPLE - 1) > 1e-6:
         raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
-    displacement = measured(record, "disc")
-    if displacement is None:
-        raise DataError(f"{name}: has no disc_measured; map the displacement sensors")
+    displacement, probe_angle = _displacement(record, name)
     n = len(displacement)
     speed, pressure = operating_point(record, Ts)
     _check_constant(record, name)
@@ -195,7 +216,31 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     return Trial(
         name, role, rows, float(rows[0, 1]), angle, *window, spectra, excited, periodic=repeating and not len(broken),
         accuracy=stated_accuracy(record, name), clock=clock, repeating=repeating,
+        probe_angle=probe_angle,
     )  # fmt: skip
+
+
+def _displacement(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | None]:
+    """Measured displacement (n, 2) [m], and the angle [rad] of the probe if there is only one: then y is zero."""
+    found = measured(record, "disc")
+    if found is not None:
+        return found, None
+    probe = only_probe(record)
+    if probe is None:
+        raise DataError(f"{name}: has no disc_measured; map the displacement sensors")
+    reading = np.asarray(probe.values, float) / float(probe["probe_gain"])
+    return np.column_stack([reading, np.zeros(len(reading))]), float(probe["probe_angle"])
+
+
+def only_probe(record: xr.Dataset) -> xr.DataArray | None:
+    """The one displacement probe (n,) of a record, at its disc if that is stated; None for another number of them."""
+    if "probe_measured" not in record:
+        return None
+    of_use = np.isin(record["probe_quantity"].values, DISPLACEMENTS)
+    if "disc_position" in record.attrs:
+        of_use &= np.abs(record["probe_position"].values - float(record.attrs["disc_position"])) < SAME_PLACE
+    chosen = np.flatnonzero(of_use)
+    return record["probe_measured"].isel(probe=int(chosen[0])) if len(chosen) == 1 else None
 
 
 def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarray:

@@ -79,9 +79,9 @@ def check_units(comparison: Comparison, simulated: np.ndarray) -> None:
 
 def check_exchanged(comparison: Comparison, simulated: np.ndarray) -> None:
     """Check for exchanged channels x and y."""
-    y, s, other = [], [], []
-    for i in range(len(comparison.trials)):
-        for c in range(2):
+    y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for i, trial in enumerate(comparison.trials):
+        for c in range(2) if trial.probe_angle is None else ():
             y.append(lines_of(comparison, i, c, comparison.measured))
             s.append(lines_of(comparison, i, c, simulated))
             other.append(lines_of(comparison, i, 1 - c, simulated))
@@ -101,7 +101,7 @@ def _loud_where_quiet(comparison: Comparison, simulated: np.ndarray) -> bool:
     for i, trial in enumerate(comparison.trials):
         # not the orders: an unbalance is as loud in x as in y
         at = lines_of(comparison, i, 0, np.isin(comparison.layout.group, bands)).real > 0
-        if trial.orders or not at.any():
+        if trial.orders or trial.probe_angle is not None or not at.any():
             continue
         power = [
             [float(np.linalg.norm(lines_of(comparison, i, c, v)[at])) for c in range(2)]
@@ -125,13 +125,13 @@ def check_clocks(comparison: Comparison, simulated: np.ndarray) -> None:
         f = trial.frequencies[1:][at]
         turned = np.exp(-2j * np.pi * f * LAGS[:, None])
         lags = []
-        for c in range(2):
+        for c in range(len(trial.channels)):
             y, s = (lines_of(comparison, i, c, v)[at] for v in (comparison.measured, simulated))
             match = np.abs((np.conj(s * turned) @ y).real)
             best = int(np.argmax(match))
             if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:
                 lags.append(float(LAGS[best]))
-        if len(lags) == 2 and abs(lags[0] - lags[1]) < 3e-4:
+        if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
             raise DataError(
                 f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
                 "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"

@@ -44,7 +44,10 @@ def gap_of(comparison: Comparison, points: list[Point | None]) -> np.ndarray:
 
 
 def gap_dataset(parts: dict[str, tuple[Comparison, np.ndarray]]) -> xr.Dataset:
-    """Gaps of all records as a Dataset: gap(record, axis, stage) [m] with role and operating point."""
+    """Gaps of all records as a Dataset: gap(record, axis, stage) [m] with role and operating point.
+
+    Of a single probe x holds its reading, and y is NaN.
+    """
     import xarray as xr
 
     names, roles, points, values = [], [], [], []
@@ -53,6 +56,7 @@ def gap_dataset(parts: dict[str, tuple[Comparison, np.ndarray]]) -> xr.Dataset:
             names.append(trial.name)
             roles.append(role)
             points.append(trial.point)
+            one[len(trial.channels) :] = np.nan
             values.append(one)
     coords = {"record": names, "axis": ["x", "y"], "stage": list(STAGES)}
     data = np.array(values).reshape(len(names), 2, len(STAGES))
@@ -66,7 +70,7 @@ def reduction(dataset: xr.Dataset, role: str = "untouched") -> float:
     chosen = dataset["gap"].values[dataset["role"].values == role]
     if not len(chosen):
         return float("nan")
-    squares = (chosen**2).sum(axis=(0, 1))
+    squares = np.nansum(chosen**2, axis=(0, 1))
     before, after = squares[1] - squares[3], squares[2] - squares[3]
     return float(1 - np.sqrt(max(after, 0.0) / before)) if before > 0 else 0.0
 

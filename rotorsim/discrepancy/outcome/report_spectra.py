@@ -33,6 +33,7 @@ def spectra_of(comparison: Comparison, points: list[Point | None]) -> list[dict[
                 "record": trial.name,
                 "point": trial.point,
                 "speed": trial.speed,
+                "channels": trial.channels,
                 "frequency": trial.frequencies[1:],
                 "measured": size(comparison.measured),
                 "stages": [size(s) for s in stages],

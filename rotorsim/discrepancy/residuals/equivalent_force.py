@@ -117,16 +117,17 @@ def _of_vectors(
 
 def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
     """A line r (2,) [m] at f [Hz] as the force that makes it, with the size of `near` (2, lines)."""
-    G = answer(plant.transfer, 2j * np.pi * f)[:, 2:4]
-    force = answer(np.linalg.solve, G, r)
-    forward, backward = abs(force[0] + 1j * force[1]) / 2, abs(force[0] - 1j * force[1]) / 2
+    G = trial.directions @ answer(plant.transfer, 2j * np.pi * f)[:, 2:4]
+    # of a single probe the least force that it may be
+    to_force = answer(np.linalg.pinv, G)
+    force, every = to_force @ r[: len(G)], to_force @ near[: len(G)]
     return {
         "record": trial.name,
         "point": trial.point,
         "frequency_hz": f,
         "order": _order(trial, f),
-        "force_n": float(np.linalg.norm(answer(np.linalg.solve, G, near))),
-        "direction": _direction(forward, backward, force),
+        "force_n": float(np.linalg.norm(every)),
+        "direction": _direction(force) if len(G) > 1 else "not seen by one probe",
         "residual_um": float(np.linalg.norm(r)) * TO_UM,
         "unsteady": False,
     }
@@ -151,7 +152,8 @@ def _peaks(size: np.ndarray, most: int) -> list[int]:
     return found
 
 
-def _direction(forward: float, backward: float, force: np.ndarray) -> str:
+def _direction(force: np.ndarray) -> str:
+    forward, backward = abs(force[0] + 1j * force[1]) / 2, abs(force[0] - 1j * force[1]) / 2
     if forward > 2 * backward:
         return "turns forward"
     if backward > 2 * forward:

@@ -14,7 +14,6 @@ from rotorsim.discrepancy.residuals.comparison import Comparison
 SIGMAS, LEAST = 6.0, 20.0
 """A group is flagged when its sum of squares is beyond its number by so many standard deviations and so much: of two
 numbers, as an order has, one in 60 000 is by chance."""
-CHANNELS = "xy"
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def table(comparison: Comparison, residual: np.ndarray) -> list[Flag]:
     """All line groups with their sums of squares, flagged or not."""
     layout, out = comparison.layout, []
     for i, trial in enumerate(comparison.trials):
-        for c in range(2):
+        for c, channel in enumerate(trial.channels):
             for name in layout.groups:
                 own = layout.of(i, c, name)
                 n = int(own.sum())
@@ -62,7 +61,7 @@ def table(comparison: Comparison, residual: np.ndarray) -> list[Flag]:
                 speed, largest = _peak(trial, layout.frequency[own], r * s) if trial.orders else (0.0, 0.0)
                 out.append(
                     Flag(
-                        trial.name, trial.point, CHANNELS[c], name, n, float(r @ r), rms, low, trial.amplitude, i,
+                        trial.name, trial.point, channel, name, n, float(r @ r), rms, low, trial.amplitude, i,
                         speed, largest,
                     )
                 )  # fmt: skip

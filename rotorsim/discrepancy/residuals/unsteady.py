@@ -17,7 +17,7 @@ import numpy as np
 from rotorsim.base.constants import SAMPLE
 from rotorsim.discrepancy.data.spectra import TURNING, Trial
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
-from rotorsim.discrepancy.residuals.localise import CHANNELS, LEAST, SIGMAS, Flag
+from rotorsim.discrepancy.residuals.localise import LEAST, SIGMAS, Flag
 
 GROUP = "unsteady"
 NEAR_ORDER = 1.5
@@ -36,7 +36,7 @@ def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarr
             continue
         quiet = _quiet(trial)
         apart = (residual - residual.mean(axis=0))[:, :, quiet]
-        for c, channel in enumerate(CHANNELS):
+        for c, channel in enumerate(trial.channels):
             sigma = np.hypot(scatter[i, c, : len(quiet)][quiet] * sqrt(trial.blocks), FAINTEST)
             n = 2 * (trial.blocks - 1) * int(quiet.sum())
             chi2 = float(np.sum(np.abs(apart[:, c]) ** 2 / sigma**2)) if n else 0.0

@@ -43,7 +43,7 @@ def flag_map(diagnosis: Diagnosis) -> go.Figure:
 def gap_bars(diagnosis: Diagnosis) -> go.Figure:
     """Gap of every record and both channels together: nominal, re-calibrated, with the effect, and the scatter."""
     gap = diagnosis.gap
-    total = np.sqrt((gap["gap"].values ** 2).sum(axis=1)) * TO_UM
+    total = np.sqrt(np.nansum(gap["gap"].values ** 2, axis=1)) * TO_UM
     order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
     names: list[str] = []
     for i in order:
@@ -67,9 +67,11 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
 
 def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
     """Lines of one record: measured, residual re-calibrated and with the effect, floor."""
-    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, subplot_titles=("disc x", "disc y"), vertical_spacing=0.1)
+    channels = shown["channels"]
+    titles = [f"disc, {channel}" for channel in channels]
+    figure = make_subplots(rows=len(channels), cols=1, shared_xaxes=True, subplot_titles=titles, vertical_spacing=0.1)
     f = compact(shown["frequency"])
-    for c in range(2):
+    for c in range(len(channels)):
         first = c == 0
         lines = [("measured", shown["measured"][c], "#b0b7be", 1), ("re-calibrated", shown["stages"][1][c],
                  COLOURS["re-calibrated"], 1.4)]  # fmt: skip
@@ -81,9 +83,9 @@ def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
                 x=f, y=compact(y * TO_UM), name=name, showlegend=first, legendgroup=name, mode="lines",
                 line={"color": colour, "width": width, "dash": "dot" if name == "floor" else "solid"}, row=c + 1, col=1,
             )  # fmt: skip
-    figure = style(figure, 560)
+    figure = style(figure, 560 if len(channels) > 1 else 360)
     figure.update_yaxes(type="log", title="um 0-pk", exponentformat="power")
-    figure.update_xaxes(title="Hz", row=2, col=1)
+    figure.update_xaxes(title="Hz", row=len(channels), col=1)
     return figure
 
 
@@ -92,8 +94,9 @@ def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figu
 
     `parts` are the parts of one table, whose rows belong to different roles.
     """
-    titles = ("amplitude, disc x", "amplitude, disc y", "phase lag, disc x", "phase lag, disc y")
-    figure = make_subplots(rows=2, cols=2, shared_xaxes=True, subplot_titles=titles, vertical_spacing=0.1)
+    channels = parts[0]["channels"]
+    titles = [f"{what}, disc, {channel}" for what in ("amplitude", "phase lag") for channel in channels]
+    figure = make_subplots(rows=2, cols=len(channels), shared_xaxes=True, subplot_titles=titles, vertical_spacing=0.1)
     order = np.argsort(np.concatenate([p["speeds"] for p in parts]))
     speeds = np.concatenate([p["speeds"] for p in parts])[order] * TO_RPM
 
@@ -106,7 +109,7 @@ def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figu
             curves.append((name, joined([p["simulated_vectors"][stage] for p in parts]), colour, "lines"))
     middle = [np.pi / 2, np.pi / 2]
     for name, values, colour, mode in curves:
-        for c in range(2):
+        for c in range(len(channels)):
             lag = np.unwrap(-np.angle(values[c]))
             lag -= 2 * np.pi * np.round((np.median(lag) - middle[c]) / (2 * np.pi))
             middle[c] = float(np.median(lag)) if name == "measured" else middle[c]

@@ -143,6 +143,8 @@ def _gap_table(d: Diagnosis) -> str:
     for i, record in enumerate(d.gap["record"].values):
         for a, axis in enumerate("xy"):
             g = d.gap["gap"].values[i, a] * TO_UM
+            if np.isnan(g).all():
+                continue
             rows.append(
                 (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
                  f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
