@@ -23,6 +23,7 @@ from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.outcome.findings import CLOCK, Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
+from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
 from rotorsim.discrepancy.outcome.result import Diagnosis
@@ -44,6 +45,8 @@ GRID, STEP = (32, 8), 2e-4
 FINE_GRID, FINE_STEP = (32, 16), 1e-4
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
+SWEEP_REPEATS = 10
+"""Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
@@ -125,11 +128,13 @@ class Work:
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
         notes += check_after(self.fitted, fitted)
-        for _ in range(MOST_REPEATS):
+        # resonances that a run-up passes are strongly nonlinear in what is calibrated
+        repeats, enough = (SWEEP_REPEATS, 0.99) if sweeps else (MOST_REPEATS, 0.95)
+        for _ in range(repeats):
             if not flagged(table(self.fitted, base.residual)):
                 break
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
-            if base.cost > 0.95 * last:
+            if base.cost > enough * last:
                 break
         apart = self._unsteady(base)
         flags = flagged(table(self.fitted, base.residual)) + apart
@@ -234,7 +239,11 @@ class Work:
             unknown=unknown,
             next_experiment=ahead,
             gap=gap,
-            notes=(*notes, *map(null_sentence, null_vectors(proven, base.parameters))),
+            notes=(
+                *notes,
+                *missed_bands(one for part in shown.values() for one in part),
+                *map(null_sentence, null_vectors(proven, base.parameters)),
+            ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
             data_hash=data_hash(self.trials),

@@ -62,7 +62,9 @@ class Sweep(Trial):
     @cached_property
     def inputs(self) -> str:
         """Every part of a table is tracked at its own speeds."""
-        return hashlib.sha256(self.rows.tobytes() + self.speeds.tobytes() + repr((self.orders, self.turns)).encode()).hexdigest()
+        return hashlib.sha256(
+            self.rows.tobytes() + self.speeds.tobytes() + repr((self.orders, self.turns)).encode()
+        ).hexdigest()
 
     def speed_at(self, line: int) -> float:
         """Shaft speed [rad/s] of the row that a line of `spectra` is of."""
@@ -121,7 +123,8 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
     return [
         replace(
             _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy),
-            probe_angle=angle, turns=stated_turns(vectors, name),
+            probe_angle=angle,
+            turns=stated_turns(vectors, name),
         )  # fmt: skip
         for which in ("fit", "held_out", "untouched")
     ]

@@ -53,6 +53,7 @@ class CalibrationParameter:
     trend : step and standard deviation of its trends over pressure and speed
     film_only : in machines with a gas film only
     scales : `INJECTOR_FLOW`, or nothing
+    place : which of the effect's own tables it is of
     """
 
     parameter: str
@@ -64,3 +65,4 @@ class CalibrationParameter:
     trend: tuple[float, float] | None = None
     film_only: bool = True
     scales: str = ""
+    place: int = 0

@@ -67,7 +67,7 @@ def _declared(twin: Twin, film_only: bool) -> list[tuple[str, CalibrationParamet
 
 
 def _key(twin: Twin, name: str, parameter: CalibrationParameter) -> str:
-    return f"{name}.{twin.slots[name]}.{parameter.parameter}"
+    return f"{name}.{twin.slots[name] + parameter.place}.{parameter.parameter}"
 
 
 def _fit_parameters(twin: Twin, name: str, p: CalibrationParameter) -> list[FitParameter]:

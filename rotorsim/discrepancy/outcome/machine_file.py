@@ -124,6 +124,13 @@ def _add(effects: Any, name: str, values: dict[str, float], comments: list[str],
     effects[name] = several
 
 
+def _where(machine: Machine, name: str, table: int) -> dict[str, float]:
+    """Position of the calibrated effect of a table of the twin, where it has one."""
+    own = REGISTRY[name].neutral(machine, table - len(machine.effects.get(name, ())))
+    position = getattr(own, "position", None)
+    return {} if position is None else {"position": position}
+
+
 def _put(table: Any, key: str, value: Any, remark: str) -> None:
     """A value with where it comes from as its comment: the one that is there is of another value."""
     table[key] = value
@@ -163,7 +170,6 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
                 "law",
                 "actuator_x",
                 "actuator_y",
-                "shaft_stiffness",
             )
         ):
             left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}")
@@ -172,6 +178,10 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
         elif key == "shaft_damping":
             own = machine.shaft.damping_ratio
             _put(document["shaft"], "damping_ratio", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
+        elif key == "shaft_stiffness":
+            own = machine.shaft.material.youngs_modulus
+            text = show(short(own * (1 + value)), "Pa")
+            _put(document["shaft"]["material"], "youngs_modulus", text, f"{FITTED}, +- {_rough(own * sd, 'Pa')}")
         elif key == "curtain_discharge" and machine.injection is not None:
             own = machine.injection.curtain_discharge
             _put(document["injection"], "curtain_discharge", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
@@ -190,5 +200,7 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     for key, z in turned.items():
         owner, _, pair = key.rpartition(".")
         amplitude, _, phase = pair.partition("~")
-        _add(effects, owner.split(".")[0], {amplitude: abs(z), phase: argument(z)}, [FITTED], FITTED)
+        name, place, _ = owner.split(".")
+        values = {amplitude: abs(z), phase: argument(z)}
+        _add(effects, name, values | _where(machine, name, int(place)), [FITTED], FITTED)
     return left_out

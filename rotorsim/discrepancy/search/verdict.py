@@ -20,6 +20,8 @@ from rotorsim.discrepancy.search.search import (
 )
 from rotorsim.discrepancy.search.second_effect import within_form_error
 
+ANOTHER = 0.05
+"""Share of the flagged misfit that a further effect must take."""
 STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
 
 
@@ -57,7 +59,7 @@ def _needless(h: Hypothesis, tried: list[Hypothesis]) -> bool:
 def _worth_more(tried: list[Hypothesis], size: int) -> bool:
     """Whether larger sets explained clearly more than smaller ones, so that still larger ones may be worth trying."""
     best = {s: max((h.gone for h in tried if len(h.forms) == s), default=0.0) for s in (size - 1, size)}
-    return best[size] > best[size - 1] + 0.05 and best[size] > 0.5
+    return best[size] > best[size - 1] + ANOTHER and best[size] > 0.5
 
 
 def _accepted(
@@ -132,5 +134,7 @@ def _short_of_a_name(search: Search, tried: list[Hypothesis], known: set[str]) -
     if not helps:
         return Verdict("unknown", None, (), (), tuple(tried))
     best = min(helps, key=lambda h: h.score)
+    simpler = [h for h in helps if set(h.keys) < set(best.keys) and h.gone > best.gone - ANOTHER]
+    best = min(simpler, key=lambda h: (len(h.forms), h.score)) if simpler else best
     rivals = tied(best, [h for h in helps if len(h.forms) == len(best.forms)], search.base)
     return Verdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))

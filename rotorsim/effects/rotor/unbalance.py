@@ -12,6 +12,7 @@ continuous whatever the speed does, because the force depends on the shaft angle
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from reynolds.jit import inlined
@@ -47,8 +48,10 @@ class Unbalance(Effect):
 
     @classmethod
     def neutral(cls, machine: Any, place: int) -> Unbalance:
-        """At the disc first, then in the plane of the film."""
-        return cls() if place == 0 or machine.film is None else cls(position=machine.film.position)
+        """At the disc first, then in the plane of the film, or of the second disc."""
+        if place == 0 or (machine.film is None and len(machine.discs) < 2):
+            return cls()
+        return cls(position=machine.discs[1].position if machine.film is None else machine.film.position)
 
     @classmethod
     def candidate_forms(cls, machine: Any) -> tuple[CandidateForm, ...]:
@@ -57,6 +60,7 @@ class Unbalance(Effect):
 
     @classmethod
     def calibration_of(cls, machine: Any) -> tuple[CalibrationParameter, ...]:
-        """Residual unbalance of the disc, in proportion to the rotor's mass [kg]."""
+        """Residual unbalance of the disc, and of a second one on linear bearings, in proportion to the mass [kg]."""
         size = 2e-7 * machine.mass / 3.5
-        return (CalibrationParameter("me", 4 * size, 40 * size, phase="phase", film_only=False),)
+        one = CalibrationParameter("me", 4 * size, 40 * size, phase="phase", film_only=False)
+        return (one, replace(one, place=1)) if machine.film is None and len(machine.discs) > 1 else (one,)
