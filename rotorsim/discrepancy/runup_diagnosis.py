@@ -125,7 +125,7 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
             _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy),
             probe_angle=angle,
             turns=stated_turns(vectors, name),
-        )  # fmt: skip
+        )
         for which in ("fit", "held_out", "untouched")
     ]
 

@@ -135,10 +135,12 @@ def test_vectors_with_names_of_the_schema_need_no_mapping(written):
     assert vectors["amplitude"].sel(order=2).values == pytest.approx(np.array([[10, 10], [15, 20]]) * 1e-6)
 
 
-def test_vectors_of_one_axis_only_are_refused(written):
+def test_vectors_of_one_axis_are_of_one_probe_and_orders_of_different_axes_are_refused(written):
     cut = VECTOR_MAP.split("[vectors.1X.y]")[0]
+    assert idn.read(written("v.csv", VECTORS), written("m.toml", cut))["axis"].values.tolist() == ["x"]
+    other = cut + VECTOR_MAP[VECTOR_MAP.index("[vectors.1X.y]") :].replace("1X", "2X")
     with pytest.raises(idn.ReadError, match="amplitude of 1X: no axis y"):
-        idn.read(written("v.csv", VECTORS), written("m.toml", cut))
+        idn.read(written("v.csv", VECTORS), written("m2.toml", other))
 
 
 def test_the_draft_of_a_mapping_reads_what_is_recognised(written):

@@ -40,10 +40,11 @@ def vector_hints(vectors: xr.Dataset) -> list[str]:
     turned = not single and backward > BACKWARD * forward
     falls = _fall(np.asarray(vectors["speed"].values, float), amplitude)
     if falls:
-        more = " and 1X whirls backward" if turned else f" but 1X whirls forward, so that {AXES_HINT} are in doubt too"
+        forward_too = f" but 1X whirls forward, so that {AXES_HINT} are in doubt too"
+        more = "" if single else " and 1X whirls backward" if turned else forward_too
         return [
             f"phase: the lag falls by {np.rad2deg(falls[0]):.0f} deg through the peak at {falls[1] * TO_RPM:.0f} rpm"
-            f"{'' if single else more}: are these leads (conjugated phasors)? write sign = -1 in every phase; nothing was changed"
+            f"{more}: are these leads (conjugated phasors)? write sign = -1 in every phase; nothing was changed"
         ]
     return [_backward(backward / max(forward, TINY))] if turned else []
 

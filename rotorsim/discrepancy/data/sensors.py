@@ -26,13 +26,13 @@ def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
     if "disc_measured" in record or "disc" in record or "probe_measured" not in record:
         check_plane(machine, record.attrs.get("disc_position"), name)
     elif (probe := only_probe(record)) is not None:
-        position = float(probe["probe_position"])
+        position = float(probe.coords.get("probe_position", np.nan))
         check_plane(machine, None if np.isnan(position) else position, name)
     else:
         probes = ", ".join(map(str, record["probe"].values))
         raise DataError(
             f"{name}: has readings of {probes}, which are not x and y of the disc; a diagnosis needs one displacement "
-            "probe, or two at one plane"
+            "probe with its angle, or two at one plane"
         )
 
 

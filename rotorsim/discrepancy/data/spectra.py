@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.probes import DISPLACEMENTS, SAME_PLACE
 from identification.records.prefilter import measured, operating_point
+from identification.records.probes import DISPLACEMENTS, SAME_PLACE
 from identification.records.sampling import sampling_time
 from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
@@ -234,7 +234,7 @@ def _displacement(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | No
 
 def only_probe(record: xr.Dataset) -> xr.DataArray | None:
     """The one displacement probe (n,) of a record, at its disc if that is stated; None for another number of them."""
-    if "probe_measured" not in record:
+    if "probe_measured" not in record or not {"probe_quantity", "probe_angle", "probe_gain"} <= set(record.coords):
         return None
     of_use = np.isin(record["probe_quantity"].values, DISPLACEMENTS)
     if "disc_position" in record.attrs:

@@ -114,6 +114,9 @@ def _add(effects: Any, name: str, values: dict[str, float], comments: list[str],
     if present is None:
         effects.add(name, table)
         return
+    if isinstance(present, tomlkit.items.AoT):
+        present.append(table)
+        return
     several = tomlkit.aot()
     for one in present if isinstance(present, list) else [present]:
         copy = tomlkit.table()
@@ -200,7 +203,7 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     for key, z in turned.items():
         owner, _, pair = key.rpartition(".")
         amplitude, _, phase = pair.partition("~")
-        name, place, _ = owner.split(".")
+        name, place = owner.split(".")
         values = {amplitude: abs(z), phase: argument(z)}
         _add(effects, name, values | _where(machine, name, int(place)), [FITTED], FITTED)
     return left_out
