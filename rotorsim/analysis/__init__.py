@@ -13,6 +13,7 @@ from rotorsim.analysis.mode_shapes import mode_shapes
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.point import Point, operating_point
 from rotorsim.analysis.safe_region import safe_region
+from rotorsim.analysis.shaft_motion import shaft_motion
 from rotorsim.analysis.targets import read_targets
 from rotorsim.analysis.varied import over_fields
 from rotorsim.analysis.whirl_onset import whirl_onset
@@ -38,6 +39,7 @@ __all__ = [
     "read_targets",
     "safe_region",
     "save_calibrated",
+    "shaft_motion",
     "whirl_onset",
 ]
 

@@ -37,7 +37,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
             "wn": ("mode", model.wn, {"units": "rad/s", "long_name": "natural frequency"}),
             "zeta": ("mode", model.zeta, {"units": "1", "long_name": "damping ratio"}),
             "whirl": ("mode", list(model.whirl), {"long_name": "sense of whirl at the disc"}),
-            "radius": ("node", _radii(plant), {"units": "m", "long_name": "radius of the shaft"}),
+            "radius": ("node", radii(plant), {"units": "m", "long_name": "radius of the shaft"}),
             "disc_node": ("disc", [a.mesh.node(d.position) for d in discs], {"long_name": "node of the disc"}),
             "disc_radius": ("disc", [(2 * d.polar_inertia / d.mass) ** 0.5 for d in discs], {"units": "m"}),
         },
@@ -46,7 +46,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     )
 
 
-def _radii(plant: Plant) -> np.ndarray:
+def radii(plant: Plant) -> np.ndarray:
     """Outer radius of the element to the right of each node (the last node: to the left)."""
     radii = [0.5 * e.odl for e in plant.assembly.mesh.rotor.shaft_elements]
     return np.array([*radii, radii[-1]])

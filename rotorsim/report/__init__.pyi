@@ -32,3 +32,5 @@ from .pages.experiment import write_report as write_report
 from .pages.operating_map import save_map_page as save_map_page
 from .pages.study import Block as Block, save_study_page as save_study_page
 from .pages.write import write as write
+from .scenes.film_pressure import film_on_journal as film_on_journal
+from .scenes.shaft import mode_turntable as mode_turntable, whirl_orbits as whirl_orbits

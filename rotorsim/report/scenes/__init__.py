@@ -1,0 +1,1 @@
+"""Three-dimensional pictures and films with pyvista, drawn without a window."""

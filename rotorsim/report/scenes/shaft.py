@@ -1,0 +1,129 @@
+"""Scenes of the shaft: a mode that moves while the view turns, and the whirl orbits of a run along the shaft."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.errors import DataError
+from rotorsim.report.figures.mode_pictures import COLOURS, line, tube
+from rotorsim.report.scenes.film import INK, camera, save
+
+REACH = 0.16
+"""Largest displacement drawn, as a share of the shaft's length."""
+VIEW = 1.45
+"""Distance of the view, in lengths of the shaft."""
+SIDE = 0.5
+"""Angle [rad] of the view about the vertical where it stands still."""
+
+
+def mode_turntable(found: xr.Dataset, path: str | Path, mode: int = 0, frames: int = 60, cycles: int = 3) -> Path:
+    """A mode in motion while the view turns once round the shaft, as .gif or .mp4; the first frame alone as .png.
+
+    Parameters
+    ----------
+    found : Dataset
+        Of `rotorsim.analysis.mode_shapes`.
+    path : path
+        File to write.
+    mode : int
+        Its number, from 0.
+    frames, cycles : int
+        Frames of the film and periods of the mode in it.
+
+    Raises
+    ------
+    DataError
+        For a mode that is not there or where nothing can be drawn.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.mode_shapes(rs.Plant("dtu_gas_bearing"), 628.3, 0.5e6)
+    >>> rs.report.mode_turntable(found, "mode.gif")  # doctest: +SKIP
+    PosixPath('mode.gif')
+    """
+    count = found.sizes["mode"]
+    if not 0 <= mode < count:
+        raise DataError(f"mode = {mode}: there are {count} modes; give 0 to {count - 1}")
+    shape = found["shape_re"].values[mode] + 1j * found["shape_im"].values[mode]
+    z, whirl = found["z"].values, str(found["whirl"].values[mode])
+    scale, hz = REACH * (z[-1] - z[0]), float(found["wn"][mode]) / (2 * np.pi)
+    text = f"mode {mode + 1}: {hz:.2f} Hz, damping ratio {float(found['zeta'][mode]):.4f}, {whirl}   ({_point(found)})"
+    orbits = scale * (shape[:, None] * np.exp(1j * np.linspace(0, 2 * np.pi, 73))[None, :, None]).real
+
+    def draw(pv: Any, plotter: Any, k: int) -> None:
+        now = scale * (shape * np.exp(2j * np.pi * cycles * k / frames)).real
+        _shaft(pv, plotter, found, now, orbits, COLOURS[whirl], text)
+        camera(plotter, (z.mean(), 0.0, 0.0), VIEW * (z[-1] - z[0]), SIDE + 2 * np.pi * k / frames)
+
+    return save(path, draw, frames)
+
+
+def whirl_orbits(motion: xr.Dataset, path: str | Path) -> Path:
+    """Orbits of the nodes along the whirling shaft, as .gif or .mp4; the first frame alone as .png.
+
+    Parameters
+    ----------
+    motion : Dataset
+        Of `rotorsim.analysis.shaft_motion`; the mean line is taken away, the rest magnified as the text states.
+    path : path
+        File to write.
+
+    Raises
+    ------
+    DataError
+        Where nothing moves or nothing can be drawn.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> motion = rs.analysis.shaft_motion(rs.Plant("dtu_gas_bearing"), 628.3, 0.5e6)  # doctest: +SKIP
+    >>> rs.report.whirl_orbits(motion, "whirl.gif")  # doctest: +SKIP
+    PosixPath('whirl.gif')
+    """
+    moved = motion["displacement"].values
+    moved = moved - moved.mean(axis=0)
+    largest, z = float(np.abs(moved).max()), motion["z"].values
+    if not largest:
+        raise DataError("whirl orbits: nothing moves; give the machine an unbalance, effects.unbalance")
+    scale = REACH * (z[-1] - z[0]) / largest
+    closed = scale * np.concatenate([moved, moved[:1]]).transpose(1, 0, 2)
+    text = (
+        f"whirl of the shaft: largest displacement {largest * TO_UM:.3g} um, drawn x {scale:.2g}   ({_point(motion)})"
+    )
+
+    def draw(pv: Any, plotter: Any, k: int) -> None:
+        _shaft(pv, plotter, motion, scale * moved[k], closed, COLOURS["forward"], text)
+        camera(plotter, (z.mean(), 0.0, 0.0), VIEW * (z[-1] - z[0]), SIDE)
+
+    return save(path, draw, len(moved))
+
+
+def _point(found: xr.Dataset) -> str:
+    return f"{found.attrs['speed'] * TO_RPM:.0f} rpm, {found.attrs['pressure'] * TO_MPA:g} MPa"
+
+
+def _shaft(
+    pv: Any, plotter: Any, found: xr.Dataset, now: np.ndarray, orbits: np.ndarray, colour: str, text: str
+) -> None:
+    """The shaft bent by `now` (node, 2), its line at rest, discs, orbits (node, points, 2) and a caption."""
+    z, radius = found["z"].values, found["radius"].values
+    plotter.add_mesh(pv.lines_from_points(line(z, 0 * now)), color="#8a949e", line_width=2)
+    plotter.add_mesh(tube(pv, z, now, 0.8 * radius), color="#c3ccd4", smooth_shading=True)
+    slope = np.gradient(now, z, axis=0)
+    for node, r in zip(found["disc_node"].values, found["disc_radius"].values, strict=True):
+        plotter.add_mesh(
+            pv.Cylinder(center=(z[node], *now[node]), direction=(1.0, *slope[node]), radius=float(r),
+                        height=0.03 * (z[-1] - z[0]), resolution=72), color="#9fb0bf", opacity=0.5,
+        )  # fmt: skip
+    for k in range(len(z)):
+        points = np.column_stack([np.full(orbits.shape[1], z[k]), orbits[k]])
+        plotter.add_mesh(pv.lines_from_points(points), color=colour, line_width=2)
+    heads = pv.PolyData(np.column_stack([z, now]))
+    plotter.add_mesh(heads, color=colour, point_size=9, render_points_as_spheres=True)
+    plotter.add_text(text, font_size=11, color=INK)
