@@ -45,3 +45,4 @@ from .records.template import mapping_template as mapping_template
 from .records.validate import validate as validate
 from .records.vectors import VECTORS as VECTORS, make_vectors as make_vectors
 from .writers import save as save
+from .writers.tables import save_timetable as save_timetable, to_pandas as to_pandas

@@ -21,6 +21,7 @@ from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import matrices, state_space
+from rotorsim.base.exchange.mat import cells, is_mat, number, texts, write_mat
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
 
@@ -164,8 +165,40 @@ class LinearModel:
         return {"kind": "linear", **{key: plain(value) for key, value in asdict(self).items()}}
 
     def save(self, path: str | Path) -> None:
-        """Write the model as JSON."""
-        write_json(path, self.to_dict())
+        """Write the model as JSON, or as .mat by the ending: A, B, C, D, Ts, InputName, OutputName, units.
+
+        Examples
+        --------
+        >>> import numpy as np, rotorsim as rs
+        >>> model = rs.LinearModel(-np.eye(2), np.eye(2), np.eye(2), np.zeros((2, 2)))
+        >>> model.save("model.mat")
+        >>> rs.load_model("model.mat").order
+        2
+        """
+        if is_mat(path):
+            write_mat(path, self._mat())
+        else:
+            write_json(path, self.to_dict())
+
+    def _mat(self) -> dict[str, Any]:
+        names = {"InputName": self.inputs, "OutputName": self.outputs}
+        names |= {"InputUnit": ("V",) * len(self.inputs), "OutputUnit": ("m",) * len(self.outputs)}
+        numbers = {"Ts": self.Ts, "speed": self.speed, "pressure": self.pressure}
+        matrices = {name: getattr(self, name) for name in "ABCD"}
+        return {"kind": "linear", **matrices, **numbers, **{key: cells(value) for key, value in names.items()}}
+
+    @classmethod
+    def from_mat(cls, content: dict[str, Any]) -> LinearModel:
+        """The model of a .mat file's variables; A, B, C, D are enough."""
+        A, B, C, D = (np.asarray(content[name], float) for name in "ABCD")
+        if (A.shape, B.shape, C.shape) != ((len(A), len(A)), (len(A), D.shape[1]), (D.shape[0], len(A))):
+            raise ModelError(f"A {A.shape}, B {B.shape}, C {C.shape} and D {D.shape} do not fit together")
+        numbers = [number(content, name, default) for name, default in MAT_NUMBERS.items()]
+        if not (np.isfinite(numbers[0]) and numbers[0] >= 0):
+            raise ModelError(f"Ts = {numbers[0]:g} s: give the sampling time, 0 for continuous time")
+        signals = [texts(content, key, _signals(kind, count)) for key, kind, count in
+                   (("InputName", "reference", D.shape[1]), ("OutputName", "disc", D.shape[0]))]  # fmt: skip
+        return cls(A, B, C, D, numbers[0], signals[0], signals[1], numbers[1], numbers[2])
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> LinearModel:
@@ -176,6 +209,15 @@ class LinearModel:
         for name in ("speed", "pressure"):
             values[name] = float("nan") if values.get(name) is None else float(values[name])
         return cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
+
+
+MAT_NUMBERS = {"Ts": 0.0, "speed": float("nan"), "pressure": float("nan")}
+"""Scalars of a .mat file, with what they are where they are missing."""
+
+
+def _signals(kind: str, count: int) -> tuple[str, ...]:
+    """Names of signals that a file does not name."""
+    return tuple(f"{kind}_{label}" for label in ("xy" if count == 2 else range(1, count + 1)))
 
 
 def plain(value: Any) -> Any:

@@ -24,6 +24,7 @@ from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
 from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
 from rotorsim.base.constants import SAMPLE
+from rotorsim.base.exchange.mat import cells, is_mat, write_mat
 from rotorsim.base.files import write_json
 
 
@@ -207,8 +208,26 @@ class LpvModel:
         return {key: plain(value) for key, value in data.items()}
 
     def save(self, path: str | Path) -> None:
-        """Write the model as JSON."""
-        write_json(path, self.to_dict())
+        """Write the model as JSON, or as .mat by the ending.
+
+        The .mat file also has A, B, C, D of the frozen models along a third dimension, for ``ss(A, B, C, D, Ts)``, at
+        the operating points in `points` [rad/s, Pa].
+        """
+        if not is_mat(path):
+            write_json(path, self.to_dict())
+            return
+        data = {key: _mat_value(value) for key, value in self.to_dict().items()}
+        frozen = [self._matrices(self.theta(*point)) for point in self.points]
+        stacked = {name: np.stack([one[i] for one in frozen], axis=-1) for i, name in enumerate("ABCD")}
+        write_mat(path, data | stacked)
+
+    @classmethod
+    def from_mat(cls, content: dict[str, Any]) -> LpvModel:
+        """The model of the variables of a .mat file that `save` wrote; raises KeyError, ValueError."""
+        scalars = {name: content[name].item() for name in ("order", "Ts", "states")}
+        flat = {name: content[name].ravel() for name in MAT_ROWS}
+        exponents = content["basis_exponents"].astype(int)
+        return cls.from_dict(content | flat | scalars | {"basis_exponents": exponents})
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> LpvModel:
@@ -223,6 +242,17 @@ class LpvModel:
             array("points"), array("rms_identification"), array("rms_hold_out"), data["refined"], float(data["Ts"]),
             int(data["states"]),
         )  # fmt: skip
+
+
+MAT_ROWS = ("rms_identification", "rms_hold_out", "basis_middle", "basis_half")
+"""Arrays of one dimension, which a .mat file keeps as rows."""
+
+
+def _mat_value(value: Any) -> Any:
+    """A value of `to_dict` for a .mat file; None is NaN there."""
+    if isinstance(value, list) and value and all(isinstance(one, str) for one in value):
+        return cells(value)
+    return np.array(value, float) if isinstance(value, list) else value
 
 
 def stretches(scaled: np.ndarray, tolerance: float) -> list[tuple[int, int]]:

@@ -20,19 +20,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import SAMPLE
-from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import check_channels, check_period, matrices, state_space
+from rotorsim.base.exchange.control_systems import state_space
+from rotorsim.base.exchange.mat import is_mat, write_mat
 from rotorsim.base.files import write_json
 from rotorsim.base.own_files import instead
+from rotorsim.control import law_exchange
 from rotorsim.control.errors import LawError
-from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.kernels import refresh, step
 from rotorsim.control.runtime.layout import Layout, make_layout
 
-MATRICES = ("A", "B", "C", "D", "W")
-AVERAGE, FADE = 0.2, 0.05
-"""Seconds in which a law seeks its centre, and in which its output then comes in."""
+MATRICES = law_exchange.MATRICES
 LIMIT = 5.0
 """Range of the reference [V]."""
 MOST_STATES = 400
@@ -222,7 +220,7 @@ class Law:
         >>> rs.Law.from_control(control.append(lag, lag), Ts=2e-4).order
         2
         """
-        return law_from_control(cls, system, Ts, name, settings)
+        return law_exchange.from_control(cls, system, Ts, name, settings)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0) -> Any:
         """The law at an operating point [rad/s], [Pa, gauge] as control.StateSpace, without limits and bias.
@@ -255,39 +253,38 @@ class Law:
         return data
 
     def save(self, path: str | Path) -> None:
-        """Write the law as JSON; numbers come back bit for bit."""
-        write_json(path, self.to_dict(), indent=None)
+        """Write the law as JSON, or as .mat by the ending; numbers come back bit for bit.
 
+        In the .mat file A (n, n, speeds, pressures) and B, C, D, W alike are as ``ss(A, B, C, D, Ts)`` takes them.
 
-def law_from_control(kind: type[Law], system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Law:
-    """See `Law.from_control`."""
-    label = name or getattr(system, "name", None) or type(system).__name__
-    what = f"law {label}"
-    try:
-        A, B, C, D, own, _, _ = matrices(system)
-        check_channels(system, what, ("disc_x", "disc_y"), ("reference_x", "reference_y"))
-        if own == 0 and Ts is not None:
-            A, B, C, D = tustin(System(A, B, C, D), Ts)
-        elif own is not None or Ts is None:
-            check_period(system, what, Ts or SAMPLE, f", or give Ts={SAMPLE:g}, which samples it by Tustin's rule")
-    except np.linalg.LinAlgError as error:
-        raise LawError(f"{what}: has a pole at 2/Ts, which Tustin's rule cannot sample; choose another Ts") from error
-    except DataError as error:
-        raise LawError(str(error)) from error
-    table: dict[str, Any] = {letter: M[None, None] for letter, M in zip("ABCD", (A, B, C, D), strict=True)}
-    chosen: dict[str, Any] = {
-        "average": AVERAGE,
-        "fade": FADE,
-        "about": {"from": f"control.{type(system).__name__}"},
-    } | settings
-    hold = chosen.pop("W", np.zeros((len(A), 2)))
-    return kind(label, **table, W=np.asarray(hold)[None, None], speeds=np.zeros(1), pressures=np.zeros(1),
-                Ts=Ts or SAMPLE, **chosen)  # fmt: skip
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> rs.load_law("law.json").save("law.mat")  # doctest: +SKIP
+        """
+        if is_mat(path):
+            write_mat(path, law_exchange.mat_content(self))
+        else:
+            write_json(path, self.to_dict(), indent=None)
 
 
 def load_law(path: str | Path) -> Law:
-    """Law of a JSON file that `Law.save` or `rotorsim design` wrote; raises LawError for any other file."""
+    """Law of a JSON file that `Law.save` or `rotorsim design` wrote, or of a .mat file with A, B, C, D, Ts.
+
+    Raises
+    ------
+    LawError
+        For any other file.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.load_law("law.json").order  # doctest: +SKIP
+    12
+    """
     path = Path(path)
+    if is_mat(path) and path.is_file():
+        return law_exchange.from_mat(Law, path)
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         if (kind := data.pop("kind", None)) != "law":

@@ -12,7 +12,8 @@ from identification import LinearModel
 from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
-from rotorsim.control.law import AVERAGE, FADE, Law
+from rotorsim.control.law import Law
+from rotorsim.control.law_exchange import AVERAGE, FADE
 from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.riccati import sampled_riccati
 

@@ -1,0 +1,88 @@
+"""MATLAB files (v5) of state-space systems: A, B, C, D and Ts as `ss(A, B, C, D, Ts)` takes them, names as cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.files import replacing
+
+SYSTEM = ("A", "B", "C", "D")
+SAVE = "[A, B, C, D, Ts] = ssdata(sys); save('system.mat', 'A', 'B', 'C', 'D', 'Ts', '-v7')"
+"""How a system is saved in MATLAB, so that it can be read here."""
+
+
+def is_mat(path: str | Path) -> bool:
+    """Whether a name ends as MATLAB files do."""
+    return Path(path).suffix.lower() == ".mat"
+
+
+def cells(texts: Sequence[str]) -> np.ndarray:
+    """Texts as a row of cells."""
+    found = np.empty((1, len(texts)), object)
+    found[0] = list(texts)
+    return found
+
+
+def write_mat(path: str | Path, content: Mapping[str, Any]) -> None:
+    """Write variables as a .mat file (v5), complete or not at all; raises WriteError."""
+    from scipy.io import savemat
+
+    with replacing(path) as part, part.open("wb") as file:
+        savemat(file, dict(content), long_field_names=True, oned_as="row")
+
+
+def read_mat(path: str | Path) -> dict[str, Any]:
+    """Variables of a .mat file with a state-space system; texts are str, cells of texts lists, the rest arrays.
+
+    Raises
+    ------
+    DataError
+        With a sentence that does not begin with the file's name, if it cannot be read or lacks A, B, C or D.
+    """
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        raw = loadmat(path, mat_dtype=True)
+    except NotImplementedError as error:
+        raise DataError("is a MATLAB file of version 7.3; save it with the option '-v7'") from error
+    except (MatReadError, ValueError, TypeError, EOFError, KeyError, IndexError) as error:
+        raise DataError(f"is no MATLAB file that can be read ({error}); save it in MATLAB by {SAVE}") from error
+    found = {name: _plain(value) for name, value in raw.items() if not name.startswith("__")}
+    wrong = [n for n in SYSTEM if not isinstance(found.get(n), np.ndarray) or found[n].dtype.kind not in "fiu"]
+    if wrong:
+        raise DataError(f"holds no matrix {', '.join(wrong)}; save it in MATLAB by {SAVE}")
+    return found
+
+
+def number(content: Mapping[str, Any], name: str, default: float) -> float:
+    """A scalar of a file; the default where it is missing; raises DataError for anything else."""
+    value = content.get(name)
+    if value is None:
+        return default
+    if not isinstance(value, np.ndarray) or value.size != 1 or value.dtype.kind not in "fiub":
+        raise DataError(f"{name} is not a number; give one")
+    return float(value.flat[0])
+
+
+def texts(content: Mapping[str, Any], name: str, default: Sequence[str]) -> tuple[str, ...]:
+    """Cells of texts, or the default where they are missing or empty."""
+    value = content.get(name)
+    found = [value] if isinstance(value, str) else value
+    return tuple(found) if isinstance(found, list) and all(found) and len(found) == len(default) else tuple(default)
+
+
+def _plain(value: Any) -> Any:
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.dtype.kind == "U":
+        return str(value.flat[0]) if value.size else ""
+    if value.dtype.kind == "O":
+        parts = [_plain(one) for one in value.ravel()]
+        return parts if all(isinstance(one, str) for one in parts) else value
+    return value

@@ -1,0 +1,92 @@
+"""Laws from and for other programs: systems of the package `control`, MATLAB files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotorsim.base.constants import SAMPLE
+from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.control_systems import check_channels, check_period, matrices
+from rotorsim.base.exchange.mat import cells, number, read_mat
+from rotorsim.control.errors import LawError
+from rotorsim.control.numerics.systems import System, tustin
+
+MATRICES = ("A", "B", "C", "D", "W")
+AVERAGE, FADE = 0.2, 0.05
+"""Seconds in which a law seeks its centre, and in which its output then comes in."""
+MAT_SETTINGS = ("refresh", "limit", "start", "average", "fade")
+"""Scalars of a law in a .mat file; each has its default where it is missing."""
+
+
+def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:
+    """Law, of the class `kind`, of a linear system of the package `control`; see `Law.from_control`."""
+    label = name or getattr(system, "name", None) or type(system).__name__
+    what = f"law {label}"
+    try:
+        A, B, C, D, own, _, _ = matrices(system)
+        check_channels(system, what, ("disc_x", "disc_y"), ("reference_x", "reference_y"))
+        if own == 0 and Ts is not None:
+            A, B, C, D = tustin(System(A, B, C, D), Ts)
+        elif own is not None or Ts is None:
+            check_period(system, what, Ts or SAMPLE, f", or give Ts={SAMPLE:g}, which samples it by Tustin's rule")
+    except np.linalg.LinAlgError as error:
+        raise LawError(f"{what}: has a pole at 2/Ts, which Tustin's rule cannot sample; choose another Ts") from error
+    except DataError as error:
+        raise LawError(str(error)) from error
+    table: dict[str, Any] = {letter: M[None, None] for letter, M in zip("ABCD", (A, B, C, D), strict=True)}
+    chosen: dict[str, Any] = {
+        "average": AVERAGE,
+        "fade": FADE,
+        "about": {"from": f"control.{type(system).__name__}"},
+    } | settings
+    hold = chosen.pop("W", np.zeros((len(A), 2)))
+    return kind(label, **table, W=np.asarray(hold)[None, None], speeds=np.zeros(1), pressures=np.zeros(1),
+                Ts=Ts or SAMPLE, **chosen)  # fmt: skip
+
+
+def mat_content(law: Any) -> dict[str, Any]:
+    """Variables of a .mat file; matrices first, operating points after, as MATLAB's arrays of systems are."""
+    content: dict[str, Any] = {"kind": "law", "name": law.name, "Ts": law.Ts}
+    content |= {name: getattr(law, name).transpose(2, 3, 0, 1) for name in MATRICES}
+    content |= {"speeds": law.speeds, "pressures": law.pressures, "bias": np.array(law.bias, float)}
+    content |= {name: float(getattr(law, name)) for name in MAT_SETTINGS}
+    content |= {"centre": np.array([] if law.centre is None else law.centre, float)}
+    content |= {"gamma": np.nan if law.gamma is None else law.gamma, "about": json.dumps(law.about)}
+    return content | {"InputName": cells(("disc_x", "disc_y")), "OutputName": cells(("reference_x", "reference_y"))}
+
+
+def from_mat(kind: Any, path: Path) -> Any:
+    """Law, of the class `kind`, of a .mat file; raises LawError."""
+    try:
+        content = read_mat(path)
+        if content.get("kind", "law") != "law":
+            raise DataError(f"is a {content['kind']} model; give a control law, or design one on it")
+        Ts = number(content, "Ts", 0.0)
+        if Ts == 0:
+            raise DataError(f"is continuous, Ts = 0; sample it in MATLAB: sys = c2d(sys, {SAMPLE:g}, 'tustin')")
+        return _of_content(kind, path.stem, content, Ts)
+    except (DataError, LawError) as error:
+        raise LawError(f"{path}: {error}") from error
+    except (ValueError, TypeError, AttributeError) as error:
+        raise LawError(f"{path}: is not a law ({error}); save one by 'law.save' or A, B, C, D, Ts") from error
+
+
+def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any:
+    speeds, pressures = (np.ravel(content.get(key, 0.0)) for key in ("speeds", "pressures"))
+    n = len(content["A"])
+    table = {"W": np.zeros((n, 2, speeds.size, pressures.size))} | {k: content[k] for k in MATRICES if k in content}
+    stacked = {}
+    for letter, M in table.items():
+        full = np.asarray(M, float).reshape(M.shape[0], M.shape[1], *M.shape[2:], *(1,) * (4 - M.ndim))
+        stacked[letter] = full.transpose(2, 3, 0, 1)
+    chosen: dict[str, Any] = {key: number(content, key, np.nan) for key in MAT_SETTINGS if key in content}
+    chosen |= {} if "refresh" not in chosen else {"refresh": int(chosen["refresh"])}
+    centre, gamma = np.ravel(content.get("centre", ())), number(content, "gamma", np.nan)
+    chosen |= {"centre": tuple(map(float, centre)) if centre.size == 2 else None}
+    chosen |= {"bias": tuple(map(float, np.ravel(content["bias"])))} if "bias" in content else {}
+    chosen |= {"gamma": None if np.isnan(gamma) else gamma, "about": json.loads(content.get("about", "{}"))}
+    return kind(content.get("name", name), **stacked, speeds=speeds, pressures=pressures, Ts=Ts, **chosen)
