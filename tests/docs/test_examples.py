@@ -1,0 +1,74 @@
+"""Examples of the site: each runs by itself in an empty folder, draws its picture and prints its numbers."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
+SLOW = ("diagnose",)
+"""Examples that take longer than 20 s."""
+MOST_LINES = 60
+PRINTED = {
+    "balance": (1.8,),
+    "campaign": (6,),
+    "campbell": (2647, 2647),
+    "compare_runups": (25, 489, 2702, 10, 195, 2702),
+    "film_coefficients": (0.7, 7.0, 5, 10.4, 1000),
+    "film_pressure": (67.5, 44),
+    "fmu_loop": (10.2, 5.4),
+    "frequency_response": (26.4, 118),
+    "impact": (118.6, 0.0563, 118.8, 0.0565),
+    "lab_data": (20000, 2),
+    "lpv": (-0.15, -0.15),
+    "measured_runup": (1665, 1663),
+    "mode_shape": (44.1, 0.0021),
+    "notebook": (201,),
+    "operating_map": (0.019, 0.069),
+    "own_machine": (31.5, 36.2, 256.7, 288.7),
+    "sensitivity": (23, 0.5, 17293, 25, 0.5, 16455, 27, 0.5, 15810),
+    "staircase": (3.23,),
+    "unbalance_response": (48, 2984),
+    "whirl_onset": (0.16, 0.5, 16455),
+}
+"""Numbers that an example prints, in their order, within 5 %."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in NAMES])
+def test_an_example_runs_draws_its_picture_and_prints_its_numbers(name, tmp_path):
+    script = tmp_path / f"{name}.py"
+    script.write_text((EXAMPLES / script.name).read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "rk4").symlink_to(EXAMPLES.parent / "rk4")
+    settings = {"MPLBACKEND": "Agg"}
+    ran = subprocess.run(
+        [sys.executable, script.name],
+        cwd=tmp_path,
+        env=os.environ | settings,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert ran.returncode == 0, ran.stderr[-2000:]
+    assert (tmp_path / f"{name}.png").stat().st_size > 5000
+    found = [float(number) for number in re.findall(r"(?<![\w.])-?\d+\.?\d*(?!\w)", ran.stdout)]
+    if name in PRINTED:
+        assert found == pytest.approx(list(PRINTED[name]), rel=0.05, abs=1e-9), ran.stdout
+
+
+def test_an_example_has_a_title_a_sentence_and_a_picture_and_is_short():
+    for name in NAMES:
+        text = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
+        title, _, rest = (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")
+        assert title and "\n" not in title and len(rest) > 60, name
+        assert text.count("\n") <= MOST_LINES, name
+        assert (EXAMPLES / f"{name}.png").stat().st_size > 5000, f"{name}: run it in docs/examples"
+    assert len(NAMES) >= 20
+
+
+def test_every_picture_belongs_to_an_example():
+    assert {path.stem for kind in ("png", "gif") for path in EXAMPLES.glob(f"*.{kind}")} <= set(NAMES)
