@@ -23,9 +23,10 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
+    "mathml",
 ]
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["_site", "_templates", "examples/README.md"]
+html_math_renderer = "mathml"  # equations without a script from another server
 html_theme = "furo"
 html_title = f"rotorsim {version}"
 html_static_path: list[str] = []

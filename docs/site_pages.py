@@ -92,15 +92,18 @@ def example_page(path: Path) -> str:
 
 
 def gallery(examples: list[Path]) -> str:
-    """All examples, each with its picture."""
+    """All examples, each with its picture, two in a row."""
     head = f"# Gallery\n\n{len(examples)} scripts of at most 60 lines and their pictures. The test suite runs them all."
+    cells = [_card(path) for path in examples]
+    rows = [f"| {' | '.join([*cells[k : k + 2], ''][:2])} |" for k in range(0, len(cells), 2)]
     names = "\n".join(f"examples/{path.stem}" for path in examples)
-    return "\n\n".join([head, *map(_card, examples), f"```{{toctree}}\n:hidden:\n\n{names}\n```"]) + "\n"
+    table = "\n".join(["| | |", "|---|---|", *rows])
+    return f"{head}\n\n{table}\n\n```{{toctree}}\n:hidden:\n\n{names}\n```\n"
 
 
 def _card(path: Path) -> str:
     page, picture = f"examples/{path.stem}.md", f"examples/{path.stem}.png"
-    return f"## [{docstring(path)[0]}]({page})\n\n[![{path.stem}]({picture})]({page})"
+    return f"[![{path.stem}]({picture})]({page}) [{docstring(path)[0]}]({page})"
 
 
 def bibliography() -> str:

@@ -148,12 +148,12 @@ class LinearPlant:
 
     @property
     def wn(self) -> np.ndarray:
-        """Natural frequencies |s| [rad/s]."""
+        """Natural frequencies abs(s) [rad/s]."""
         return np.abs(self._modes[0])
 
     @property
     def zeta(self) -> np.ndarray:
-        """Damping ratios -Re s / |s|."""
+        """Damping ratios -Re s / abs(s)."""
         return -self._modes[0].real / np.abs(self._modes[0])
 
     @property

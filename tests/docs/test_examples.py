@@ -29,6 +29,7 @@ PRINTED = {
     "measured_runup": (1665, 1663),
     "mode_shape": (44.1, 0.0021),
     "notebook": (201,),
+    "own_effect": (-133.3, -77.7),
     "operating_map": (0.019, 0.069),
     "own_machine": (31.5, 36.2, 256.7, 288.7),
     "sensitivity": (23, 0.5, 17293, 25, 0.5, 16455, 27, 0.5, 15810),
