@@ -1,7 +1,7 @@
 """A measured run-up, diagnosed
 
-1X of a rotor kit, one probe and a sweep of 229 rpm/s. The machine's supports, unbalance and shaft are re-calibrated with
-the same sweep, and what is still missing is looked for: runout of the shaft, which an equal bow resembles.
+1X of a rotor kit, one probe and a sweep of 229 rpm/s. Supports, unbalance and shaft of the machine are re-calibrated
+with the same sweep, and what is still missing is looked for: runout of the shaft, which an equal bow resembles.
 """
 
 from pathlib import Path

@@ -69,6 +69,7 @@ class Data(LazyGroup):
         "cut": "data.cut",
         "mapping": "data.mapping",
         "resample": "data.resample_command",
+        "vectors": "data.vectors",
     }
 
 

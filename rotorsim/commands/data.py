@@ -1,4 +1,4 @@
-"""`rotorsim data check | cut | convert | resample | mapping`: check files of measured data, convert them to the schema.
+"""`rotorsim data check | cut | convert | resample | vectors | mapping`: check and convert files of measured data.
 
 Exit code 0: fit for at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
 but it is fit for nothing as it is.
@@ -42,6 +42,7 @@ from rotorsim.base.files import write_text
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
+from rotorsim.discrepancy.data.runup_vectors import runup_vectors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,6 +148,30 @@ def resample_command(
         save(record, out)
     typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
     _say_notes(record)
+
+
+@example(
+    "rotorsim data vectors runup.csv runup.nc --mapping rig.toml --turns 4, then rotorsim diagnose my.toml runup.nc",
+    "rs.discrepancy.runup_vectors(record, turns=4)",
+)
+def vectors(
+    file: Annotated[Path, _FILE],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    mapping: Annotated[Path | None, _MAPPING] = None,
+    turns: Annotated[int, typer.Option(help="Revolutions of a window.", min=1)] = 8,
+    orders: Annotated[int, typer.Option(help="Highest order.", min=1, max=20)] = 3,
+    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+) -> None:
+    """Write 1X, 2X, 3X vectors over the speed of a run-up or coast-down that a file has over time."""
+    _not_itself(file, out, "track")
+    with files(out, force=force, another="name"):
+        with _faults_of(file):
+            table = runup_vectors(read(file, mapping).assign_attrs(record=file.stem), turns, range(1, orders + 1))
+        save(table, out)
+    rpm = table["speed"].values * TO_RPM
+    rate = table.attrs["rate"] * TO_RPM
+    typer.echo(f"{out}: written, {len(rpm)} speeds, {rpm[0]:.0f} to {rpm[-1]:.0f} rpm at {rate:.3g} rpm/s")
+    _say_notes(table)
 
 
 @example(

@@ -1,4 +1,5 @@
 from .blind_test.hide import hide as hide
+from .data.runup_vectors import runup_vectors as runup_vectors
 from .diagnose_records import diagnose as diagnose
 from .diagnosis import Workshop as Workshop
 from .identifiability import AliasMatrix as AliasMatrix, alias_matrix as alias_matrix, markdown as markdown

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.cache import Cache
-from rotorsim.discrepancy.data.intake import make_trials, open_records
+from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
 from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.residuals.comparison import THREADS
@@ -69,4 +70,5 @@ def diagnose(
     trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
     trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
     trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
-    return work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache)
+    found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache)
+    return replace(found, notes=(*record_notes(opened), *found.notes))

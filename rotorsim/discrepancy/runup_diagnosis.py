@@ -19,6 +19,7 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.data.intake import record_notes
 from rotorsim.discrepancy.data.sensors import check_plane
 from rotorsim.discrepancy.data.spectra import Trial, stated_accuracy
 from rotorsim.discrepancy.diagnosis import work_on
@@ -219,7 +220,7 @@ def diagnose_vectors(
         for sweep in make_sweeps(vectors, name, machine.film is not None)
     ]
     found = work_on(machine, list[Trial](trials), effects, max(tolerance, TOLERANCE), progress, cache=cache)
-    return replace(found, notes=(*rate_notes(opened), *found.notes))
+    return replace(found, notes=(*record_notes(opened), *rate_notes(opened), *found.notes))
 
 
 def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:

@@ -5,7 +5,7 @@ import pytest
 
 from identification import make_record
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.intake import make_trials
+from rotorsim.discrepancy.data.intake import make_trials, record_notes
 from rotorsim.machine import load_machine
 
 N = 5000
@@ -59,3 +59,8 @@ def test_a_single_probe_reads_its_direction_of_the_motion():
     assert abs(seen[0, 0, order]) == pytest.approx(1e-6, rel=1e-6)
     assert np.angle(seen[0, 0, order] / trial.spectra[0, 0, order]) == pytest.approx(-0.5, abs=1e-6)
     assert not seen[:, 1].any() and not trial.spectra[:, 1].any()
+
+
+def test_notes_of_records_are_told_once():
+    first, second = (record({"notes": notes}) for notes in (["A is dead", "cut"], "cut"))
+    assert record_notes([("a", first), ("b", second)]) == ["'a': A is dead", "every record: cut"]

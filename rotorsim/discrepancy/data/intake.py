@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification import read
+from identification import notes_of, read
 from identification.errors import ReadError, SchemaError
 from rotorsim.base.errors import DataError
+from rotorsim.base.sentences import listing
 from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.sensors import check_sensors
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
@@ -43,6 +44,17 @@ def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[s
             except (ReadError, SchemaError) as error:
                 raise DataError(str(error)) from error
     return out
+
+
+def record_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
+    """What reading left out of records or changed in them, a sentence for all records of which it is the same."""
+    of: dict[str, list[str]] = {}
+    for name, record in opened:
+        for text in notes_of(record):
+            of.setdefault(text, []).append(name)
+    return [
+        f"{listing(names, 3) if len(names) < len(opened) else 'every record'}: {text}" for text, names in of.items()
+    ]
 
 
 def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:

@@ -190,7 +190,7 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     Ts = sampling_time(record)
     if abs(Ts / SAMPLE - 1) > 1e-6:
         raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
-    displacement, probe_angle = _displacement(record, name)
+    displacement, probe_angle = displacement_of(record, name)
     n = len(displacement)
     speed, pressure = operating_point(record, Ts)
     _check_constant(record, name)
@@ -220,7 +220,7 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     )  # fmt: skip
 
 
-def _displacement(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | None]:
+def displacement_of(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | None]:
     """Measured displacement (n, 2) [m], and the angle [rad] of the probe if there is only one: then y is zero."""
     found = measured(record, "disc")
     if found is not None:

@@ -114,6 +114,9 @@ COMMANDS = (
         ("data", "convert"), ("{inputs}/excited.nc", f"{OUT}/record.mat"), ("record.mat",), compiles=False,
         label="mat",
     ),
+    Command(
+        ("data", "vectors"), ("{inputs}/sweep.nc", f"{OUT}/record.nc", "--turns", "1"), ("record.nc",), compiles=False
+    ),
     Command(("data", "cut"), ("{inputs}/excited.nc", f"{OUT}/record.nc"), ("record.nc",), compiles=False),
     Command(
         ("data", "resample"), ("{inputs}/excited.nc", f"{OUT}/record.nc", "--rate", "1 kHz"), ("record.nc",),

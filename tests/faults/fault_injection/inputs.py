@@ -9,6 +9,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import identification as idn
 from fault_injection.running import run
 
@@ -48,6 +50,10 @@ def make_inputs(folder: Path) -> Path:
     rig.save(folder / "rig.toml")
     record = _model3().record(0, seconds=2.0)
     idn.save(record, folder / "excited.nc")
+    t = np.arange(10000) / 5000
+    angle = 2 * np.pi * (20 * t + 10 * t**2)
+    disc = 1e-6 * np.column_stack([np.cos(angle), np.sin(angle)])
+    idn.save(idn.make_record(t, {"angle": angle, "disc_measured": disc}), folder / "sweep.nc")
     idn.identify(record, model="blackbox", order=4).model.save(folder / "linear.json")
     shutil.copy(TESTS / "control" / "rig_model.json", folder / "model.json")
     p.make(p.Spec()).save(folder / "law.json")

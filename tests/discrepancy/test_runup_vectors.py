@@ -1,0 +1,73 @@
+"""Vectors of a run-up over time: known orders come out, the sweep is found, and what is no sweep is refused."""
+
+import numpy as np
+import pytest
+
+from identification import make_record, read, save
+from rotorsim.base.errors import DataError
+from rotorsim.cli import main
+from rotorsim.discrepancy import runup_vectors
+from rotorsim.discrepancy.runup_diagnosis import make_sweeps
+
+RATE = 40.0
+
+
+def sweep(falling=False, rate=5000.0, held=1.0, **attrs):
+    """A second at 100 rad/s, five of 40 rad/s2, one at 300; 1X of 2 um, lag 0.5, 2X of 1 um along y."""
+    t = np.arange(int((5 + 2 * held) * rate)) / rate
+    speed = 100 + RATE * np.clip(t - held, 0, 5)
+    speed = speed[::-1] if falling else speed
+    angle = 0.3 + np.concatenate([[0.0], np.cumsum(speed)[:-1] / rate])
+    disc = 1e-6 * np.column_stack([2 * np.cos(angle - 0.5), 2 * np.sin(angle - 0.5) + np.cos(2 * angle + 1)])
+    disc += [1e-5, -3e-6]
+    pressure = np.full(t.size, 3e5)
+    return make_record(t, {"disc_measured": disc, "angle": angle, "pressure": pressure}, {"record": "a", **attrs})
+
+
+@pytest.mark.parametrize("falling", [False, True])
+@pytest.mark.parametrize("turns", [1, 8])
+def test_orders_of_a_sweep_come_out_with_its_rate(falling, turns):
+    table = runup_vectors(sweep(falling), turns, (1, 2))
+    assert table.attrs["rate"] == pytest.approx(RATE, rel=0.02)
+    assert table.attrs["turns"] == turns and table.attrs["pressure"] == 3e5
+    speeds = table["speed"].values
+    assert (np.diff(speeds) < 0).all() == falling and 100 <= speeds.min() < 110 and 290 < speeds.max() <= 300.5
+    one = table["amplitude"].values * np.exp(-1j * table["phase"].values)
+    np.testing.assert_allclose(one[:, 0, 0], 2e-6 * np.exp(-0.5j), atol=2e-9)
+    np.testing.assert_allclose(one[:, 0, 1], -2e-6j * np.exp(-0.5j), atol=2e-9)
+    np.testing.assert_allclose(one[:, 1, 1], 1e-6 * np.exp(1j), atol=2e-9)
+
+
+def test_the_table_is_what_a_diagnosis_takes():
+    parts = make_sweeps(runup_vectors(sweep(), 4), "a", True)
+    assert all(part.turns == 4 for part in parts) and sum(len(part.speeds) for part in parts) > 30
+
+
+@pytest.mark.parametrize(
+    ("record", "options", "sentence"),
+    [
+        (sweep().drop_vars("angle"), {}, "a: has no angle of the shaft; map a keyphasor"),
+        (sweep().drop_vars("disc_measured"), {}, "a: has no disc_measured"),
+        (sweep().isel(time=slice(0, 4000)), {"turns": 1}, "a: the speed does not rise or fall over 3 windows"),
+        (sweep(rate=1000.0), {"orders": (1, 9)}, "fewer than 4 samples in a period of 9X"),
+        (sweep(), {"turns": 0}, "a: turns is 0"),
+    ],
+)
+def test_what_is_no_sweep_is_refused(record, options, sentence):
+    with pytest.raises(DataError, match=sentence):
+        runup_vectors(record, **options)
+
+
+def test_the_command_writes_a_table(tmp_path, capsys):
+    save(sweep(), tmp_path / "run.nc")
+    assert main_of("data", "vectors", str(tmp_path / "run.nc"), str(tmp_path / "v.nc"), "--turns", "4") == 0
+    assert "rpm/s" in capsys.readouterr().out
+    assert read(tmp_path / "v.nc").attrs["turns"] == 4.0
+    assert main_of("data", "vectors", str(tmp_path / "v.nc"), str(tmp_path / "w.nc")) == 2
+
+
+def main_of(*arguments):
+    """Exit code of a command."""
+    with pytest.raises(SystemExit) as end:
+        main(list(arguments))
+    return end.value.code
