@@ -82,7 +82,7 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
 
 
 def _windows(angle: np.ndarray, turns: int, highest: int, name: str) -> list[slice]:
-    """Samples of consecutive windows of whole revolutions; raises DataError where they cannot hold the highest order."""
+    """Samples of consecutive windows of whole revolutions; raises DataError where they hold too few for an order."""
     if not 1 <= turns < len(angle):
         raise DataError(f"{name}: turns is {turns}; give the revolutions of a window, from 1")
     edges = np.searchsorted(angle, np.arange(angle[0], angle[-1], 2 * np.pi * turns))
