@@ -19,9 +19,11 @@ import numpy as np
 from identification.errors import ModelError
 from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import matrices, state_space
 from rotorsim.base.exchange.mat import cells, is_mat, number, texts, write_mat
+from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
 
@@ -29,8 +31,8 @@ OSCILLATING = 0.9
 """A pole pair counts as a mode below this damping ratio."""
 
 
-@dataclass(frozen=True, eq=False)
-class LinearModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearModel(Shown):
     """State-space model about an operating point.
 
     A (n, n), B (n, m), C (p, n), D (p, m) in SI units; Ts [s], 0 for continuous time; `speed` [rad/s] and `pressure`
@@ -53,6 +55,17 @@ class LinearModel:
     def order(self) -> int:
         """Number of states."""
         return len(self.A)
+
+    def card(self) -> Card:
+        """Order, time, modes and operating point."""
+        time = f"sampled every {self.Ts * 1e3:g} ms" if self.Ts else "continuous"
+        rows = [("in", ", ".join(self.inputs)), ("out", ", ".join(self.outputs))]
+        if len(self.wn):
+            rows.insert(0, ("modes [Hz]", several(self.wn, scale=1 / (2 * np.pi))))
+            rows.insert(1, ("damping ratios", several(self.zeta, ".3g")))
+        if np.isfinite(self.speed):
+            rows.insert(0, ("at", f"{self.speed * TO_RPM:.0f} rpm, {self.pressure * TO_MPA:g} MPa"))
+        return Card(f"LinearModel: {self.order} states, {time}", rows)
 
     @property
     def poles(self) -> np.ndarray:

@@ -23,8 +23,9 @@ from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
 from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import SAMPLE, TO_MPA, TO_RPM
 from rotorsim.base.exchange.mat import cells, is_mat, write_mat
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.files import write_json
 
 
@@ -32,8 +33,8 @@ class ExtrapolationWarning(UserWarning):
     """A model was asked for outside the operating points it was identified at."""
 
 
-@dataclass(frozen=True, eq=False)
-class LpvModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class LpvModel(Shown):
     """Surfaces of parameters.
 
     kind '1', '2', '3' or 'blackbox'; parameters: q names; coefficients (q, t) over `basis`; order of the polynomials;
@@ -52,6 +53,18 @@ class LpvModel:
     refined: str = "none"
     Ts: float = 0.0
     states: int = 0
+
+    def card(self) -> Card:
+        """Kind, range and points."""
+        (w0, p0), (w1, p1) = self.low, self.high
+        time = f"sampled every {self.Ts * 1e3:g} ms" if self.Ts else "continuous"
+        rows = [
+            ("speed", f"{w0 * TO_RPM:.0f} to {w1 * TO_RPM:.0f} rpm"),
+            ("pressure", f"{p0 * TO_MPA:.4g} to {p1 * TO_MPA:.4g} MPa"),
+            ("made of", f"{len(self.points)} operating points"),
+            ("surfaces", f"degree {self.order}, {len(self.parameters)} parameters, refinement: {self.refined}"),
+        ]
+        return Card(f"LpvModel {self.kind}: {time}", rows)
 
     @property
     def low(self) -> np.ndarray:

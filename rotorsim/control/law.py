@@ -22,6 +22,7 @@ import numpy as np
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.mat import is_mat, write_mat
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.files import write_json
 from rotorsim.base.own_files import instead
 from rotorsim.control import law_exchange
@@ -48,8 +49,8 @@ class Settings(NamedTuple):
     bias_y: float
 
 
-@dataclass(frozen=True, eq=False)
-class Law:
+@dataclass(frozen=True, eq=False, repr=False)
+class Law(Shown):
     """Scheduled discrete controller with saturation, anti-windup and a switch-on without a jump.
 
     Parameters
@@ -101,6 +102,22 @@ class Law:
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), float))
         _check_shapes(self)
         _check_numbers(self)
+
+    def card(self) -> Card:
+        """Order, schedule, settings and fingerprint."""
+        s, p = self.speeds.size, self.pressures.size
+        table = f"scheduled over {s} speeds x {p} pressures" if self.scheduled else "not scheduled"
+        centre = "sought" if self.centre is None and self.average else "zero" if self.centre is None else "given"
+        rows = [
+            ("fingerprint", self.hash),
+            ("Ts", f"{self.Ts * 1e3:g} ms"),
+            ("limit", f"{self.limit:g} V"),
+            ("bias", f"{self.bias[0]:g}, {self.bias[1]:g} V"),
+            ("centre", centre),
+        ]
+        if self.gamma is not None:
+            rows.insert(0, ("gamma", f"{self.gamma:.4g}"))
+        return Card(f"Law {self.name}: {self.order} states, {table}", rows)
 
     @property
     def order(self) -> int:

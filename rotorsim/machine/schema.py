@@ -9,7 +9,10 @@ from typing import Any
 
 from pydantic import PrivateAttr, ValidationError
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.exchange import notebook
+from rotorsim.base.exchange.notebook import Card
 from rotorsim.base.files import write_text
 from rotorsim.machine import edit, toml
 from rotorsim.machine.checks import cross_check
@@ -68,6 +71,26 @@ class Machine(MachineTables):
     def save(self, path: str | Path) -> None:
         """Write the machine file, with the comments it was read with; the file is complete or untouched."""
         write_text(path, self._source or self.text)
+
+    def card(self) -> Card:
+        """Mass, bearings, film, effects and hash."""
+        effects = [f"{len(parts)} x {name}" if len(parts) > 1 else name for name, parts in self.effects.items()]
+        rows = [("hash", self.hash), ("mass", f"{self.mass:.3g} kg"), ("bearings", str(len(self.bearings)))]
+        rows.append(("effects", ", ".join(effects) or "none"))
+        if (film := self.film) is not None:
+            text = f"{film.length * 1e3:g} mm long, clearance {film.clearance * TO_UM:.4g} um"
+            rows.insert(3, ("gas film", f"{text}, {len(self.injectors)} injectors"))
+        return Card(f"Machine {self.name}", rows)
+
+    def __repr__(self) -> str:
+        return notebook.text(self.card())
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def _repr_html_(self) -> str:
+        card = self.card()
+        return notebook.html(Card(card.title, [("", self.description), *card.rows]))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Machine) and self.__dict__ == other.__dict__

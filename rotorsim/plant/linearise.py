@@ -27,6 +27,7 @@ from reynolds.injector import Injector
 from reynolds.perturbation import LinearFilm, linear_film
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import state_space
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
@@ -45,8 +46,8 @@ class LinearRotor:
     Bf: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class LinearPlant:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearPlant(Shown):
     """S x' = J x + E u, y = H x with diagonal S; A, B, C, D [SI] follow.
 
     wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn;
@@ -63,6 +64,16 @@ class LinearPlant:
     film: LinearFilm | None = None
     inputs: tuple[str, ...] = INPUTS
     outputs: tuple[str, ...] = OUTPUTS
+
+    def card(self) -> Card:
+        """States, modes, signals."""
+        modes = [
+            f"{wn / (2 * np.pi):.4g} Hz, damping {zeta:.3g}, {whirl}"
+            for wn, zeta, whirl in zip(self.wn[:4], self.zeta, self.whirl, strict=False)
+        ]
+        rows = [(f"mode {k}", one) for k, one in enumerate(modes, 1)]
+        rows += [("in", ", ".join(self.inputs)), ("out", ", ".join(self.outputs))]
+        return Card(f"LinearPlant: {len(self.S)} states", rows)
 
     @cached_property
     def J(self) -> Any:

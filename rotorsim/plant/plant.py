@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from identification import make_record
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.progress import track
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
@@ -40,7 +41,7 @@ BLOCK = 5000
 """Samples computed at a time: one second."""
 
 
-class Plant:
+class Plant(Shown):
     """A machine ready to run: `Plant("dtu_gas_bearing")`, `Plant(machine, n_theta=64, n_z=16, dt=2e-4)`."""
 
     def __init__(
@@ -60,6 +61,13 @@ class Plant:
             if value is not None:
                 machine = machine.replace(path, value)
         self.machine = machine
+
+    def card(self) -> Card:
+        """Machine, grid and step."""
+        m = self.machine
+        rows = [("film", f"{m.grid.n_theta} x {m.grid.n_z}")] if m.film is not None else []
+        rows += [("step", f"{m.solver.time_step * 1e3:g} ms"), ("effects", ", ".join(m.effects) or "none")]
+        return Card(f"Plant of {m.name}", rows)
 
     @cached_property
     def assembly(self) -> Assembly:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
@@ -28,8 +29,8 @@ WORDS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis(Findings, Reported):
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Findings, Reported, Shown):
     """Result of `diagnose`."""
 
     localisation: tuple[Flag, ...]
@@ -39,6 +40,18 @@ class Diagnosis(Findings, Reported):
     notes: tuple[str, ...]
     spectra: dict[str, Any] = field(default_factory=dict, repr=False)
     tried: tuple[dict[str, Any], ...] = ()
+
+    def card(self) -> Card:
+        """Verdict, sizes of the effects, next experiment."""
+        rows = [
+            (found.form, ", ".join(f"{name} = {value}{f' +- {sd}' if sd else ''}" for name, value, sd in found.sizes()))
+            for found in self.effects
+        ]
+        rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
+        if self.next_experiment:
+            rows.append(("next experiment", str(self.next_experiment["experiment"])))
+        rows.append(("machine", self.machine.name))
+        return Card(f"Diagnosis: {self.sentence}", rows)
 
     @property
     def exit_code(self) -> int:

@@ -1,0 +1,56 @@
+"""Short text of a value, and a small HTML table of it for notebooks, from the same rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from typing import Any, NamedTuple
+
+CELL = "text-align:left;padding:1px 12px 1px 0;vertical-align:top"
+
+
+class Card(NamedTuple):
+    """What is shown of a value: a title of a line and rows (name, text)."""
+
+    title: str
+    rows: list[tuple[str, str]]
+
+
+class Shown:
+    """Base of values with a short `repr` and a table in notebooks; `card` says what they hold."""
+
+    def card(self) -> Card:
+        """Title and rows."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return text(self.card())
+
+    def _repr_html_(self) -> str:
+        return html(self.card())
+
+
+def text(card: Card) -> str:
+    """One line: the title, and the rows that fit."""
+    line = f"<{card.title}"
+    for name, value in card.rows:
+        more = f"{line}; {name} {value}"
+        if len(more) > 160:
+            break
+        line = more
+    return f"{line}>"
+
+
+def html(card: Card) -> str:
+    """Table with the title above; its colours are those of the notebook."""
+    head = f'<th style="{CELL};font-weight:normal;opacity:.7">'
+    cell = f'<td style="{CELL}">'
+    rows = "".join(f"<tr>{head}{escape(name)}</th>{cell}{escape(value)}</td></tr>" for name, value in card.rows)
+    return f"<div><strong>{escape(card.title)}</strong><table>{rows}</table></div>"
+
+
+def several(values: Iterable[Any], form: str = ".4g", scale: float = 1.0, most: int = 4) -> str:
+    """The first numbers of many, with commas."""
+    numbers = list(values)
+    shown = ", ".join(format(scale * float(one), form) for one in numbers[:most])
+    return f"{shown}, ... ({len(numbers)})" if len(numbers) > most else shown
