@@ -17,7 +17,7 @@ class Card(NamedTuple):
 
 
 class Shown:
-    """Base of values with a short `repr` and a table in notebooks; `card` says what they hold."""
+    """Base of values with a short `repr` and a table in notebooks; `card` has the rows."""
 
     def card(self) -> Card:
         """Title and rows."""

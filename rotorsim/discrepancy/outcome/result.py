@@ -30,7 +30,7 @@ WORDS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Findings, Reported, Shown):
+class Diagnosis(Shown, Findings, Reported):
     """Result of `diagnose`."""
 
     localisation: tuple[Flag, ...]
