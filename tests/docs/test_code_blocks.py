@@ -1,0 +1,224 @@
+"""Code blocks of README and pages: Python is run page by page, commands line by line, TOML is read.
+
+What takes minutes is marked nightly; what cannot be run at all stands in `NOT_RUN` with its reason.
+"""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+from code_blocks import Block, blocks, command_lines
+
+ROOT = Path(__file__).parents[2]
+NOT_RUN = (
+    (
+        r"^(pip|git|python -m venv|ruff|pytest|\.ci/|ROTORSIM_FAULT_TRIES)",
+        ".ci/run and the nightly job run these themselves",
+    ),
+    (r"^python tests/regression/compare_commits", "needs two commits: the workflow of a change"),
+    (r"^rotorsim live", "serves until Ctrl-C; tests/live starts it"),
+    (
+        r"^rotorsim (campaign thesis|study)|^rotorsim bench$|my_campaign|records --model",
+        "hours; tests/campaign and reproduction",
+    ),
+    (r"^rotorsim diagnose my_rotor.toml measured", "needs the reader's records; docs/gap.md runs the command nightly"),
+    (r"scheduler|^head\$|^node\$|^--tls", "needs a cluster; tests/campaign starts schedulers of its own"),
+    (r"^(store\.json|index\.sqlite|cases/|campaign\.log)", "a list of files"),
+    (r"^(v = C x|d\(p h\))", "an equation"),
+    (r"^(>>>|AttributeError)", "shown by tests/base/test_public_names.py"),
+    (r"dask_jobqueue", "needs a batch system"),
+    (r"libcosimpy|ecospy", ".ci/optional/importers runs the units in these programs"),
+)
+"""Lines, or blocks of Python by a word in them, that are not run here, and why."""
+NIGHTLY = (
+    r"^rotorsim (verify|hide|diagnose dtu|machine calibrate)",
+    r"^rotorsim map --speed|--over",
+    r"^rotorsim design",
+    r"^rotorsim (runup --pressure|experiment (prbs|staircase))",
+    r"^rotorsim fmu",
+)
+NIGHTLY_PAGES = {f"docs/{name}.md" for name in ("control", "experiments", "fmu", "gap", "identification", "linear")}
+"""Pages whose Python takes minutes."""
+BEFORE = {
+    "docs/data.md": """
+import numpy as np
+time = np.arange(2000) * 2e-4
+reference, angle = np.zeros((2000, 2)), 628.3 * time
+disc_measured = 1e-6 * np.random.default_rng(1).normal(size=(2000, 2))
+speed, amplitude, phase = np.array([100.0, 200.0]), np.full((2, 3, 2), 1e-6), np.zeros((2, 3, 2))
+""",
+    "docs/identification.md": """
+import numpy as np
+reference, speed, pressure = np.zeros((500, 2)), np.zeros(500), np.full(500, 0.5e6)
+""",
+    "docs/gap.md": "import numpy as np\n",
+}
+"""What a page supposes that its reader has."""
+OTHERS = 'rest = [idn.identify(idn.read(f"run{k}.csv", f"rig{k}.toml"), model=3) for k in (2, 3)]\n'
+RECORD = 'record = idn.read("run1.csv", "rig.toml")\nfound'
+SHORTER = {
+    "duration=3600.0": "duration=2.0",
+    "[found, ...], order=2": "[found] * 3 + rest, order=1",
+    RECORD: OTHERS + RECORD,
+}
+"""Text that a run replaces: an hour, and an ellipsis."""
+
+
+def reason(text):
+    """Return why a line or a block is not run, '' if it is."""
+    return next((why for pattern, why in NOT_RUN if re.search(pattern, text)), "")
+
+
+def python_pages():
+    """Return the Python of each page, blocks with a reason left out."""
+    found = defaultdict(list)
+    for block in blocks():
+        if block.language == "python" and not reason(block.text):
+            found[block.page].append(block.text)
+    return {page: "\n".join(texts) for page, texts in found.items()}
+
+
+def shell_pages():
+    """Return the commands of each page that are run, in order."""
+    found = defaultdict(list)
+    for block in blocks():
+        if block.language in ("", "console", "indented"):
+            found[block.page] += [line for line in command_lines(block) if not reason(line)]
+    return found
+
+
+def late(line):
+    return any(re.search(pattern, line) for pattern in NIGHTLY)
+
+
+PYTHON = python_pages()
+SHELL = {page: lines for page, lines in shell_pages().items() if lines}
+NIGHT = pytest.mark.nightly
+
+
+@pytest.fixture
+def material(tmp_path):
+    """Return a folder with the files that pages name."""
+    for name in ("model", "lpv"):
+        shutil.copy(ROOT / "rotorsim" / "bench" / "data" / "rig_model_2.json", tmp_path / f"{name}.json")
+    for name in ("hinf", "my_law"):
+        shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "hinf.json", tmp_path / f"{name}.json")
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    (tmp_path / "rotorsim").mkdir()
+    (tmp_path / "rotorsim" / "bench").symlink_to(ROOT / "rotorsim" / "bench")
+    return tmp_path
+
+
+MATERIAL = """
+import numpy as np, rotorsim as rs, identification as idn
+from pathlib import Path
+names = {names!r}
+if "my_rotor.toml" in names:
+    Path("my_rotor.toml").write_text(rs.machine_text("plain_rotor"))
+if "my_rig.toml" in names:
+    Path("my_rig.toml").write_text(rs.machine_text("dtu_gas_bearing"))
+if "run1.csv" in names:
+    plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
+    for k, pressure in enumerate((0.4e6, 0.5e6, 0.6e6), 1):
+        idn.save(rs.experiments.prbs(plant, 0.0, pressure, duration=3.0), f"run{{k}}.csv")
+        Path("rig.toml" if k == 1 else f"rig{{k}}.toml").write_text("[conditions]\\naccuracy = '0.5 um'\\n")
+if "run.csv" in names or "run.mat" in names:
+    record = rs.experiments.runup("plain_rotor", 100.0, 200.0, 50.0, 0.0)
+    idn.save(record, "run.csv"), idn.save(record, "run.mat")
+    Path("rig.toml").write_text("[conditions]\\naccuracy = '0.5 um'\\n")
+if "rig.fmu" in names:
+    rs.fmu.export("my_rig.toml", "rig.fmu", fmi=(3,))
+"""
+
+
+def run(words, folder):
+    """Run Python with these arguments in a folder; fail with what it printed."""
+    settings = os.environ | {"MPLBACKEND": "Agg"}
+    ran = subprocess.run(
+        [sys.executable, *words], cwd=folder, env=settings, capture_output=True, text=True, timeout=7200
+    )
+    assert ran.returncode in (0, 10, 11, 12), f"{words}\n{ran.stdout[-1500:]}\n{ran.stderr[-3000:]}"
+
+
+def prepare(folder, text):
+    """Write the files that a page's code names."""
+    names = [n for n in ("my_rotor.toml", "my_rig.toml", "run1.csv", "run.csv", "run.mat", "rig.fmu") if n in text]
+    if names:
+        run(["-c", MATERIAL.format(names=names)], folder)
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(p, marks=NIGHT if p in NIGHTLY_PAGES else (), id=Path(p).stem) for p in PYTHON]
+)
+def test_the_python_of_a_page_runs_from_top_to_bottom(page, material):
+    text = BEFORE.get(page, "") + PYTHON[page]
+    for given, shorter in SHORTER.items():
+        text = text.replace(given, shorter)
+    prepare(material, text)
+    (material / "page.py").write_text(text, encoding="utf-8")
+    run(["page.py"], material)
+
+
+@pytest.mark.parametrize("page", [pytest.param(p, id=Path(p).stem) for p in SHELL if not all(map(late, SHELL[p]))])
+def test_the_quick_commands_of_a_page_run(page, material):
+    lines = [line for line in SHELL[page] if not late(line)]
+    prepare(material, without_new("\n".join(lines)))
+    commands(lines, material)
+
+
+@NIGHT
+@pytest.mark.parametrize("page", [pytest.param(p, id=Path(p).stem) for p in SHELL if any(map(late, SHELL[p]))])
+def test_every_command_of_a_page_runs(page, material):
+    prepare(material, without_new("\n".join(SHELL[page]), "--out rig.fmu" in "\n".join(SHELL[page])))
+    commands(SHELL[page], material)
+
+
+def without_new(text, exports=False):
+    """Return the text without the names of files that its own commands make."""
+    text = text.replace("rig.fmu", "") if exports else text
+    return text.replace("my_rotor.toml", "") if "machine new my_rotor.toml" in text else text
+
+
+def commands(lines, folder):
+    """Run command lines in order, each in an interpreter of its own; results of the same name are replaced."""
+    for line in lines:
+        words = shlex.split(line)
+        assert words[0] == "rotorsim", line
+        made = {words[k + 1] for k, word in enumerate(words) if word in ("--out", "--propose")}
+        for name in made | ({"run.nc"} & set(words)):
+            remove(folder / name)
+        run(["-m", "rotorsim", *words[1:]], folder)
+
+
+def remove(path):
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+@pytest.mark.parametrize("block", [b for b in blocks() if b.language == "toml"], ids=lambda b: f"{b.page}-{b.line}")
+def test_a_block_of_toml_is_read(block: Block):
+    assert tomllib.loads(block.text)
+
+
+def test_every_block_is_of_a_kind_that_is_run_read_or_has_a_reason():
+    kinds = {"python", "toml", "console", "indented", ""}
+    assert {b.language for b in blocks()} - kinds == {"{toctree}"}
+    lines = [line for b in blocks() if b.language in ("", "console", "indented") for line in command_lines(b)]
+    assert not [line for line in lines if not line.startswith("rotorsim ") and not reason(line)]
+    unused = [pattern for pattern, _ in NOT_RUN if not any(re.search(pattern, text) for text in (*lines, *texts()))]
+    assert unused == []
+
+
+def texts():
+    """Return the blocks of Python."""
+    return [b.text for b in blocks() if b.language == "python"]
