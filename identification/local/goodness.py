@@ -19,7 +19,15 @@ from rotorsim.base.rounding import least_squares
 
 
 def nrmse(y: np.ndarray, simulated: np.ndarray) -> np.ndarray:
-    """Fit (p,) of simulated to measured outputs (n, p); 1 is perfect, 0 as good as the mean."""
+    """Fit (p,) of simulated to measured outputs (n, p); 1 is perfect, 0 as good as the mean.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> y = np.array([[0.0], [1.0], [2.0]])
+    >>> rs.identification.nrmse(y, y).tolist()
+    [1.0]
+    """
     spread = np.linalg.norm(y - y.mean(axis=0), axis=0)
     return np.asarray(1 - np.linalg.norm(y - simulated, axis=0) / np.maximum(spread, 1e-300))
 

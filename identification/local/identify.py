@@ -84,6 +84,12 @@ def identify(
     SchemaError, UnfitError
         With one sentence about what the record lacks, or about a grey-box model with a mode above the record's
         Nyquist frequency.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.identify(record, model=3)  # doctest: +SKIP
+    >>> found.model.wn  # doctest: +SKIP
     """
     began, kind = perf_counter(), str(model)
     if kind not in MODELS or method not in METHODS:

@@ -38,6 +38,13 @@ class LinearModel(Shown):
     A (n, n), B (n, m), C (p, n), D (p, m) in SI units; Ts [s], 0 for continuous time; `speed` [rad/s] and `pressure`
     [Pa, gauge] of the operating point, NaN where unknown; `extrapolated` marks a model of an `LpvModel` outside the
     operating points it was made from.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> model = rs.LinearModel(-np.eye(2), np.eye(2), np.eye(2), np.zeros((2, 2)))
+    >>> model.stable
+    True
     """
 
     A: np.ndarray

@@ -52,6 +52,11 @@ def fit_lpv(
     ------
     UnfitError
         If kinds differ, or points are too few for the order.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> lpv = rs.fit_lpv([rs.identify(one, model=3) for one in records], order=1)  # doctest: +SKIP
     """
     results = list(results)
     if not results:

@@ -40,6 +40,12 @@ class LpvModel(Shown):
     kind '1', '2', '3' or 'blackbox'; parameters: q names; coefficients (q, t) over `basis`; order of the polynomials;
     points (k, 2) [rad/s, Pa] it was made from; low, high (2,): their range; rms_identification, rms_hold_out (q,):
     distance of surfaces and local values, the latter at points that were left out; Ts [s] of black-box models, else 0.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.load_model("model.json").at(300.0, 0.5e6).order > 0
+    True
     """
 
     kind: str

@@ -63,6 +63,12 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
         If the file or the mapping cannot be read.
     SchemaError
         If what was read has gaps, NaN, falling time or another fault; both begin with the file's name.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.read("run.csv")["disc"].dims
+    ('time', 'axis')
     """
     try:
         return checked(load(path, mapping))
@@ -71,7 +77,14 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 
 
 def checked(record: xr.Dataset) -> xr.Dataset:
-    """The record of `load` if it fits the schema and no sensor is clipped; raises SchemaError otherwise."""
+    """The record of `load` if it fits the schema and no sensor is clipped; raises SchemaError otherwise.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.checked(record).sizes["axis"]
+    2
+    """
     if limits := record.attrs.get(CLIPPED):
         first = limits if isinstance(limits, str) else limits[0]
         raise SchemaError(f"clipped signal: {first}; widen the sensor's range and record again")
@@ -80,7 +93,14 @@ def checked(record: xr.Dataset) -> xr.Dataset:
 
 @np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that
 def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
-    """As `read`, but time series come as they are, with their gaps and NaN."""
+    """As `read`, but time series come as they are, with their gaps and NaN.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.load("run.csv").sizes["axis"]
+    2
+    """
     path = _regular(path)
     mapped = load_mapping(mapping) if mapping is not None else None
     try:
@@ -103,7 +123,14 @@ def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
 
 
 def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
-    """The columns of a file as they are; raises ReadError if it is none of the formats."""
+    """The columns of a file as they are; raises ReadError if it is none of the formats.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.identification.columns("run.csv").columns) > 0
+    True
+    """
     path = _regular(path)
     kind = format_of(path)
     try:

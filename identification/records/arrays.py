@@ -48,6 +48,15 @@ def from_arrays(
     ------
     SchemaError
         If a name, a shape or a value does not fit.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> time = np.arange(500) * 2e-4
+    >>> reference = np.sign(np.sin(300 * time))[:, None] * [1.0, 0.0]
+    >>> made = rs.from_arrays(time, reference, 1e-6 * reference, speed=300.0, pressure=5e5)
+    >>> made.sizes["time"]
+    500
     """
     time = _numbers("time", time)
     if time.ndim != 1:

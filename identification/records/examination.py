@@ -69,7 +69,14 @@ class Examination:
 
 
 def examine(record: xr.Dataset) -> Examination:
-    """Examination of a record or of run-up vectors, whether they fit the schema or not."""
+    """Examination of a record or of run-up vectors, whether they fit the schema or not.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.examine(record).samples == record.sizes["time"]
+    True
+    """
     record = named_axes(record)
     with np.errstate(all="ignore"):  # a damaged file may hold any number
         return _vectors(record) if "speed" in record.dims else _series(record)

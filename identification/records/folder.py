@@ -34,7 +34,14 @@ class Source:
 
 
 def files_of(paths: Iterable[str | Path]) -> list[Path]:
-    """Files as they are, and every .nc file in and below folders; raises UnfitError where there is none."""
+    """Files as they are, and every .nc file in and below folders; raises UnfitError where there is none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> [path.name for path in rs.identification.files_of([Path("run.nc")])]
+    ['run.nc']
+    """
     found: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
@@ -48,7 +55,13 @@ def files_of(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def survey(files: Sequence[Path], mapping: Any = None) -> list[Source]:
-    """Every file's operating point and, for those that excite, the nearest steady run at the same point."""
+    """Every file's operating point and, for those that excite, the nearest steady run at the same point.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sources = rs.identification.survey(rs.identification.files_of([Path("run.nc")]))
+    """
     return pair([_source(path, mapping) for path in files])
 
 

@@ -32,7 +32,14 @@ class FrequencyResponse:
 
 
 def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: float = RESOLUTION) -> FrequencyResponse:
-    """H1 estimate from inputs u (n, m) and outputs y (n, p) sampled every Ts [s], lines `resolution` [Hz] apart."""
+    """H1 estimate from inputs u (n, m) and outputs y (n, p) sampled every Ts [s], lines `resolution` [Hz] apart.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> u, y = record["reference"].values, record["disc"].values
+    >>> found = rs.identification.frequency_response(u, y, 2e-4)
+    """
     length = int(min(1 / (resolution * Ts), len(u) // 4))
     window = ShortTimeFFT(hann(length, sym=False), max(length // 2, 1), 1 / Ts)
     low, high = window.lower_border_end[1], window.upper_border_begin(len(u))[1]

@@ -12,7 +12,13 @@ NOTES = "notes"
 
 
 def notes_of(record: xr.Dataset) -> list[str]:
-    """The notes on a record; a file may keep a single one as text."""
+    """The notes on a record; a file may keep a single one as text.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> notes = rs.identification.notes_of(record)
+    """
     found = record.attrs.get(NOTES, [])
     return [found] if isinstance(found, str) else [str(text) for text in found]
 

@@ -121,6 +121,11 @@ def filtered(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Pre
     Raises
     ------
     SchemaError, UnfitError
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> signals = rs.identification.filtered(record)
     """
     settings = settings or Prefilter()
     validate(record)

@@ -20,7 +20,14 @@ JITTER, DRIFT, GAP = 0.1, 0.5, 1.5
 
 
 def sampling_time(record: xr.Dataset) -> float:
-    """Time from sample to sample [s]; raises SchemaError if the record is not sampled evenly."""
+    """Time from sample to sample [s]; raises SchemaError if the record is not sampled evenly.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> round(rs.identification.sampling_time(record), 6)
+    0.0002
+    """
     time = np.asarray(record["time"].values, float)
     found = problems(time)
     if found:

@@ -76,6 +76,13 @@ def make_record(
     """Dataset of the schema from arrays; `time` (n,) [s], values of shape (n,) or (n, dim).
 
     `probes` has the names, `probe`, and PROBE_COORDINATES of the readings `probe_measured`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> time, disc = np.arange(5) * 2e-4, np.zeros((5, 2))
+    >>> rs.identification.make_record(time, {"disc": disc})["disc"].attrs["units"]
+    'm'
     """
     import xarray as xr
 
@@ -169,7 +176,14 @@ def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], *uni
 
 
 def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:
-    """Return the record if it holds these variables; raises SchemaError that names what `use` lacks."""
+    """Return the record if it holds these variables; raises SchemaError that names what `use` lacks.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.require(record, "disc", use="an orbit") is record
+    True
+    """
     missing = [name for name in names if name not in record]
     if missing:
         raise SchemaError(f"record: no {' and no '.join(missing)}; {use} needs {', '.join(names)}: measure or map them")

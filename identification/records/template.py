@@ -21,7 +21,14 @@ _HELP = """\
 
 
 def mapping_template(table: Table, file: str) -> str:
-    """TOML text that `identification.records.mapping` reads once it is filled in; `file` is the name shown."""
+    """TOML text that `identification.records.mapping` reads once it is filled in; `file` is the name shown.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "column" in rs.identification.mapping_template(rs.identification.columns("run.csv"), "run.csv")
+    True
+    """
     axis = ", ".join(f"{name}.x" for name, variable in VARIABLES.items() if variable.dims == ("axis",))
     plain = ", ".join(name for name, variable in VARIABLES.items() if not variable.dims)
     safe = "".join(c if c.isprintable() else "?" for c in file)

@@ -15,5 +15,11 @@ def validate(record: xr.Dataset) -> xr.Dataset:
     """Return the record, or the run-up vectors, if they fit their schema; else raise SchemaError with one sentence.
 
     Variables that the schema does not know are left alone.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.validate(record) is record
+    True
     """
     return validate_vectors(record) if "speed" in record.dims else validate_record(record)

@@ -29,6 +29,12 @@ def save(record: xr.Dataset, path: str | Path) -> Path:
         If the record does not fit the schema, the suffix is another, or the format cannot hold part of it.
     WriteError
         If the file cannot be written; what was there stays.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.save(record, "copy.mat").name
+    'copy.mat'
     """
     path = Path(path)
     writer = _writer(path)

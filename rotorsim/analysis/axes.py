@@ -48,7 +48,14 @@ def checked(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 def read_axis(option: str, text: str, unit: str) -> np.ndarray:
-    """SI values of 'FROM:TO:COUNT' or of values with commas, each with its unit; raises DataError."""
+    """SI values of 'FROM:TO:COUNT' or of values with commas, each with its unit; raises DataError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.analysis.read_axis("speed", "0 rpm:6000 rpm:3", "rad/s").round(1).tolist()
+    [0.0, 314.2, 628.3]
+    """
     ends, count = _split(option, text)
     try:
         numbers = [float(parse(end, unit)) for end in ends]
@@ -60,7 +67,14 @@ def read_axis(option: str, text: str, unit: str) -> np.ndarray:
 
 
 def read_field(text: str) -> Field:
-    """A field of 'PATH=FROM:TO:COUNT' or 'PATH=VALUE, VALUE'; raises DataError."""
+    """A field of 'PATH=FROM:TO:COUNT' or 'PATH=VALUE, VALUE'; raises DataError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.analysis.read_field("bearings.1.clearance=24 um, 26 um").name
+    'bearings_1_clearance'
+    """
     path, equals, values = text.partition("=")
     if not equals or not path.strip():
         raise DataError(f"--over: '{text}' is not PATH=VALUES; write e.g. 'bearings.1.clearance=20 um:30 um:5'")

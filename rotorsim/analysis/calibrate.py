@@ -99,7 +99,13 @@ def verdict(target: Target, ends: tuple[float, float]) -> str:
 
 
 def judge(machine: Machine, targets: Targets) -> dict[str, str]:
-    """The verdict on every target by name, of a machine as it is."""
+    """The verdict on every target by name, of a machine as it is.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> verdicts = rs.analysis.judge(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    """
     ends = _read(machine, targets, targets.targets)
     return {t.name: verdict(t, e) for t, e in zip(targets.targets, ends, strict=True)}
 
@@ -111,6 +117,12 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, progress: Pr
     ------
     DataError
         If a field of a parameter does not exist or the machine at the start is not valid or not lifted.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> targets = rs.analysis.read_targets("dtu_orifice")
+    >>> found = rs.analysis.calibrate(machine, targets)  # doctest: +SKIP
     """
     parameters = tuple(_started(machine, p) for p in targets.parameters)
     targets = replace(targets, parameters=parameters)

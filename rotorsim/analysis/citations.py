@@ -36,6 +36,7 @@ def cite(what: str | Path) -> dict[str, list[str]]:
 
     Examples
     --------
+    >>> from rotorsim.analysis import cite
     >>> cite("plain_rotor")["effects.unbalance"]
     ['thesis', 'friswell_2010']
     """

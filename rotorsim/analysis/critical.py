@@ -22,6 +22,13 @@ def critical_speeds(plant: Plant, pressures: np.ndarray, orders: tuple[int, ...]
 
     Found by secant steps on wn(Omega) / order = Omega; NaN where the rotor is not carried. The damping ratio there is
     given too: an unbalance's peak lies about zeta^2 above the crossing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.critical_speeds(plant, [0.5e6], orders=(1,))
+    >>> found["critical_speed"].dims[0]
+    'pressure'
     """
     import xarray as xr
 

@@ -25,6 +25,12 @@ def lift_off(
 
     Carried is a rotor with an equilibrium and at least `least_film` [m] left; a turning shaft rides on very thin films.
     More pressure carries more. Raises DataError for a machine without injectors.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> bool(rs.analysis.lift_off(plant, [0.0])[0] > 0)
+    True
     """
     if not plant.machine.injectors:
         raise DataError("lift-off: the machine has no injectors, so no pressure lifts it; vary the speed instead")

@@ -18,6 +18,12 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     `shape_re`, `shape_im` (mode, node, axis): x = Re(X exp(st)), the largest displacement of a mode is 1; wn [rad/s],
     zeta, whirl by mode; radius [m] of the shaft next to each node; z [m] of the nodes;
     node and radius of the discs.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.analysis.mode_shapes(plant, 300.0, 0.5e6).sizes["axis"]
+    2
     """
     import xarray as xr
 

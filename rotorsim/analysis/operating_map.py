@@ -57,6 +57,13 @@ def operating_map(
     ------
     DataError
         If a grid is empty, not finite, not ascending or too large, or a pressure is below vacuum.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.operating_map(plant, [0.0, 300.0], [0.5e6], workers=1)
+    >>> found["wn"].sizes["speed"]
+    2
     """
     speeds, pressures = checked("map: speeds [rad/s]", speeds), checked("map: pressures [Pa]", pressures)
     _check(plant, pressures, frequencies)

@@ -33,6 +33,11 @@ def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Se
     """The machine at `speed` [rad/s] and gauge `pressure` [Pa]; frequencies [rad/s] default to 0 and the two modes.
 
     Raises NoLiftOffError where the film does not carry the rotor.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> point = rs.analysis.operating_point(plant, 300.0, 0.5e6)
     """
     a = plant.assembly
     w = settle(a, speed, pressure)

@@ -16,7 +16,15 @@ MARGIN = 0.15
 
 
 def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
-    """`critical_speed` (..., mode) [rad/s], interpolated in the map, and `safe` (..., speed) added to a map."""
+    """`critical_speed` (..., mode) [rad/s], interpolated in the map, and `safe` (..., speed) added to a map.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.safe_region(rs.analysis.operating_map(plant, [300.0], [0.5e6], workers=1))
+    >>> found["safe"].shape
+    (1, 1)
+    """
     if "wn" not in found:
         return found.assign(safe=found["lifted"].copy() * 0.0)
     order = [d for d in found["lifted"].dims if d != "speed"]

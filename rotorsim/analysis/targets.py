@@ -74,7 +74,14 @@ class Targets:
 
 
 def read_targets(path: str | Path) -> Targets:
-    """Targets of a file, or of a shipped one by name; raises DataError with one sentence."""
+    """Targets of a file, or of a shipped one by name; raises DataError with one sentence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.analysis.read_targets("dtu_orifice").name
+    'DTU thesis, Table E.2, orifice form'
+    """
     file = _found(path)
     try:
         document = tomllib.loads(file.read_text(encoding="utf-8"))

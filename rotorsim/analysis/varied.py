@@ -24,6 +24,14 @@ def over_fields(plant: Plant, fields: Sequence[Field], analysis: Callable[[Plant
     """`analysis` of the machine at every combination of the fields' values: a Dataset over (fields..., its own dims).
 
     ``over_fields(plant, [read_field("bearings.1.clearance=24 um, 26 um")], lambda p: whirl_onset(p, [0.5e6]))``
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> fields = [rs.analysis.read_field("bearings.1.clearance=24 um, 26 um")]
+    >>> found = rs.analysis.over_fields(plant, fields, lambda one: rs.analysis.critical_speeds(one, [0.5e6], (1,)))
+    >>> found.sizes["bearings_1_clearance"]
+    2
     """
     import xarray as xr
 

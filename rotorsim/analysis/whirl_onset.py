@@ -27,6 +27,11 @@ def whirl_onset(
 
     Scans up in steps until the least damping ratio is negative, then Brent's method on it. Raises DataError for a
     machine without a film.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.whirl_onset(plant, [0.5e6])
     """
     import xarray as xr
 

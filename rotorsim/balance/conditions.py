@@ -104,6 +104,11 @@ def read_conditions(paths: Sequence[str | Path], mapping: str | Path | Mapping[s
     ------
     DataError
         For a file that cannot be read, a missing column or entry, or a value that is not a number: one sentence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> conditions = rs.balance.read_conditions(["open.csv"], "balance.toml")  # doctest: +SKIP
     """
     tables = _tables(mapping)
     rows = [(path, row) for path in paths for row in _rows(Path(path))]

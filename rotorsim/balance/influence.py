@@ -112,6 +112,14 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     ------
     DataError
         If there are not more conditions than unknowns, or planes were only ever changed together.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> unbalance = 1e-5 * np.arange(6)[:, None]  # kg m in one plane, and 0.1 m of vector for each
+    >>> found = rs.balance.fit_influence(1e-6 + 0.1 * unbalance + 0j, unbalance + 0j)
+    >>> float(abs(found.coefficients[0, 0]).round(3))
+    0.1
     """
     n, q = unbalance.shape
     regressors = np.column_stack([unbalance, np.ones(n)])

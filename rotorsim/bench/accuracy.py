@@ -37,7 +37,13 @@ def rig_row(plant: Plant, mpa: float, rpm: float) -> tuple[float, ...]:
 
 
 def rig_table(plant: Plant) -> list[tuple[float, float, tuple[float, ...]]]:
-    """(pressure [MPa], speed [rpm], values of COLUMNS) over the nine reference points."""
+    """(pressure [MPa], speed [rpm], values of COLUMNS) over the nine reference points.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rows = rs.bench.rig_table(plant)  # doctest: +SKIP
+    """
     return [(mpa, rpm, rig_row(plant, mpa, rpm)) for mpa, rpm in REFERENCE]
 
 

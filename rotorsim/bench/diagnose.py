@@ -72,6 +72,12 @@ def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_g
         If the file holds something else.
     WriteError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> for case in rs.bench.cases(1, 100_000):  # doctest: +SKIP
+    ...     print(case.verdict)
     """
     done = kept_cases(path)
     loaded = load_machine(machine)

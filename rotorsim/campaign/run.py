@@ -53,6 +53,12 @@ class Settings:
 
     `mixed` lets versions differ from those the store was begun with; `physics` is 'stub' where only the machinery is
     measured.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.campaign.Settings(workers=2).workers
+    2
     """
 
     workers: int | None = None
@@ -73,6 +79,11 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
         If the store is in use, of another plan or of other versions, or the disk is full.
     ClusterError
         If workers cannot be reached or do not match.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> outcome = rs.campaign.run_campaign(rs.campaign.load_plan("thesis"), Path("mine"))  # doctest: +SKIP
     """
     folder = folder.absolute()
     store, chosen = make_store(plan, folder), settings or Settings()
@@ -83,7 +94,13 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
 
 
 def retry(folder: Path, settings: Settings | None = None) -> Outcome:
-    """Run the failed and the remaining cases of a store."""
+    """Run the failed and the remaining cases of a store.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> outcome = rs.campaign.retry(Path("mine"))  # doctest: +SKIP
+    """
     store = open_store(folder.absolute())
     with store.locked(), _open(store) as index:
         index.reset([row.number for row in index.rows(FAILED)])

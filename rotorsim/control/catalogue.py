@@ -37,7 +37,14 @@ def module_of(name: str) -> Any:
 
 
 def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
-    """Specification of a design: its defaults or a preset, changed by texts ``field=value``; raises DesignError."""
+    """Specification of a design: its defaults or a preset, changed by texts ``field=value``; raises DesignError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.make_spec("lqr", ["u=1 V"]).u
+    1.0
+    """
     module = module_of(name)
     spec = module.Spec()
     if preset:
@@ -55,7 +62,15 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
 
 
 def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "") -> Law:
-    """Law of a design by its name; raises DesignError, also where the operating point must be given."""
+    """Law of a design by its name; raises DesignError, also where the operating point must be given.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> law = rs.control.design("lqr", lpv, ["u=0.5 V"])
+    >>> law.name
+    'lqr'
+    """
     spec = make_spec(name, changes, preset)
     if hasattr(spec, "speed"):
         _check_point(name, model, spec, changes)
@@ -64,7 +79,14 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
 
 
 def field_rows(spec: Any, above: str = "") -> Iterator[tuple[str, str, str, str, str]]:
-    """Field, unit, default, limits and meaning of every number of a specification, in the order of its fields."""
+    """Field, unit, default, limits and meaning of every number of a specification, in the order of its fields.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> next(rs.control.field_rows(rs.control.make_spec("lqr")))[0]
+    'speed'
+    """
     for entry in fields(spec):
         value, quantity, name = getattr(spec, entry.name), quantity_of(entry), above + entry.name
         if is_dataclass(value):

@@ -76,6 +76,13 @@ class Law(Shown):
         Bound that the design has proved, where it has one.
     about : dict
         What it was designed from, as plain values.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> law = rs.load_law("law.json")
+    >>> law.step((1e-6, 0.0), 300.0, 0.5e6).shape
+    (2,)
     """
 
     name: str

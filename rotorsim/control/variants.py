@@ -14,7 +14,14 @@ from rotorsim.control.law import Law
 
 
 def without_dc(law: Law, corner: float = 5.0) -> Law:
-    """The law behind a high-pass of `corner` [Hz]: it leaves the equilibrium where it is, and slow disturbances too."""
+    """The law behind a high-pass of `corner` [Hz]: it leaves the equilibrium where it is, and slow disturbances too.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.without_dc(law, 5.0).order > law.order
+    True
+    """
     if not 0 < corner < 0.25 / law.Ts:
         raise DesignError(f"zero-dc: corner = {corner} Hz; give more than 0 and less than {0.25 / law.Ts:g} Hz")
     a = float(np.exp(-2 * np.pi * corner * law.Ts))
@@ -32,5 +39,12 @@ def without_dc(law: Law, corner: float = 5.0) -> Law:
 
 
 def biased(law: Law, volts: tuple[float, float]) -> Law:
-    """The law with a constant reference [V], which comes in with it."""
+    """The law with a constant reference [V], which comes in with it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.biased(law, (0.5, 0.0)).bias
+    (0.5, 0.0)
+    """
     return law.with_(name=f"{law.name}_biased", bias=(float(volts[0]), float(volts[1])))

@@ -61,6 +61,12 @@ def diagnose(
     ------
     DataError
         If the records cannot be used, with one sentence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.diagnose("dtu_gas_bearing", "puzzle/records")  # doctest: +SKIP
+    >>> found.sentence  # doctest: +SKIP
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     opened = open_records(records, mapping)

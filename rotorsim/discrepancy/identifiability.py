@@ -87,7 +87,13 @@ def alias_matrix(
     mapping: Any = None,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> AliasMatrix:
-    """Alias matrix of a machine for the inputs of records or of the standard campaign."""
+    """Alias matrix of a machine for the inputs of records or of the standard campaign.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> matrix = rs.discrepancy.alias_matrix("dtu_gas_bearing")  # doctest: +SKIP
+    """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     trials = standard_trials(machine)
     if records is not None:
@@ -121,7 +127,13 @@ def alias_matrix(
 
 
 def markdown(matrix: AliasMatrix) -> str:
-    """Alias matrix as a Markdown table: every effect with its nearest alias, and the classes."""
+    """Alias matrix as a Markdown table: every effect with its nearest alias, and the classes.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> text = rs.discrepancy.markdown(rs.discrepancy.alias_matrix("dtu_gas_bearing"))  # doctest: +SKIP
+    """
     rows = ["| effect | survives re-calibration | like it (cosine) | also |", "|---|---|---|---|"]
     for i, name in enumerate(matrix.names):
         others = np.argsort(-matrix.likeness[i])

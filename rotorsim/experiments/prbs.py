@@ -28,7 +28,14 @@ KEY = 1
 
 @dataclass(frozen=True)
 class Prbs(AtPoint):
-    """Pseudo-random binary references, independent on x and y, after a time without excitation."""
+    """Pseudo-random binary references, independent on x and y, after a time without excitation.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Prbs(speed=300.0, pressure=0.5e6, duration=2.0).samples
+    10000
+    """
 
     name: ClassVar[str] = "prbs"
     drives_reference: ClassVar[bool] = True

@@ -89,6 +89,12 @@ def run(
     Raises
     ------
     DataError, NoLiftOffError, ConvergenceError, ControllerError
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.run(plant, rs.experiments.Steady(speed=300.0, pressure=0.5e6, duration=0.1)).sizes["time"]
+    500
     """
     plant = as_plant(plant)
     if experiment.samples * SAMPLE > LONGEST_IN_MEMORY:
@@ -117,6 +123,13 @@ def record(
 
     An interruption (Ctrl-C), a step without solution or a disk that takes no more ends the run and keeps what was
     simulated, the last as far as it fits. Raises WriteError if nothing could be kept.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> outcome = rs.record(plant, rs.experiments.Steady(speed=300.0, pressure=0.5e6, duration=0.1), "long.nc")
+    >>> outcome.ended
+    'complete'
     """
     plant, path = as_plant(plant), Path(path)
     attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}

@@ -54,13 +54,27 @@ if not TYPE_CHECKING:
 
 
 def shipped_machines() -> tuple[str, ...]:
-    """Names of the machines that come with rotorsim."""
+    """Names of the machines that come with rotorsim.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "dtu_gas_bearing" in rs.shipped_machines()
+    True
+    """
     folder = files("rotorsim.machine") / "rigs"
     return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
 
 
 def machine_text(name_or_path: str | Path) -> str:
-    """Text of a shipped machine or of a machine file, comments included."""
+    """Text of a shipped machine or of a machine file, comments included.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine_text("plain_rotor").splitlines()[0].startswith("#") or "name" in rs.machine_text("plain_rotor")
+    True
+    """
     name = str(name_or_path)
     if name in shipped_machines():
         return (files("rotorsim.machine") / "rigs" / f"{name}.toml").read_text(encoding="utf-8")
@@ -87,6 +101,7 @@ def load_machine(name_or_path: str | Path) -> Machine:
 
     Examples
     --------
+    >>> from rotorsim.machine import load_machine
     >>> load_machine("plain_rotor").name
     'plain_rotor'
     """

@@ -57,7 +57,14 @@ OWN = "Effects of other packages"
 
 
 def describe(effect: type[Effect]) -> dict[str, Any]:
-    """Text on an effect: name, family, port, summary, title, equation, source, references, acts, parameters ..."""
+    """Text on an effect: name, family, port, summary, title, equation, source, references, acts, parameters ...
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.describe(rs.effects.REGISTRY["unbalance"])["name"]
+    'unbalance'
+    """
     title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
     return {
         "name": effect.name,
@@ -76,7 +83,14 @@ def describe(effect: type[Effect]) -> dict[str, Any]:
 
 
 def catalogue() -> list[dict[str, Any]]:
-    """Every registered effect, by port and name."""
+    """Every registered effect, by port and name.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "unbalance" in {one["name"] for one in rs.machine.catalogue()}
+    True
+    """
     order = sorted(REGISTRY.values(), key=lambda e: (PORTS.index(e.port), e.name))
     return [describe(effect) for effect in order]
 

@@ -14,7 +14,14 @@ from rotorsim.machine.toml import entries
 
 
 def summary(machine: Machine) -> str:
-    """Machine summary in half a line."""
+    """Machine summary in half a line.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.summary(machine).split(":")[0]
+    'dtu_gas_bearing'
+    """
     film = machine.film
     parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
     if film:
@@ -24,7 +31,14 @@ def summary(machine: Machine) -> str:
 
 
 def si_numbers(machine: Machine) -> dict[str, Any]:
-    """All values as SI numbers, with mass [kg] and content hash."""
+    """All values as SI numbers, with mass [kg] and content hash.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.si_numbers(machine)["name"]
+    'dtu_gas_bearing'
+    """
     effects = {name: [asdict(effect) for effect in effects] for name, effects in machine.effects.items()}
     return {
         **machine.model_dump(exclude={"effects"}),
@@ -35,7 +49,14 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
 
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
-    """Dotted path, value in engineering units and description of every field."""
+    """Dotted path, value in engineering units and description of every field.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> next(rs.machine.rows(machine))[0]
+    'name'
+    """
     if isinstance(part, LinearBearing):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})

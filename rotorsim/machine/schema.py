@@ -22,7 +22,15 @@ from rotorsim.machine.values import branches, changed
 
 
 class Machine(MachineTables):
-    """A rotor on its bearings, as a machine file describes it, its parts checked against each other."""
+    """A rotor on its bearings, as a machine file describes it, its parts checked against each other.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> machine = rs.load_machine("dtu_gas_bearing")
+    >>> machine.replace("effects.unbalance.me", "12 g*mm").name
+    'dtu_gas_bearing'
+    """
 
     _source: str = PrivateAttr("")
 

@@ -9,7 +9,13 @@ from rotorsim.plant.plant import Plant
 
 
 def compile_kernels(plant: Plant) -> None:
-    """Compile what a run of the plant calls, by an equilibrium, whatever its outcome, and a run of no samples."""
+    """Compile what a run of the plant calls, by an equilibrium, whatever its outcome, and a run of no samples.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.compile_kernels(plant)
+    """
     a = plant.assembly
     w = a.w.copy()
     a.module.settle(w, a.w, a.ix, a.P, 0.0, a.machine.gas.ambient_pressure)

@@ -42,7 +42,14 @@ BLOCK = 5000
 
 
 class Plant(Shown):
-    """A machine ready to run: `Plant("dtu_gas_bearing")`, `Plant(machine, n_theta=64, n_z=16, dt=2e-4)`."""
+    """A machine ready to run: `Plant("dtu_gas_bearing")`, `Plant(machine, n_theta=64, n_z=16, dt=2e-4)`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.Plant("dtu_gas_bearing").equilibrium(300.0, 0.5e6).h_min > 0
+    True
+    """
 
     def __init__(
         self,

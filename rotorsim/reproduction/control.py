@@ -127,6 +127,11 @@ def control_study(
     progress : called with what ended, how many have and how many there are
     workers : processes
     quick : without the LPV syntheses and the full verification
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.reproduction.control_study(plant, lpv, Path("control"), quick=True)  # doctest: +SKIP
     """
     found = ControlStudy()
     folder.mkdir(parents=True, exist_ok=True)

@@ -95,6 +95,11 @@ def study(
         If records are missing.
     UnfitError
         If the points are too few for the surfaces.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.reproduction.study(plant, rs.reproduction.sources_of(["study"]))  # doctest: +SKIP
     """
     by_role = {role: [s for s in sources if s.role == role] for role in ROLES}
     if not by_role["identification"]:

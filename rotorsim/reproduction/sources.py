@@ -29,6 +29,11 @@ def sources_of(paths: Iterable[str | Path], mapping: Any = None) -> list[Source]
         If there is nothing to read.
     StoreError
         If a campaign's store is damaged.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sources = rs.reproduction.sources_of(["run.nc"])
     """
     found: list[Source] = []
     others: list[Path] = []
@@ -47,6 +52,11 @@ def campaign_sources(folder: Path) -> list[Source]:
     ------
     UnfitError
         If nothing that excites is done yet.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sources = rs.reproduction.campaign_sources(Path("mine"))  # doctest: +SKIP
     """
     store = open_store(folder)
     index = store.index()

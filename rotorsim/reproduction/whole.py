@@ -54,6 +54,11 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
         If a campaign was stopped before its end.
     StoreError
         If `out` holds campaigns of another machine.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.reproduction.whole_study(plant, Path("study"), print)  # doctest: +SKIP
     """
     if plant.machine.actuators is None or plant.assembly.film_model is None:
         raise DataError(

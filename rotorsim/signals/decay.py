@@ -49,6 +49,13 @@ def decay_of(time: np.ndarray, signal: np.ndarray) -> Decay:
     Notes
     -----
     Test: ``test_signals.py::test_a_ring_down_gives_its_decrement_and_frequency``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> t = np.arange(0, 0.5, 2e-4)
+    >>> float(round(rs.signals.decay_of(t, np.exp(-10 * t) * np.cos(700 * t)).zeta, 3))
+    0.014
     """
     need(len(time) >= 32, "The ring-down is too short.")
     dt = (time[-1] - time[0]) / (len(time) - 1)
@@ -71,7 +78,15 @@ def decay_of(time: np.ndarray, signal: np.ndarray) -> Decay:
 
 
 def dominant_frequency(signal: np.ndarray, dt: float) -> float:
-    """Frequency [Hz] of the largest line of a decaying signal, from zero-padded spectra."""
+    """Frequency [Hz] of the largest line of a decaying signal, from zero-padded spectra.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> t = np.arange(0, 1, 2e-4)
+    >>> float(round(rs.signals.dominant_frequency(np.sin(2 * np.pi * 50 * t), 2e-4)))
+    50.0
+    """
     padded = 8 * len(signal)
     size = np.abs(np.fft.rfft(signal - signal.mean(), padded))
     size[:8] = 0

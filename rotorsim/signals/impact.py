@@ -29,7 +29,13 @@ class RingDown:
 
 
 def ring_downs(record: xr.Dataset, output: str) -> list[RingDown]:
-    """Ring-down after the strongest pulse along x and along y."""
+    """Ring-down after the strongest pulse along x and along y.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.signals.ring_downs(impact, "disc")
+    """
     pulses = find_pulses(record)
     strongest = [max((p for p in pulses if p.axis == k), key=lambda p: abs(p.peak), default=None) for k in (0, 1)]
     return [_ring_down(record, p, output) for p in strongest if p is not None]
@@ -45,7 +51,13 @@ def _ring_down(record: xr.Dataset, pulse: Pulse, output: str) -> RingDown:
 
 
 def impact_transfer(record: xr.Dataset, output: str, most: float) -> Transfer:
-    """H1 (m/N) averaged over the answers to all impacts, each cut before the next; frequencies up to `most` [Hz]."""
+    """H1 (m/N) averaged over the answers to all impacts, each cut before the next; frequencies up to `most` [Hz].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.signals.impact_transfer(impact, "disc", 500.0)
+    """
     dt, pulses = sampling_time(record), find_pulses(record)
     lengths = [p.end - p.start for p in pulses]
     usable = [p for p, n in zip(pulses, lengths, strict=True) if n >= max(LEAST / dt, 0.5 * np.median(lengths))]

@@ -53,6 +53,11 @@ def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: i
         `amplitude` (window, order, axis) complex, 0-pk [m]; `forward` and `backward` (window, order) complex [m];
         `mean` (window, axis) [m]; coordinates `time` [s] and `speed` [rad/s] of the window's middle. No windows for a
         shaft that stands still. Test: ``test_tracking.py::test_orders_of_a_ramp_come_out_with_amplitude_and_phase``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> orders = rs.signals.track_orders(rs.signals.prepared(runup), orders=(1,))
     """
     name = displacement_name(record)
     rows = [_fit(window, window[name], orders) for window in _windows(record, name, block)]
@@ -112,7 +117,13 @@ def _fit(window: Values, d: np.ndarray, orders: Sequence[int]) -> tuple[np.ndarr
 
 
 def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
-    """Peaks of one order and axis, the largest first; the largest value at an end, flagged, if it exceeds them."""
+    """Peaks of one order and axis, the largest first; the largest value at an end, flagged, if it exceeds them.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.signals.find_resonances(rs.signals.track_orders(rs.signals.prepared(runup)), 1, "x")
+    """
     chosen = tracked["amplitude"].sel(order=order, axis=axis).values
     size, speed = np.abs(chosen), tracked["speed"].values
     if size.size == 0:

@@ -48,6 +48,12 @@ def prepared(record: xr.Dataset) -> xr.Dataset:
     ------
     DataError
         Without a displacement of the disc, or with fewer than two samples.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "disc" in rs.signals.prepared(record)
+    True
     """
     displacement_name(record)
     n = record.sizes.get("time", 0)

@@ -55,7 +55,14 @@ def shown(value: float, unit: str) -> str:
 
 
 def probe_planes(record: xr.Dataset) -> list[tuple[str, ...]]:
-    """Names of the displacement probes of each plane in which they see both x and y, along the shaft."""
+    """Names of the displacement probes of each plane in which they see both x and y, along the shaft.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.signals.probe_planes(record)
+    []
+    """
     if READINGS not in record or not {"probe_position", "probe_quantity"} <= set(record.coords):
         return []
     places = np.asarray(record["probe_position"].values, float)

@@ -37,7 +37,14 @@ class Pulse:
 
 
 def find_pulses(record: xr.Dataset, name: str = "disc_force") -> list[Pulse]:
-    """All impacts of a record; raises MissingError where the force does not act in short pulses."""
+    """All impacts of a record; raises MissingError where the force does not act in short pulses.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.signals.find_pulses(impact)) > 0
+    True
+    """
     need(name in record, "The record has no force on the disc.")
     dt, n = sampling_time(record), record.sizes["time"]
     largest = max(float(np.abs(b[name]).max()) for b in blocks(record, (name,)))

@@ -18,7 +18,14 @@ Values = dict[str, np.ndarray]
 
 
 def open_record(path: str | Path) -> xr.Dataset:
-    """Open a record without reading it, not even its time axis where xarray allows that; raises DataError."""
+    """Open a record without reading it, not even its time axis where xarray allows that; raises DataError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.open_record("run.nc")["disc"].sel(axis="x").sizes["time"] > 0
+    True
+    """
     try:
         if wrong := check_hdf5(Path(path)):
             raise DataError(f"{path}: {wrong}")

@@ -33,6 +33,11 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
 
     A sine of amplitude a shows a, a circular orbit of radius a shows a at its signed frequency. Frequencies reach
     `most` [Hz]. Test: ``test_signals.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.signals.spectrum_of(rs.signals.prepared(record), "disc", 500.0)
     """
     dt, n = sampling_time(record), record.sizes["time"]
     need(n * dt >= LEAST, f"The record of {n * dt:.2g} s is too short for a spectrum.")

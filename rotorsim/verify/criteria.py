@@ -26,6 +26,12 @@ class Criteria:
         Impact energy at the worst point of changed machines.
     disk : float or None
         Disk margin with the plant's own linearisation, at the worst of five points; at least.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.verify.Criteria(worst=1.2).worst
+    1.2
     """
 
     mean: float | None = 1.0

@@ -38,7 +38,13 @@ def safe_speed(
     plant: Plant, law: AnyLaw | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
     rate: float = 1 * KRPM, radius: float = 20e-6, centre: tuple[float, float] = (0.0, 0.0), seed: int = 0,
 ) -> SafeSpeed:  # fmt: skip
-    """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and find the speed at which the circle is left."""
+    """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and find the speed at which the circle is left.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.verify.safe_speed(plant, law)  # doctest: +SKIP
+    """
     rows = changing((start, stop), (pressure, pressure), (stop - start) / rate)
     run = run_rows(plant, law, rows, seed)
     quiet = round(0.4 / SAMPLE)

@@ -64,7 +64,13 @@ class Guess:
 
 
 def propose(table: Table, file: str) -> tuple[str, int]:
-    """TOML text of a mapping for a file's columns, and the number of columns that are not known."""
+    """TOML text of a mapping for a file's columns, and the number of columns that are not known.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> text, unknown = rs.identification.propose(rs.identification.columns("run.csv"), "run.csv")
+    """
     guesses = [_guess(column, number) for number, column in enumerate(table.columns, 1)]
     known = [guess for guess in guesses if guess.kind]
     vectors = any(g.kind in ("amplitude", "phase") for g in known)

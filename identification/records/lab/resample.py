@@ -38,6 +38,12 @@ def resample(record: xr.Dataset, rate: float, order: int = 0) -> xr.Dataset:
     ------
     SchemaError
         If the rate is above the record's own, in no simple ratio to it, too low for the order, or values are missing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.resample(record, 1000.0).sizes["time"] < record.sizes["time"]
+    True
     """
     Ts = sampling_time(record)
     own = 1 / Ts

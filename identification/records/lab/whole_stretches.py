@@ -31,6 +31,12 @@ def whole_stretches(record: xr.Dataset, shortest: float = SHORTEST) -> list[xr.D
     ------
     SchemaError
         If the record has no time or no such stretch.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.identification.whole_stretches(record, 0.1))
+    1
     """
     if "time" not in record.dims or "time" not in record.coords:
         raise SchemaError("record: no time series; run-up vectors have no gaps to cut")
@@ -55,7 +61,14 @@ def whole_stretches(record: xr.Dataset, shortest: float = SHORTEST) -> list[xr.D
 
 
 def longest(stretches: list[xr.Dataset]) -> xr.Dataset:
-    """The stretch with the most samples."""
+    """The stretch with the most samples.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.longest(rs.identification.whole_stretches(record, 0.1)).sizes["axis"]
+    2
+    """
     return max(stretches, key=lambda stretch: stretch.sizes["time"])
 
 

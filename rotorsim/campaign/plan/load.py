@@ -13,7 +13,14 @@ from rotorsim.campaign.plan.plan_file import read_plan
 
 
 def shipped_plans() -> tuple[str, ...]:
-    """Names of the plans that come with rotorsim."""
+    """Names of the plans that come with rotorsim.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.campaign.shipped_plans()
+    ('thesis',)
+    """
     folder = files("rotorsim.campaign") / "plans"
     return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
 
@@ -25,6 +32,12 @@ def load_plan(name_or_path: str | Path) -> Plan:
     ------
     PlanError
         One sentence that names the field, the value and the way out.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.campaign.load_plan("thesis")) > 0
+    True
     """
     name = str(name_or_path)
     if name in shipped_plans():

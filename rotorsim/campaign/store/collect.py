@@ -63,6 +63,11 @@ def collect(folder: Path, experiment: str | None = None, variables: Sequence[str
     ------
     StoreError
         If there is no store, no such experiment, no such variable, or nothing is done yet.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> records = rs.campaign.collect("mine", "identification")  # doctest: +SKIP
     """
     import xarray as xr
 
@@ -179,7 +184,13 @@ def _lengths(found: Finished) -> np.ndarray:
 
 
 def write_table(folder: Path, path: Path) -> int:
-    """Write parameters, status and summary of every case into a CSV file; returns the number of cases."""
+    """Write parameters, status and summary of every case into a CSV file; returns the number of cases.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> cases = rs.campaign.write_table("mine", Path("cases.csv"))  # doctest: +SKIP
+    """
     store = open_store(folder)
     index = store.index()
     try:

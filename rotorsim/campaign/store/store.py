@@ -81,7 +81,13 @@ class Store:
 
 
 def open_store(folder: Path) -> Store:
-    """Existing store in a folder; raises StoreError if there is none."""
+    """Existing store in a folder; raises StoreError if there is none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.campaign.open_store(Path("mine")).plan.name  # doctest: +SKIP
+    """
     path = folder / MANIFEST
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")

@@ -25,7 +25,14 @@ def fine_axes(law: Law, model: Model, size: tuple[int, int] = FINE) -> tuple[np.
 
 
 def overview(law: Law, model: Model) -> dict[str, Any]:
-    """Plain numbers; what holds at the law's own operating point holds at the middle of the range otherwise."""
+    """Plain numbers; what holds at the law's own operating point holds at the middle of the range otherwise.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "disk_margin" in rs.control.overview(law, lpv)
+    True
+    """
     speeds, pressures = fine_axes(law, model)
     found = sweep(law, model, speeds, pressures)
     w, p = law.about.get("spec", {}).get("speed"), law.about.get("spec", {}).get("pressure")

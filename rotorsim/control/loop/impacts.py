@@ -37,7 +37,14 @@ def hit_responses(plant: System, controller: System | None, samples: int = SAMPL
 
 
 def hit_ratios(law: Law, model: Model, points: Iterable[tuple[float, float]]) -> np.ndarray:
-    """Closed over open impact energies (points, 2) at operating points [rad/s, Pa], on the model."""
+    """Closed over open impact energies (points, 2) at operating points [rad/s, Pa], on the model.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> bool((rs.control.hit_ratios(law, lpv, [(300.0, 0.5e6)]) > 0).all())
+    True
+    """
     rows = []
     for speed, pressure in points:
         plant = sampled_plant(model, speed, pressure, law.Ts)

@@ -93,7 +93,14 @@ def loop_of(plant: System, controller: System, Ts: float, frequency: np.ndarray 
 
 
 def model_loop(law: Law, model: Model, speed: float, pressure: float, frequency: np.ndarray | None = None) -> Loop:
-    """The loop of a law and a frozen model."""
+    """The loop of a law and a frozen model.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.model_loop(law, lpv, 300.0, 0.5e6).disk_margin > 0
+    True
+    """
     return loop_of(sampled_plant(model, speed, pressure, law.Ts), law_system(law, speed, pressure), law.Ts, frequency)
 
 
@@ -119,7 +126,14 @@ class Sweep:
 
 
 def sweep(law: Law, model: Model, speeds: np.ndarray, pressures: np.ndarray) -> Sweep:
-    """Poles of the loop over operating points, for the law as it runs there."""
+    """Poles of the loop over operating points, for the law as it runs there.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.sweep(law, lpv, np.array([300.0]), np.array([0.5e6])).unstable
+    0
+    """
     radius = np.zeros((len(speeds), len(pressures)))
     damping = np.zeros_like(radius)
     for i, speed in enumerate(speeds):

@@ -14,7 +14,13 @@ from rotorsim.control.loop.sampled_loop import closed_poles, law_system
 
 
 def check_loop(law: Law, model: Model, points: Sequence[tuple[float, float]]) -> None:
-    """Raise DesignError with the first operating point (rad/s, Pa) where the loop with the model is unstable."""
+    """Raise DesignError with the first operating point (rad/s, Pa) where the loop with the model is unstable.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.check_loop(law, lpv, [(300.0, 0.5e6)])
+    """
     for speed, pressure in points:
         plant = sampled_plant(model, speed, pressure, law.Ts)
         poles = closed_poles(plant, law_system(law, speed, pressure))

@@ -209,6 +209,11 @@ def hide(
     -------
     list of Dataset
         Records with attributes `role` (fit, held_out, untouched) and `record`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.hide(machine, ("coupling.force_2x",), seed=3, out="puzzle")  # doctest: +SKIP
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     twin = twin or truth_twin(machine)

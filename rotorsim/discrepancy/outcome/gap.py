@@ -66,7 +66,13 @@ def gap_dataset(parts: dict[str, tuple[Comparison, np.ndarray]]) -> xr.Dataset:
 
 
 def reduction(dataset: xr.Dataset, role: str = "untouched") -> float:
-    """Reduction of the gap from re-calibrated to with effect, as a fraction, scatter subtracted."""
+    """Reduction of the gap from re-calibrated to with effect, as a fraction, scatter subtracted.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.discrepancy.reduction(rs.diagnose("dtu_gas_bearing", "puzzle/records").gap)  # doctest: +SKIP
+    """
     chosen = dataset["gap"].values[dataset["role"].values == role]
     if not len(chosen):
         return float("nan")

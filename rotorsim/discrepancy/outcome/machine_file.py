@@ -68,7 +68,15 @@ def _put_ahead(effects: Any, names: list[str]) -> None:
 
 
 def difference(before: Machine, after: Machine) -> str:
-    """Unified diff of two machine files."""
+    """Unified diff of two machine files.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> after = machine.replace("effects.unbalance.me", "12 g*mm")
+    >>> "12 g*mm" in rs.discrepancy.difference(machine, after)
+    True
+    """
     old, new = ((m._source or m.text).splitlines() for m in (before, after))
     return "\n".join(unified_diff(old, new, "before", "after", lineterm=""))
 

@@ -24,6 +24,12 @@ def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str
     """Laws by file name, after those of the machine; raises LawError or DataError.
 
     A machine whose pins are not driven along both axes takes none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sorted(rs.live.read_laws([], machine))[:1]
+    ['P']
     """
     if machine is not None and driven_axes(machine) != "xy":
         if paths:

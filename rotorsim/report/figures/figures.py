@@ -24,22 +24,46 @@ def _figure(record: xr.Dataset, section: sections.Section) -> go.Figure:
 
 
 def bode(record: xr.Dataset) -> go.Figure:
-    """Amplitude [um 0-pk] and phase lag [deg] of 1X, 2X, 3X against speed [rpm]; against time at constant speed."""
+    """Amplitude [um 0-pk] and phase lag [deg] of 1X, 2X, 3X against speed [rpm]; against time at constant speed.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.bode(runup)
+    """
     return _figure(record, sections.BODE)
 
 
 def waterfall(record: xr.Dataset) -> go.Figure:
-    """Amplitude spectra [um 0-pk] of disc x and y against speed [rpm] or time [s]."""
+    """Amplitude spectra [um 0-pk] of disc x and y against speed [rpm] or time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.waterfall(runup)
+    """
     return _figure(record, sections.WATERFALL)
 
 
 def full_spectrum(record: xr.Dataset) -> go.Figure:
-    """Spectra [um 0-pk] of x + i y, forward above and backward below zero, against speed [rpm] or time [s]."""
+    """Spectra [um 0-pk] of x + i y, forward above and backward below zero, against speed [rpm] or time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.full_spectrum(runup)
+    """
     return _figure(record, sections.FULL)
 
 
 def orbits(record: xr.Dataset) -> go.Figure:
-    """Orbits of disc and journal [um] at the resonances and at the end."""
+    """Orbits of disc and journal [um] at the resonances and at the end.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.orbits(runup)
+    """
     return _figure(record, sections.ORBITS)
 
 
@@ -54,17 +78,35 @@ def probe_readings(record: xr.Dataset) -> go.Figure:
 
 
 def against_time(record: xr.Dataset) -> go.Figure:
-    """Envelopes of speed [rpm], disc [um], film [um], flow [mg/s] and pressure [MPa] against time [s]."""
+    """Envelopes of speed [rpm], disc [um], film [um], flow [mg/s] and pressure [MPa] against time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.against_time(record)
+    """
     return _figure(record, sections.OVERVIEW)
 
 
 def excitation(record: xr.Dataset) -> go.Figure:
-    """Reference [V], force [N], pins [um] and disc [um] against time [s]: the whole record and a stretch of it."""
+    """Reference [V], force [N], pins [um] and disc [um] against time [s]: the whole record and a stretch of it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.excitation(record)
+    """
     return _figure(record, sections.EXCITATION)
 
 
 def frequency_response(record: xr.Dataset) -> go.Figure:
-    """Response of the disc to the reference [um/V], or to impacts [um/N] where the reference rests."""
+    """Response of the disc to the reference [um/V], or to impacts [um/N] where the reference rests.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.frequency_response(record)
+    """
     driven = analyse(record).driven
     return _figure(
         record, sections.PER_NEWTON if "reference" not in driven and "disc_force" in driven else sections.PER_VOLT
@@ -72,7 +114,13 @@ def frequency_response(record: xr.Dataset) -> go.Figure:
 
 
 def ring_down(record: xr.Dataset) -> go.Figure:
-    """Force pulse [N] and ring-down of the disc [um] after impacts, with the fitted decay."""
+    """Force pulse [N] and ring-down of the disc [um] after impacts, with the fitted decay.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.ring_down(impact)
+    """
     return _figure(record, sections.RING_DOWN)
 
 
@@ -87,12 +135,24 @@ def hysteresis_loops(record: xr.Dataset) -> go.Figure:
 
 
 def spectra(record: xr.Dataset) -> go.Figure:
-    """Averaged spectra [um 0-pk] of x, y and x + i y at constant speed, with the orders marked."""
+    """Averaged spectra [um 0-pk] of x, y and x + i y at constant speed, with the orders marked.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.spectra(record)
+    """
     return _figure(record, sections.SPECTRUM)
 
 
 def filtered_orbits(record: xr.Dataset) -> go.Figure:
-    """Orbit [um] at constant speed, raw and its parts at 1X and 2X."""
+    """Orbit [um] at constant speed, raw and its parts at 1X and 2X.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.filtered_orbits(turning)
+    """
     return _figure(record, sections.FILTERED)
 
 
@@ -102,7 +162,13 @@ def runout_profile(record: xr.Dataset) -> go.Figure:
 
 
 def sensor_noise(record: xr.Dataset) -> go.Figure:
-    """Spectrum [um 0-pk] of measured less true displacement."""
+    """Spectrum [um 0-pk] of measured less true displacement.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.sensor_noise(record)
+    """
     return _figure(record, sections.SENSORS)
 
 

@@ -17,7 +17,13 @@ ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
 
 
 def save_png(figure: go.Figure, path: str | Path, width: int = 1400, height: int = 700) -> None:
-    """Write a figure as PNG of width x height px; raises DataError if kaleido or its browser is missing."""
+    """Write a figure as PNG of width x height px; raises DataError if kaleido or its browser is missing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.save_png(rs.report.waterfall(runup), "waterfall.png")  # doctest: +SKIP
+    """
     try:
         figure.write_image(str(path), format="png", width=width, height=height)
     except (ImportError, ValueError, RuntimeError) as error:

@@ -25,7 +25,13 @@ PHASES = 72
 
 
 def draw_modes(found: xr.Dataset, folder: Path) -> list[Path]:
-    """A PNG for each mode; raises DataError where pyvista is missing or cannot draw, or WriteError."""
+    """A PNG for each mode; raises DataError where pyvista is missing or cannot draw, or WriteError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> files = rs.report.draw_modes(rs.analysis.mode_shapes(plant, 300.0, 0.5e6), Path("."))  # doctest: +SKIP
+    """
     pv = _pyvista()
     paths = []
     for k in range(found.sizes["mode"]):
@@ -52,7 +58,13 @@ def _png(picture: np.ndarray) -> bytes:
 
 
 def show_modes(found: xr.Dataset) -> None:
-    """A window with all modes side by side, linked to turn together; raises DataError where there is no display."""
+    """A window with all modes side by side, linked to turn together; raises DataError where there is no display.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.show_modes(rs.analysis.mode_shapes(plant, 300.0, 0.5e6))  # doctest: +SKIP
+    """
     pv = _pyvista()
     shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or pv.OFF_SCREEN
     if sys.platform.startswith("linux") and not shown:

@@ -20,7 +20,13 @@ G_MM = 1e6
 
 
 def write_balance(found: Assessment, path: str | Path) -> Path:
-    """Write the page of a balancing; raises WriteError where it cannot be written."""
+    """Write the page of a balancing; raises WriteError where it cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write_balance(found, "balance.html")  # doctest: +SKIP
+    """
     tests, fix = found.tests, found.correction
     blocks = [Block("Results", "Unbalances are in g mm.", ("", ""), result_rows(found))]
     if tests:

@@ -20,7 +20,14 @@ from rotorsim.report.pages.study import Block, save_study_page
 
 
 def write_design(law: Law, model: Any, path: Path) -> Path:
-    """Write the page; raises DataError where it cannot be written."""
+    """Write the page; raises DataError where it cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write_design(law, lpv, Path("law.html")).name
+    'law.html'
+    """
     speeds, pressures = fine_axes(law, model)
     corners = [(w, p) for w in {speeds[0], speeds[-1]} for p in {pressures[0], pressures[-1]}]
     rows = [

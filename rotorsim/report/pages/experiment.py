@@ -29,6 +29,11 @@ def write_report(record: xr.Dataset | str | Path, html_path: str | Path) -> None
     ------
     DataError
         If the record cannot be read, has no displacement of the disc, or the page cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.write_report("run.nc", "report.html")
     """
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
         save_page(analyse(opened), html_path)

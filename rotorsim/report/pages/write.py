@@ -25,6 +25,12 @@ def write(result: Diagnosis | Verification | xr.Dataset, path: str | Path) -> Pa
     """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
 
     Raises DataError for any other type, WriteError for a path that cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write(record, "page.html").name
+    'page.html'
     """
     make = next((maker for kind, maker in PAGES.items() if isinstance(result, kind)), None)
     if make is None:

@@ -1,0 +1,72 @@
+"""The examples in the docstrings of public names run; what they use is made here as docs/python.md states."""
+
+import doctest
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+
+RIG = Path(__file__).parents[1] / "control" / "rig_model.json"
+PACKAGES = ["", *(name for name in dir(rs) if type(getattr(rs, name)).__name__ == "module")]
+
+
+def examples():
+    """Every docstring with an example, once, by the name it is reached by; methods of public classes too."""
+    found = {}
+    for package in PACKAGES:
+        room = getattr(rs, package) if package else rs
+        for name in dir(room):
+            value = getattr(room, name)
+            parts = [("", value)]
+            if inspect.isclass(value):
+                parts += [
+                    (f".{key}", inspect.unwrap(getattr(one, "__func__", one))) for key, one in vars(value).items()
+                ]
+            for suffix, one in parts:
+                text = getattr(one, "__doc__", None)
+                if isinstance(text, str) and ">>>" in text and callable(one):
+                    found.setdefault(text, ".".join(filter(None, ("rs", package, name))) + suffix)
+    return {name: text for text, name in found.items()}
+
+
+EXAMPLES = examples()
+
+
+@pytest.fixture(scope="module")
+def at_hand(tmp_path_factory):
+    """Names and files that the examples use."""
+    folder = tmp_path_factory.mktemp("examples")
+    plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
+    record = rs.experiments.prbs(plant, 300.0, 0.5e6, duration=1.0)
+    lpv = rs.load_model(RIG)
+    law = rs.control.design("lqr", lpv)
+    rs.identification.save(record, folder / "run.nc")
+    rs.identification.save(record, folder / "run.csv")
+    lpv.save(folder / "model.json")
+    law.save(folder / "law.json")
+    names = {
+        "rs": rs, "np": np, "Path": Path, "plant": plant, "machine": plant.machine, "record": record, "lpv": lpv,
+        "law": law, "turning": rs.experiments.steady(plant, 300.0, 0.5e6, duration=2.0),
+        "runup": rs.experiments.runup(plant, 50.0, 250.0, 50.0, 0.5e6),
+        "impact": rs.experiments.impact(plant, speed=0.0, pressure=0.5e6, hits=2),
+    }  # fmt: skip
+    return folder, names
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_example_of_a_public_name_runs(name, at_hand, monkeypatch):
+    folder, names = at_hand
+    text = EXAMPLES[name]
+    for package in ("control", "pyvista"):
+        if f"import {package}" in text or f"{package}." in text.split("Examples")[-1]:
+            pytest.importorskip(package)
+    if "to_control()" in text or ".to_control(" in text.split("Examples")[-1]:
+        pytest.importorskip("control")
+    monkeypatch.chdir(folder)
+    test = doctest.DocTestParser().get_doctest(text, dict(names), name, None, None)
+    report = []
+    failed, _ = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=report.append)
+    assert not failed, "".join(report)
