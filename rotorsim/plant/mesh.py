@@ -163,6 +163,11 @@ class Mesh:
         return np.asarray(Phi.T @ self.free_stiffness @ Phi)
 
     @property
+    def shaft_damping(self) -> np.ndarray:
+        """Damping of the shaft alone in modal coordinates (2n, 2n) [1/s]: that of its damping ratio."""
+        return np.diag(2 * self.machine.shaft.damping_ratio * self.reduced.frequencies)
+
+    @property
     def circulation(self) -> np.ndarray:
         """N (2n, 2n) [1/s2]: damping beta K_s in the turning frame adds Omega beta N to the stiffness."""
         Phi = self.reduced.Phi

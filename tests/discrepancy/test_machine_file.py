@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
 from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.edit import remarked
 
@@ -107,3 +110,27 @@ def test_a_file_of_inline_tables_takes_calibration_and_effects(tmp_path):
     assert after.shaft.damping_ratio == pytest.approx(0.015) and after.bearings[0].kxx == pytest.approx(12.5e6)
     assert after.effects["runout"][0].amplitude_2x == pytest.approx(3e-7) and len(after.effects["unbalance"]) == 2
     assert Machine.from_text(remarked(INLINE, ["shaft.damping_ratio", "bearings.1.kxx"], "calibrated")).mass > 4
+
+
+@pytest.mark.parametrize(("machine", "speeds"), [("plain_rotor", (240.0, 300.0)), ("bently_rk4", (150.0, 190.0))])
+def test_a_simulation_of_the_new_file_is_the_fitted_one(machine, speeds):
+    """Through a resonance, where modulus, damping of the shaft alone, supports and unbalance all count."""
+    changes = {
+        "shaft_damping": 2.0, "shaft_stiffness": -0.1, "bearing.0.kx": 0.3, "bearing.0.cx": -0.4, "bearing.1.ky": -0.2,
+        "bearing.1.cy": 0.6, "unbalance.1.me~phase.c": 2e-6, "unbalance.1.me~phase.s": -3e-6,
+    }  # fmt: skip
+    if machine == "bently_rk4":
+        changes["unbalance.2.me~phase.s"] = 4e-6
+    diagnosis = found(machine, (), {key: (value, 0.1) for key, value in changes.items()})
+    rows = np.zeros((5000, 6))
+    rows[:, 0] = np.linspace(*speeds, 5000)
+    before, after = (Twin(m, only=()) for m in (diagnosis.machine, diagnosis.apply()))
+    point = Point({FitParameter(key, 1.0): value for key, value in changes.items()})
+    values = setting(before, contributions(point.values, 0.0, 0.0))
+    given, fitted, written = (
+        (motion := twin.run(own, rows, 0.0)[:, :2]) - motion.mean(axis=0)
+        for twin, own in ((before, {}), (before, values), (after, {}))
+    )
+    assert np.abs(fitted - given).max() > 0.2 * np.abs(fitted).max()
+    # the damping ratio is of the natural frequencies, which the fit's damping does not follow
+    assert np.abs(written - fitted).max() < 0.03 * np.abs(fitted).max()

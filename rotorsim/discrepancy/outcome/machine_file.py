@@ -153,6 +153,13 @@ def short(value: float) -> float:
     return float(f"{value:.9g}")
 
 
+def _keep_y(table: Any, bearing: Any) -> None:
+    """Write what a bearing has along y, where the file leaves it to be as along x."""
+    for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
+        if getattr(bearing, f"{what}yy") is None and value:
+            table[f"{what}yy"] = show(value, unit)
+
+
 def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[float, float]]) -> None:
     """Write stiffness and damping of a bearing along an axis; `estimates` has changes and their scatter by 'k', 'c'."""
     (stiffer, sd_k), (lossier, sd_c) = (estimates.get(what, (0.0, 0.0)) for what in "kc")
@@ -203,6 +210,8 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
             name, _, parameter = key.split(".")
             tables.setdefault(name, {})[parameter] = value
     for (number, axis), estimates in bearings.items():
+        if (number, "y") not in bearings:
+            _keep_y(document["bearings"][number], machine.bearings[number])
         _bearing(document["bearings"][number], machine.bearings[number], axis, estimates)
     for name, changes in tables.items():
         present = machine.effects.get(name, ())

@@ -128,11 +128,10 @@ class Twin:
 
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:
     """Relative changes of what no effect describes."""
-    n = a.rotor.n
     if key == "curtain_discharge":
         w[a.film.curtain : a.film.curtain + a.film.n_inj] *= 1 + change
     elif key == "shaft_damping":
-        w[a.rotor.C : a.rotor.C + n * n] *= 1 + change
+        _add(a, w, a.rotor.C, change * a.mesh.shaft_damping)
     elif key == "shaft_stiffness":
         _add(a, w, a.rotor.K, change * a.mesh.shaft_stiffness)
     elif key in ("actuator_x", "actuator_y"):
