@@ -17,20 +17,25 @@ from identification import LpvModel
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import named
 from rotorsim.control import Law
+from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     from fmu.checks.check import Check
     from fmu.model import Unit
 
+MODEL_FILES = (".json", ".mat")
+Subject = Plant | Machine | LpvModel | Law | str | Path
 START = (0.0, 0.3e6)
 """Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
 
 __all__ = ["check", "export", "info", "system"]
 
 
-def unit_of(subject: Plant | LpvModel | Law | str | Path, speed: float | None, pressure: float | None) -> Unit:
-    """Unit of a plant, a model or a law, or of the file of a model; raises DataError for anything else."""
+def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> Unit:
+    """Unit of a plant, a machine, a model or a law; raises DataError for anything else."""
+    if isinstance(subject, Machine) or (isinstance(subject, (str, Path)) and Path(subject).suffix not in MODEL_FILES):
+        subject = Plant(subject)
     if isinstance(subject, Plant):
         return _kinds.plant_unit(
             subject, START[0] if speed is None else speed, START[1] if pressure is None else pressure
@@ -39,11 +44,13 @@ def unit_of(subject: Plant | LpvModel | Law | str | Path, speed: float | None, p
         return _kinds.law_unit(subject, speed, pressure)
     if isinstance(subject, (LpvModel, str, Path)):
         return _kinds.linear_unit(subject, speed, pressure)
-    raise DataError(f"fmu export: {type(subject).__name__} is not a Plant, LpvModel or Law; give one of these")
+    raise DataError(
+        f"fmu export: {type(subject).__name__} is not a Plant, a machine, an LpvModel or a Law; give one of these"
+    )
 
 
 def export(
-    subject: Plant | LpvModel | Law | str | Path,
+    subject: Subject,
     out: str | Path,
     fmi: Sequence[int] = (3,),
     targets: str = "host",
@@ -56,8 +63,8 @@ def export(
 
     Parameters
     ----------
-    subject : Plant, LpvModel, Law or path
-        A path is that of an identified model.
+    subject : Plant, Machine, LpvModel, Law or path
+        A path ending in .json or .mat is that of an identified model, another one, or a name, that of a machine.
     out : path
         File to write; with two versions NAME_fmi2.fmu and NAME_fmi3.fmu.
     fmi : sequence of int
