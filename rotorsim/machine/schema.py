@@ -67,13 +67,13 @@ class Machine(MachineTables):
         """
         return type(self).from_text(edit.with_value(self._source or self.text, path, value))
 
-    def with_(self, values: Mapping[str, Any]) -> Machine:
-        """The machine with other SI values at dotted paths: ``with_({"bearings.1.clearance": 25e-6})``.
+    def with_(self, values: Mapping[str, Any] | None = None, /, **named: Any) -> Machine:
+        """The machine with other SI values at dotted paths: ``with_({"bearings.1.clearance": 25e-6})``, or by ``**``.
 
         A whole part or effect can be a value too, also one that is absent, and the dict of effects; None removes an
         optional part. Raises MachineFileError as `replace`, and for a path that lies below another.
         """
-        machine: Machine = changed(self, branches(values))
+        machine: Machine = changed(self, branches({**(values or {}), **named}))
         return machine
 
     def save(self, path: str | Path) -> None:

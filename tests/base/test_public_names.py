@@ -97,3 +97,8 @@ def test_the_version_is_that_of_the_package():
     from importlib.metadata import version
 
     assert rs.__version__ == version("rotorsim")
+
+
+def test_values_of_a_machine_are_given_as_a_mapping_or_by_name():
+    machine, values = rs.load_machine("dtu_gas_bearing"), {"effects.unbalance.me": 1.2e-5}
+    assert machine.with_(**values) == machine.with_(values) != machine
