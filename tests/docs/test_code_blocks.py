@@ -135,7 +135,7 @@ if "run.csv" in names or "run.mat" in names:
     idn.save(record, "run.csv"), idn.save(record, "run.mat")
     Path("rig.toml").write_text("[conditions]\\naccuracy = '0.5 um'\\n")
 if "rig.fmu" in names:
-    rs.fmu.export("my_rig.toml", "rig.fmu", fmi=(3,))
+    rs.fmu.export(rs.Plant("my_rig.toml"), "rig.fmu", fmi=(3,))
 """
 
 
