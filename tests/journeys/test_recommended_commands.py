@@ -123,7 +123,9 @@ def unknown_commands(text):
 
 def unknown_options(path, text):
     """Yield the options that a text names and the commands that can show it do not have."""
-    if text.startswith("-Wl") or "dask " in text or path.suffix not in (".py", ".md"):  # of other programs
+    if (
+        text.startswith("-Wl") or "dask " in text or "pip install --" in text or path.suffix not in (".py", ".md")
+    ):  # of other programs
         return
     room = next((own for folder, own in OWN.items() if (ROOT / folder) in path.parents), [])
     known = set().union(*map(options, room)) or options()
