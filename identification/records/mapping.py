@@ -57,8 +57,7 @@ _SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "co
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s", "probe_angle": "rad"}
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
-deviation of the clock of the displacements, angle of the only probe of vectors, and
-the revolutions that each is fitted over."""
+deviation of the clock of the displacements, angle of the only probe of vectors."""
 TURNS = "turns"
 _FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)

@@ -163,7 +163,7 @@ def vectors(
     force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
 ) -> None:
     """Write 1X, 2X, 3X vectors over the speed of a run-up or coast-down that a file has over time."""
-    _not_itself(file, out, "track")
+    _not_itself(file, out, "read")
     with files(out, force=force, another="name"):
         with _faults_of(file):
             table = runup_vectors(read(file, mapping).assign_attrs(record=file.stem), turns, range(1, orders + 1))

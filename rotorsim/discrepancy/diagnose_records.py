@@ -73,8 +73,9 @@ def diagnose(
     cache = None if resume is None else Cache(Path(resume))
     if opened and all("speed" in record.dims for _, record in opened):
         return diagnose_vectors(machine, opened, effects, tolerance, progress, cache)
+    kept, last = open_records(held_out or (), mapping), open_records(untouched or (), mapping)
     trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
-    trials += make_trials(machine, open_records(held_out or (), mapping), "held_out")
-    trials += make_trials(machine, open_records(untouched or (), mapping), "untouched")
+    trials += make_trials(machine, kept, "held_out")
+    trials += make_trials(machine, last, "untouched")
     found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache)
-    return replace(found, notes=(*record_notes(opened), *found.notes))
+    return replace(found, notes=(*record_notes([*opened, *kept, *last]), *found.notes))

@@ -32,7 +32,7 @@ from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
 from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.search.search import CLEAR, Search
+from rotorsim.discrepancy.search.search import CLEAR, Hypothesis, Search
 from rotorsim.discrepancy.search.untouched import objection, untouched_gone
 from rotorsim.discrepancy.search.verdict import Verdict, judge
 from rotorsim.discrepancy.twin.alternative_injection import other_law
@@ -91,9 +91,28 @@ def work_on(
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
     forms = candidates(Twin(machine, GRID, STEP) if workshop is None else workshop.twin, effects)
+    forms, left_out = for_probes(forms, trials)
     workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: Comparison(workshop.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
-    return Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    return replace(found, notes=(*found.notes, *left_out))
+
+
+def _model(best: Hypothesis | None) -> str:
+    """What the last stage of the gap is of, as text."""
+    return f"the model with {' and '.join(best.keys)}" if best is not None else "the re-calibrated model"
+
+
+def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
+    """The forms that are known for the trials' probes, and a sentence on the others."""
+    others = sorted({f.key for f in forms if f.axes_only})
+    if not others or not any(t.off_axes for t in trials):
+        return forms, []
+    sentence = f"one probe that stands neither along x nor along y: no candidates are {', '.join(others)}"
+    kept = tuple(f for f in forms if not f.axes_only)
+    if not kept:
+        raise DataError(f"diagnose: {sentence}; give other effects")
+    return kept, [sentence]
 
 
 @dataclass(eq=False)
@@ -241,7 +260,7 @@ class Work:
             gap=gap,
             notes=(
                 *notes,
-                *missed_bands(one for part in shown.values() for one in part),
+                *missed_bands((one for part in shown.values() for one in part), _model(best)),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),

@@ -20,11 +20,11 @@ from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.intake import record_notes
+from rotorsim.discrepancy.data.runup_vectors import order_vectors
 from rotorsim.discrepancy.data.sensors import check_plane
 from rotorsim.discrepancy.data.spectra import Trial, stated_accuracy
 from rotorsim.discrepancy.diagnosis import work_on
 from rotorsim.discrepancy.fit.parameters import contributions, setting
-from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine
@@ -64,7 +64,7 @@ class Sweep(Trial):
     def inputs(self) -> str:
         """Every part of a table is tracked at its own speeds."""
         return hashlib.sha256(
-            self.rows.tobytes() + self.speeds.tobytes() + repr((self.orders, self.turns)).encode()
+            self.rows.tobytes() + self.speeds.tobytes() + repr((self.orders, self.turns, self.probe_angle)).encode()
         ).hexdigest()
 
     def speed_at(self, line: int) -> float:
@@ -94,13 +94,7 @@ def track(
         centre = int(np.searchsorted(speed if rising else -speed, wanted if rising else -wanted))
         half = int(0.5 * turns * 2 * np.pi / max(wanted, 1.0) / SAMPLE)
         low, high = max(0, centre - half), min(len(speed), centre + half)
-        a = turned[low:high]
-        columns = [np.ones_like(a), np.linspace(-1, 1, len(a))]
-        columns += [part(n * a) for n in orders for part in (np.cos, np.sin)]
-        x = answer(np.linalg.lstsq, np.column_stack(columns), displacement[low:high], rcond=None)[0]
-        for i in range(len(orders)):
-            # x = c cos(n a) + s sin(n a) = Re((c - i s) exp(i n a))
-            out[0, :, 1 + i * len(speeds) + k] = x[2 + 2 * i] - 1j * x[3 + 2 * i]
+        out[0, :, 1 + k :: len(speeds)] = order_vectors(turned[low:high], displacement[low:high], orders).T
     return out
 
 
@@ -119,13 +113,14 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
         measured = np.concatenate([measured, np.zeros_like(measured)], axis=2)
     rate = stated_rate(vectors, name) or assumed_rate(speeds)
     accuracy = stated_accuracy(vectors, name)
-    rows = ramp(speeds, rate, pressure)
+    turns = stated_turns(vectors, name)
+    rows = ramp(speeds, rate, pressure, turns)
     role = np.array([("fit", "fit", "held_out", "fit", "fit", "untouched")[k % 6] for k in range(len(speeds))])
     return [
         replace(
             _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy),
             probe_angle=angle,
-            turns=stated_turns(vectors, name),
+            turns=turns,
         )
         for which in ("fit", "held_out", "untouched")
     ]
@@ -174,11 +169,14 @@ def rate_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
     ]
 
 
-def ramp(speeds: np.ndarray, rate: float, pressure: float) -> np.ndarray:
-    """Input rows (n, 6) of a run-up over the speeds [rad/s] at a rate [rad/s2], with time to settle before."""
+def ramp(speeds: np.ndarray, rate: float, pressure: float, turns: float = TURNS) -> np.ndarray:
+    """Input rows (n, 6) of a run-up over the speeds [rad/s] at a rate [rad/s2], with time to settle before.
+
+    At either end it holds the window of `turns` revolutions about the last speed.
+    """
     low, high = min(speeds), max(speeds)
-    turns = 0.6 * TURNS * 2 * np.pi / max(low, 1.0) * rate
-    begin, end = max(low - turns - SETTLING * rate, 1.0), high + turns
+    window = 0.6 * max(turns, TURNS) * 2 * np.pi * rate
+    begin, end = max(low - window / max(low, 1.0) - SETTLING * rate, 1.0), high + window / max(high, 1.0)
     n = int((end - begin) / rate / SAMPLE)
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = begin + rate * SAMPLE * np.arange(1, n + 1), pressure

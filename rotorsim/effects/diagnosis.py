@@ -29,6 +29,7 @@ class CandidateForm:
     resembles : what would look the same but is not in the catalogue
     with_weight : forms that make nearly the same response in a rotor with a weight share this name
     from_value : parameter and value; a form that is found with at least that much of it may be another one of them
+    axes_only : known for sensors along x and y alone
     """
 
     parameter: str
@@ -41,6 +42,7 @@ class CandidateForm:
     resembles: str = ""
     with_weight: str = ""
     from_value: tuple[str, float] = ("", math.inf)
+    axes_only: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Run-up vectors and records of one probe: schema, mapping, diagnosis, and the measured run-up of a rotor kit."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,16 @@ from identification.records.mapping import load_mapping
 from identification.records.probes import DISPLACEMENTS
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
-from rotorsim.discrepancy.diagnosis import Workshop
+from rotorsim.discrepancy.diagnosis import Workshop, for_probes
 from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.residuals.comparison import Comparison
-from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors, make_sweeps
+from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
+from rotorsim.discrepancy.residuals.localise import flagged, table
+from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors, make_sweeps, ramp
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import load_machine
 
 KIT = Path(__file__).parents[2] / "docs" / "rk4"
@@ -50,6 +55,46 @@ def test_an_angle_that_is_none_is_refused():
 def test_revolutions_of_a_vector_are_from_1_to_999(turns):
     with pytest.raises(DataError, match=r"turns is .*; give the revolutions"):
         make_sweeps(single(turns=turns), "t", False)
+
+
+def test_probes_at_different_angles_share_neither_responses_nor_scatter():
+    """Of two tables of a run-up, a probe each, the second is not a repeat of the first."""
+    x, y = (make_sweeps(single(axis), axis, False)[0] for axis in "xy")
+    assert x.inputs != y.inputs and not repeats(x, y) and repeats(x, replace(x, name="again"))
+
+
+def test_the_floor_of_y_is_that_of_the_records_that_measure_it():
+    x = make_sweeps(single(), "t", False)[0]
+    both = replace(x, probe_angle=None)
+    rng = np.random.default_rng(2)
+    lines = [1e-7 * rng.normal(size=x.spectra.shape) for _ in range(4)]
+    for one in lines[:3]:
+        one[:, 1] = 0.0
+    mixed = repeat_scatter([x, x, x, replace(both, orders=())], [np.concatenate([k, 2 * k]) for k in lines])[0]
+    alone = repeat_scatter([replace(both, orders=())], [np.concatenate([lines[3], 2 * lines[3]])])[0]
+    np.testing.assert_allclose(mixed[3, 1], alone[0, 1])
+
+
+def test_of_a_probe_between_the_axes_some_effects_are_not_known():
+    off, along = (make_sweeps(single(probe_angle=a), "t", False) for a in (np.pi / 4, np.pi))
+    forms = candidates(Twin(load_machine("plain_rotor")), ["runout", "sensor_delay", "sensor_gain"])
+    kept, (note,) = for_probes(forms, off)
+    assert {f.key for f in kept} == {"runout.amplitude_1x", "sensor_delay.delay"}
+    assert "neither along x nor along y: no candidates are runout.amplitude_2x, runout.amplitude_3x" in note
+    assert for_probes(forms, along) == (forms, [])
+    with pytest.raises(DataError, match="give other effects"):
+        for_probes([f for f in forms if f.key == "runout.amplitude_2x"], off)
+
+
+@pytest.mark.parametrize(("speeds", "turns"), [((5.0, 300.0), 8), ((60.0, 300.0), 40)])
+def test_a_ramp_holds_the_windows_at_both_ends_and_little_more(speeds, turns):
+    rows = ramp(np.linspace(*speeds, 20), 24.0, 0.0, turns)
+    angle = np.cumsum(rows[:, 0]) * 2e-4
+    before, after = (
+        abs(angle[np.argmax(rows[:, 0] >= v)] - angle[end]) for v, end in zip(speeds, (0, -1), strict=True)
+    )
+    assert after > 0.5 * turns * 2 * np.pi and rows[-1, 0] < 1.15 * speeds[1]
+    assert before > 0.5 * turns * 2 * np.pi or rows[0, 0] < 2.0
 
 
 @pytest.mark.parametrize(
@@ -89,9 +134,10 @@ def test_bands_that_a_model_misses_are_told():
     measured = np.where(speed < 150, 10e-6, 5e-6).astype(complex)
     simulated = measured * np.where((speed > 160) & (speed < 170), np.exp(0.5j), 1.0)
     simulated[:3] *= 0.5
-    one = {"record": "a, fit", "orders": (1,), "channels": ("x",), "speeds": speed,
+    one = {"record": "a, fit", "orders": (1,), "channels": ("x",), "speeds": speed, "floor": np.full((1, 100), 1e-7),
            "measured_vectors": measured[None, None], "simulated_vectors": [simulated[None, None]]}  # fmt: skip
     (text,) = missed_bands([one, {"orders": ()}])
+    assert not missed_bands([one | {"floor": np.full((1, 100), 4e-6)}])  # hardly above its floor
     assert text == (
         "a, x, 1X: the model misses the amplitude by up to 5 um (50 % of its peak) at 955-974 rpm and the phase by "
         "up to 29 deg at 1537-1614 rpm"
@@ -127,7 +173,7 @@ def kit(degrees):
     return read(KIT / "runup.csv", KIT / "runup.toml").assign_attrs(probe_angle=np.radians(degrees))
 
 
-def test_the_measured_run_up_is_that_of_split_supports_seen_at_45_deg():
+def test_the_measured_run_up_is_fitted_by_a_probe_at_45_deg_and_not_at_0_deg():
     """Measured data: at 45 deg the beat after the critical speed is the model's too, at 0 deg it is not."""
     machine = load_machine("bently_rk4")
     workshop = Workshop.of(machine, ["runout"])
@@ -140,6 +186,7 @@ def test_the_measured_run_up_is_that_of_split_supports_seen_at_45_deg():
             base = relinearised(comparison, base)
         lines = (base.residual * comparison.sigma)[: comparison.layout.record.size // 2][2:].reshape(2, -1)
         worst[degrees] = np.hypot(*lines).max() / np.abs(fitted[0].spectra).max()
+        assert flagged(table(comparison, base.residual))  # never free of disagreement
     assert worst[45] < 0.15 < 0.18 < worst[0]
 
 

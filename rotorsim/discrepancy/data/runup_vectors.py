@@ -2,8 +2,8 @@ r"""Run-up vectors of a record over time: 1X, 2X, 3X of window after window of w
 
 .. math:: d(t) = d_0 + d_1 t + \sum_n \Re\{A_n e^{i n \alpha(t)}\}
 
-by least squares over each window, all revolutions weighing the same, as `diagnose` tracks its twin. Windows that do not
-continue the sweep (a speed held at the beginning or end) are left out.
+by least squares over each window, all samples weighing the same; `diagnose` tracks its twin with the same function.
+Windows that do not continue the sweep (a speed held at the beginning or end, a dip) are left out, which a note states.
 
 Cites: bendat_2010.
 """
@@ -20,7 +20,8 @@ from identification import make_vectors
 from identification.records.notes import notes_of, with_notes
 from identification.records.prefilter import measured
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.spectra import displacement_of
+from rotorsim.discrepancy.data.spectra import TURNING, displacement_of, only_probe
+from rotorsim.discrepancy.linear_algebra import answer
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,10 +30,13 @@ ORDERS = (1, 2, 3)
 FEWEST_ROWS = 3
 SAMPLES_OF_A_TURN = 4
 """Least samples of a period of the highest order."""
-KEPT = ("record", "disc_position", "accuracy", "slow_roll")
+KEPT = ("record", "disc_position", "accuracy", "slow_roll", "changes")
 """Attributes of the record that hold for its vectors too."""
-RISING = 1e-3
-"""Least share of its speed that a window must gain on the one before."""
+SWEEP, GAIN = 0.05, 0.2
+"""A sweep spans at least this share of its highest speed; a window of it gains this share of the mean gain."""
+TURNED_ROUND = (
+    "the shaft turns from y to x: y, or the angle of a single probe, is mirrored, as if it turned from x to y"
+)
 
 
 def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = ORDERS) -> xr.Dataset:
@@ -60,25 +64,53 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
         order. Test: ``test_runup_vectors.py``.
     """
     name = str(record.attrs.get("record", "record"))
-    angle, speed, time = _turning(record, name)
+    angle, speed, time, backward = _turning(record, name)
     displacement, probe_angle = displacement_of(record, name)
+    displacement = displacement[-len(angle) :] if len(angle) < len(displacement) else displacement
     windows = _windows(angle, int(turns), max(orders), name)
     means = np.array([speed[w].mean() for w in windows])
     kept = _sweep(means)
     if len(kept) < FEWEST_ROWS:
         raise DataError(f"{name}: the speed does not rise or fall over {FEWEST_ROWS} windows of {turns} revolutions")
-    windows = [windows[k] for k in kept]
-    fitted = np.array([_orders(angle[w], displacement[w], orders) for w in windows])
-    middle = np.array([time[w].mean() for w in windows])
-    attrs: dict[str, Any] = {key: record.attrs[key] for key in KEPT if key in record.attrs}
-    attrs |= {"rate": float(np.median(np.abs(np.diff(means[kept]) / np.diff(middle)))), "turns": float(turns)}
-    pressure = measured(record, "pressure")
-    attrs |= {} if pressure is None else {"pressure": float(np.mean(pressure))}
-    attrs |= {} if probe_angle is None else {"probe_angle": probe_angle}
+    fitted = np.array([order_vectors(angle[windows[k]], displacement[windows[k]], orders) for k in kept])
+    middle = np.array([time[windows[k]].mean() for k in kept])
+    if backward:
+        fitted[:, :, 1] *= -1
+        probe_angle = None if probe_angle is None else -probe_angle
     axes = ("x", "y") if probe_angle is None else ("x",)
     fitted = fitted[:, :, : len(axes)]
+    attrs = _attributes(record, probe_angle) | {"turns": float(turns)}
+    attrs["rate"] = float(np.median(np.abs(np.diff(means[kept]) / np.diff(middle))))
     table = make_vectors(means[kept], np.abs(fitted), -np.angle(fitted), tuple(orders), attrs, axes)
-    return with_notes(table, notes_of(record))
+    more = [TURNED_ROUND] if backward else []
+    if len(kept) < len(windows):
+        more.append(f"{len(windows) - len(kept)} of {len(windows)} windows do not continue the sweep and are left out")
+    return with_notes(table, [*notes_of(record), *more])
+
+
+def order_vectors(angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int]) -> np.ndarray:
+    """Complex amplitudes (orders, k) of displacements (n, k) over shaft angles (n,); the argument is minus the lag.
+
+    Fitted by least squares together with a mean and a slope.
+    """
+    columns = [np.ones_like(angle), np.linspace(-1, 1, len(angle))]
+    columns += [part(n * angle) for n in orders for part in (np.cos, np.sin)]
+    # c cos(n a) + s sin(n a) = Re((c - i s) exp(i n a))
+    found = answer(np.linalg.lstsq, np.column_stack(columns), displacement, rcond=None)[0]
+    return np.asarray(found[2::2] - 1j * found[3::2])
+
+
+def _attributes(record: xr.Dataset, probe_angle: float | None) -> dict[str, Any]:
+    """Attributes of the record that hold for its vectors, its mean pressure, and the single probe's angle and plane."""
+    attrs: dict[str, Any] = {key: record.attrs[key] for key in KEPT if key in record.attrs}
+    pressure = measured(record, "pressure")
+    attrs |= {} if pressure is None else {"pressure": float(np.mean(pressure))}
+    if probe_angle is None:
+        return attrs
+    probe = only_probe(record)
+    if probe is not None and np.isfinite(float(probe["probe_position"])):
+        attrs["disc_position"] = float(probe["probe_position"])
+    return attrs | {"probe_angle": probe_angle}
 
 
 def _windows(angle: np.ndarray, turns: int, highest: int, name: str) -> list[slice]:
@@ -93,33 +125,29 @@ def _windows(angle: np.ndarray, turns: int, highest: int, name: str) -> list[sli
     return [slice(low, high) for low, high in pairwise(edges)]
 
 
-def _turning(record: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angle (n,) [rad] that rises, speed (n,) [rad/s] and time (n,) [s]."""
+def _turning(record: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Angle (n,) [rad] that rises, speed (n,) [rad/s] and time (n,) [s] from where the shaft turns; whether it fell."""
     angle = measured(record, "angle")
     if angle is None or angle.ndim == 0:
         raise DataError(f"{name}: has no angle of the shaft; map a keyphasor or an encoder")
     time = np.asarray(record["time"].values, float)
     turned = np.unwrap(np.asarray(angle, float))
-    turned *= np.sign(turned[-1] - turned[0]) or 1.0
-    return np.maximum.accumulate(turned), np.abs(np.gradient(turned, time)), time
+    backward = bool(turned[-1] < turned[0])
+    turned = np.maximum.accumulate(-turned if backward else turned)
+    speed = np.gradient(turned, time)
+    first = int(np.argmax(speed > TURNING))
+    return turned[first:], speed[first:], time[first:], backward
 
 
 def _sweep(speeds: np.ndarray) -> np.ndarray:
-    """Numbers of the longest run of windows whose speed rises, or falls, from each to the next."""
-    if len(speeds) < 2:
-        return np.arange(len(speeds))
-    step = np.diff(speeds) / np.maximum(speeds[:-1], 1e-9)
-    trend = np.where(step > RISING, 1, np.where(step < -RISING, -1, 0))
-    starts = np.flatnonzero(np.diff(np.concatenate([[2], trend])))
-    ends = np.append(starts[1:], len(trend))
-    runs = [(end - start, start) for start, end in zip(starts, ends, strict=True) if trend[start]]
-    length, first = max(runs, default=(0, 0))
-    return np.arange(first, first + length + 1)
-
-
-def _orders(angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int]) -> np.ndarray:
-    """Complex amplitudes (orders, 2) [m] of a window; their argument is minus the lag."""
-    columns = [np.ones_like(angle), np.linspace(-1, 1, len(angle))]
-    columns += [part(n * angle) for n in orders for part in (np.cos, np.sin)]
-    found = np.linalg.lstsq(np.column_stack(columns), displacement, rcond=None)[0]
-    return np.asarray(found[2::2] - 1j * found[3::2])
+    """Numbers of the windows whose speeds rise, or fall, from the slowest to the fastest without a break."""
+    if len(speeds) < FEWEST_ROWS or np.ptp(speeds) < SWEEP * speeds.max():
+        return np.arange(0)
+    low, high = int(np.argmin(speeds)), int(np.argmax(speeds))
+    numbers = np.arange(low, high + 1) if low < high else np.arange(low, high - 1, -1)
+    least = GAIN * np.ptp(speeds) / max(len(numbers) - 1, 1)
+    kept = [int(numbers[0])]
+    for k in numbers[1:]:
+        if speeds[k] > speeds[kept[-1]] + least:
+            kept.append(int(k))
+    return np.sort(kept)

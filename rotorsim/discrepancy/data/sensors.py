@@ -26,7 +26,7 @@ def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
     if "disc_measured" in record or "disc" in record or "probe_measured" not in record:
         check_plane(machine, record.attrs.get("disc_position"), name)
     elif (probe := only_probe(record)) is not None:
-        position = float(probe.coords.get("probe_position", np.nan))
+        position = float(probe["probe_position"])
         check_plane(machine, None if np.isnan(position) else position, name)
     else:
         probes = ", ".join(map(str, record["probe"].values))

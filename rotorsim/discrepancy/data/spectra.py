@@ -35,6 +35,8 @@ LARGEST_ACCURACY = 1e-3
 """Accuracy [m] from which a record shows nothing."""
 LEAD = 0.4
 """Time [s] for which the twin of a periodic record runs before the one period that is compared."""
+OFF_AXES = 0.02
+"""Sine of twice an angle from which a probe stands off the axes: half a degree."""
 TURNING = 1.0
 """Slowest speed [rad/s] that counts as turning."""
 ROLES = ("fit", "held_out", "untouched")
@@ -83,8 +85,13 @@ class Trial:
         return (f"probe at {np.degrees(self.probe_angle):.4g} deg",)
 
     @property
+    def off_axes(self) -> bool:
+        """Whether the only probe stands neither along x nor along y."""
+        return self.probe_angle is not None and abs(np.sin(2 * self.probe_angle)) > OFF_AXES
+
+    @property
     def directions(self) -> np.ndarray:
-        """What the channels read of x and y, (channels, 2)."""
+        """Direction cosines (channels, 2) of the channels to x and y."""
         if self.probe_angle is None:
             return np.eye(2)
         return np.array([[np.cos(self.probe_angle), np.sin(self.probe_angle)]])
@@ -93,6 +100,7 @@ class Trial:
         """Readings (n, 2) [m] of displacements (n, 2) [m]; of a single probe in the first column."""
         if self.probe_angle is None:
             return displacement
+        # of motion and of 1X runout; a probe between the axes sees another part of the surface at higher orders
         return np.column_stack([displacement @ self.directions[0], np.zeros(len(displacement))])
 
     @property
@@ -127,6 +135,7 @@ class Trial:
         """Hash of what a simulation needs, and of the window."""
         window = repr((self.start, self.length, self.blocks, self.spectra.shape, self.orders)).encode()
         window += repr(sorted(self.changes.items())).encode() if self.changes else b""
+        window += repr(self.probe_angle).encode()
         return hashlib.sha256(np.ascontiguousarray(self.used).tobytes() + window).hexdigest()
 
     @property
@@ -234,7 +243,8 @@ def displacement_of(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | 
 
 def only_probe(record: xr.Dataset) -> xr.DataArray | None:
     """The one displacement probe (n,) of a record, at its disc if that is stated; None for another number of them."""
-    if "probe_measured" not in record or not {"probe_quantity", "probe_angle", "probe_gain"} <= set(record.coords):
+    needed = {"probe_quantity", "probe_angle", "probe_gain", "probe_position"}
+    if "probe_measured" not in record or not needed <= set(record.coords):
         return None
     of_use = np.isin(record["probe_quantity"].values, DISPLACEMENTS)
     if "disc_position" in record.attrs:

@@ -2,9 +2,9 @@ r"""Equivalent force on the disc for the residual that no effect explains.
 
 .. math:: f(\omega) = Z(\omega)\, r(\omega), \qquad Z = G^{-1}
 
-G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors. Its largest lines come
-with frequency, order, direction (forward, backward, along an axis) and the exponents with which the force grows over
-speed, pressure and amplitude. Source: Platz & Markert (2001), fault models for on-line identification.
+G (2, 2) is the receptance of the re-fitted plant's linearisation from disc force to sensors; of a single probe
+it is one row, and f the least force that makes its reading. Its largest lines come with frequency, order, direction
+(forward, backward, along an axis) and the exponents with which the force grows over speed, pressure and amplitude.
 
 Cites: platz_2001.
 """
@@ -127,7 +127,7 @@ def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -
         "frequency_hz": f,
         "order": _order(trial, f),
         "force_n": float(np.linalg.norm(every)),
-        "direction": _direction(force) if len(G) > 1 else "not seen by one probe",
+        "direction": _direction(force) if len(G) > 1 else "direction unknown (one probe)",
         "residual_um": float(np.linalg.norm(r)) * TO_UM,
         "unsteady": False,
     }

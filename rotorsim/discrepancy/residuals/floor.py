@@ -35,9 +35,9 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
     """
     squares = [_within(r) for r in residuals]
     measured = known = any(s is not None for s in squares)
-    pooled = _pooled([s for s in squares if s is not None], residuals)
+    pooled = _pooled([(t, s) for t, s in zip(trials, squares, strict=True) if s is not None], trials, residuals)
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
-    means, drifts = _slow(residuals, pairs)
+    means, drifts = _slow(trials, residuals, pairs)
     known = known or any(t.accuracy for t in trials)
     lines = max(r.shape[2] for r in residuals)
     scatter = np.zeros((len(trials), 2, lines))
@@ -49,19 +49,21 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
             scatter[i, :, : r.shape[2]] = _between_rows(trial, r)
         scatter[i] = np.maximum(scatter[i], trial.accuracy)
     if pairs:
-        between = [np.abs(residuals[i].mean(0) - residuals[j].mean(0))[None] ** 2 / 2 for i, j in pairs]
+        between = [(trials[i], np.abs(residuals[i].mean(0) - residuals[j].mean(0))[None] ** 2 / 2) for i, j in pairs]
         # quiet lines of a residual are a guess: where records repeat each other, that counts
         scatter = np.maximum(
-            scatter if known else 0.0, np.repeat(_pooled(between, residuals)[None], len(trials), axis=0)
+            scatter if known else 0.0, np.repeat(_pooled(between, trials, residuals)[None], len(trials), axis=0)
         )
     return scatter, means, drifts, known or bool(pairs)
 
 
 def repeats(a: Trial, b: Trial) -> bool:
-    """True if two records have the same inputs."""
+    """True if two records have the same inputs and the same probes."""
+    if a.orders or b.orders:
+        return a.inputs == b.inputs
     same = a.rows.shape == b.rows.shape and a.start == b.start and a.length == b.length
     near = same and abs(a.speed - b.speed) < 0.5 and abs(a.pressure - b.pressure) < 5e3
-    return bool(near and np.array_equal(a.rows[:, 2:], b.rows[:, 2:]))
+    return bool(near and a.probe_angle == b.probe_angle and np.array_equal(a.rows[:, 2:], b.rows[:, 2:]))
 
 
 def _within(residual: np.ndarray) -> np.ndarray | None:
@@ -82,32 +84,44 @@ def _between_rows(trial: Trial, residual: np.ndarray) -> np.ndarray:
     return out
 
 
-def _pooled(squares: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray:
-    """Standard deviation (2, lines) of a real part: median over records and neighbours of exponential squares."""
+def _pooled(squares: list[tuple[Trial, np.ndarray]], trials: list[Trial], residuals: list[np.ndarray]) -> np.ndarray:
+    """Standard deviation (2, lines) of a real part: median over records and neighbours of exponential squares.
+
+    Of the records that measure a channel; 0 in one that none does.
+    """
     lines = max(r.shape[2] for r in residuals)
-    if not squares:
-        # a record without repeats or periods: the quiet half of its residual's lines
-        quiet = [np.abs(r.mean(0)) ** 2 for r in residuals]
-        level = np.sqrt(np.mean([np.percentile(q[:, 1:], 30, axis=1) for q in quiet], axis=0) / 0.357 / 2)
-        return np.repeat(level[:, None], lines, axis=1)
     out = np.zeros((2, lines))
     for channel in range(2):
-        for k in range(lines):
+        if not squares:
+            # records without repeats or periods: the quiet half of their residuals' lines
+            own = [r for t, r in zip(trials, residuals, strict=True) if channel < len(t.channels)]
+            quiet = [np.percentile(np.abs(r.mean(0)[channel, 1:]) ** 2, 30) for r in own]
+            out[channel] = np.sqrt(np.mean(quiet) / 0.357 / 2) if quiet else 0.0
+            continue
+        measured = [s[:, channel] for t, s in squares if channel < len(t.channels)]
+        for k in range(lines) if measured else ():
             low, high = max(1, k - NEIGHBOURS), k + NEIGHBOURS + 1
-            near = np.concatenate([s[:, channel, low:high].ravel() for s in squares])
+            near = np.concatenate([s[:, low:high].ravel() for s in measured])
             out[channel, k] = np.sqrt(np.median(near) / LN2 / 2) if near.size else 0.0
     return out
 
 
-def _slow(residuals: list[np.ndarray], pairs: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Standard deviations (records, 2) of means and drifts."""
-    steps = [r[-1, :, 0].real - r[0, :, 0].real for r in residuals if r.shape[0] > 1]
-    lines = np.array([np.sqrt(np.median(np.abs(r.mean(0)[:, 1:]) ** 2, axis=1) / 2) for r in residuals])
-    drift = np.tile(np.median(np.abs(steps), axis=0) / 0.6745 if steps else lines.mean(0) * 2, (len(residuals), 1))
-    mean = np.array([d / max(r.shape[0], 1) for d, r in zip(drift, residuals, strict=True)])
-    if pairs:
-        apart = [np.abs((residuals[i] - residuals[j]).mean(0)[:, 0].real) / np.sqrt(2) for i, j in pairs]
-        mean = np.maximum(mean, np.median(apart, axis=0) / 0.6745)
+def _slow(
+    trials: list[Trial], residuals: list[np.ndarray], pairs: list[tuple[int, int]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviations (records, 2) of means and drifts; 0 in a channel that a record does not measure."""
+    drift, mean = np.zeros((2, len(trials), 2))
+    for channel in range(2):
+        own = [i for i, t in enumerate(trials) if channel < len(t.channels)]
+        steps = [r[-1, channel, 0].real - r[0, channel, 0].real for r in (residuals[i] for i in own) if len(r) > 1]
+        lines = [np.sqrt(np.median(np.abs(residuals[i].mean(0)[channel, 1:]) ** 2) / 2) for i in own]
+        if not own:
+            continue
+        drift[own, channel] = np.median(np.abs(steps)) / 0.6745 if steps else np.mean(lines) * 2
+        mean[own, channel] = drift[own, channel] / [max(len(residuals[i]), 1) for i in own]
+        apart = [(residuals[i] - residuals[j]).mean(0)[channel, 0].real for i, j in pairs if i in own]
+        if apart:
+            mean[own, channel] = np.maximum(mean[own, channel], np.median(np.abs(apart)) / np.sqrt(2) / 0.6745)
     return mean, np.maximum(drift, mean)
 
 

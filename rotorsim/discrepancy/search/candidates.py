@@ -32,6 +32,8 @@ class Form:
     fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
     refine: tuple[FitParameter, ...] = ()
     """Shape parameters that a non-linear fit may turn as well."""
+    axes_only: bool = False
+    """Whether it is known for sensors along x and y alone."""
 
     @property
     def key(self) -> str:
@@ -93,7 +95,9 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
             label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "")
             shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
             parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe, option)
-            forms.append(Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine))
+            forms.append(
+                Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine, recipe.axes_only)
+            )
     return forms
 
 

@@ -64,9 +64,9 @@ class Runout(Effect):
             "amplitude_1x", 2e-7, "phase_1x",
             signature="vector that turns with the shaft", resembles="an eccentric surface under the sensors",
         ),
-        CandidateForm("amplitude_2x", 2e-7, "phase_2x"),
-        CandidateForm("amplitude_3x", 2e-7, "phase_3x"),
-        CandidateForm("roughness", 1e-7, signed=False),
+        CandidateForm("amplitude_2x", 2e-7, "phase_2x", axes_only=True),
+        CandidateForm("amplitude_3x", 2e-7, "phase_3x", axes_only=True),
+        CandidateForm("roughness", 1e-7, signed=False, axes_only=True),
     )  # fmt: skip
     amplitude_1x: float = param("m", bounds=(0.0, 1e-3), doc="Amplitude at 1X, 0-pk.")
     phase_1x: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 1X.")

@@ -27,11 +27,13 @@ class SensorGain(Effect):
     kernel = sensor_gain
     cites = ("api_670",)
     forms = (
-        CandidateForm("x", 0.03, signature="ratio of the sensors' gains", resembles="the gain of actuator x against y"),
-        CandidateForm("y", 0.03, signature="ratio of the sensors' gains", resembles="the gain of actuator y against x"),
-        CandidateForm("cross_x", 0.02),
-        CandidateForm("cross_y", 0.02),
-    )
+        CandidateForm("x", 0.03, signature="ratio of the sensors' gains", resembles="the gain of actuator x against y",
+                      axes_only=True),
+        CandidateForm("y", 0.03, signature="ratio of the sensors' gains", resembles="the gain of actuator y against x",
+                      axes_only=True),
+        CandidateForm("cross_x", 0.02, axes_only=True),
+        CandidateForm("cross_y", 0.02, axes_only=True),
+    )  # fmt: skip
     x: float = param("1", bounds=(-0.9, 9.0), doc="Relative gain error of sensor x.")
     y: float = param("1", bounds=(-0.9, 9.0), doc="Relative gain error of sensor y.")
     cross_x: float = param("1", bounds=(-1.0, 1.0), doc="Share of y that sensor x sees.")

@@ -140,16 +140,15 @@ def _spectra(d: Diagnosis) -> Iterator[str]:
 
 def _gap_table(d: Diagnosis) -> str:
     rows = []
+    channels = {shown["record"]: shown["channels"] for part in d.spectra.values() for shown in part}
     for i, record in enumerate(d.gap["record"].values):
-        for a, axis in enumerate("xy"):
+        for a, axis in enumerate(channels.get(str(record), ("x", "y"))):
             g = d.gap["gap"].values[i, a] * TO_UM
-            if np.isnan(g).all():
-                continue
             rows.append(
                 (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
                  f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
             )  # fmt: skip
-    head = ("role", "record", "point", "axis", "nominal", "re-calibrated", "with effect", "scatter")
+    head = ("role", "record", "point", "channel", "nominal", "re-calibrated", "with effect", "scatter")
     return f"<details><summary>The gap as numbers, um rms</summary>{html.table(rows, (head,))}</details>"
 
 
