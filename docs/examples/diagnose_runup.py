@@ -13,7 +13,7 @@ import identification as idn
 import rotorsim as rs
 
 data = next(folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists())
-vectors = idn.read(data / "runup.csv", data / "runup.toml")
+vectors = idn.read(data / "runup.csv", data.resolve().parent / "examples" / "rk4_runup.toml")
 
 found = rs.discrepancy.diagnose("bently_rk4", [vectors], effects=["runout", "shaft_bow"])
 print(f"verdict: {found.status}")
