@@ -13,6 +13,7 @@ from identification.records.lab.keyphasor import angle_by_stretches
 from identification.records.lab.probe_columns import read_probes
 from identification.records.mapping import Entry, Mapping
 from identification.records.notes import with_notes
+from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, make_record
 from identification.records.table import Header, Table
 from identification.records.units import FACTORS, full_scale, is_unit_of, measured_by
@@ -174,7 +175,7 @@ def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
             )
         return np.arange(n) / mapping.sample_rate
     if mapping.sample_rate is not None and time.size > 1:
-        found = 1 / np.median(np.diff(time))
+        found = 1 / np.median(np.diff(time)) if problems(time) else nominal_rate(time)
         if not abs(found / mapping.sample_rate - 1) < RATE:
             raise ReadError(
                 f"time.sample_rate: {mapping.sample_rate:.6g} Hz, but the file's time gives {found:.6g} Hz; drop one"

@@ -11,7 +11,7 @@ from identification.errors import SchemaError
 from identification.records.lab.column_faults import clipped
 from identification.records.lab.whirl_hints import series_hints, vector_hints
 from identification.records.notes import notes_of
-from identification.records.sampling import problems
+from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import named_axes
 from identification.records.unit_suspicions import suspicions
 from identification.records.validate import validate
@@ -88,6 +88,7 @@ def _series(record: xr.Dataset) -> Examination:
     steps = np.diff(time)
     step = float(np.median(steps)) if steps.size else np.nan
     rate = 1 / step if step > 0 else np.nan
+    rate = nominal_rate(time) if timed and not problems(time) else rate
     channels = _channels(record)
     found = [f"time: {text}" for text in problems(time)] if timed else []
     limits = record.attrs.get("clipped", [])

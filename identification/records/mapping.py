@@ -40,7 +40,7 @@ from typing import Any
 from identification.errors import ReadError
 from identification.records.changes import stated_changes
 from identification.records.lab.keyphasor import Keyphasor
-from identification.records.lab.lab_probes import LabProbe, split_probe
+from identification.records.lab.lab_probes import OWN, LabProbe, split_probe
 from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES
 from identification.records.units import quantity, quantity_at
@@ -215,7 +215,7 @@ def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
             f"keyphasor: {len(several)} keyphasors ({', '.join(several)}); keep the one that marks the angle"
         )
     own = {key: table.pop(key) for key in _KEYPHASOR if key in table}
-    entry = _entry("keyphasor", table)
+    entry = _entry("keyphasor", table, _KEYPHASOR)
     volts = {key: quantity_at(f"keyphasor.{key}", own[key], "V") for key in ("level", "hysteresis") if key in own}
     edge, pulses = own.get("edge", "falling"), own.get("pulses", 1)
     if edge not in ("falling", "rising"):
@@ -228,7 +228,7 @@ def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
 def _probe(path: str, table: Any) -> tuple[Entry, LabProbe]:
     _table(path, table)
     entry, probe = split_probe(path, table)
-    return _entry(path, entry), probe
+    return _entry(path, entry, OWN), probe
 
 
 def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:
@@ -273,8 +273,8 @@ def _order(name: str) -> int:
     return int(match[1])
 
 
-def _entry(path: str, table: dict[str, Any]) -> Entry:
-    _only(path, table, _ENTRY)
+def _entry(path: str, table: dict[str, Any], more: tuple[str, ...] = ()) -> Entry:
+    _only(path, table, (*_ENTRY, *more))
     column = table.get("column")
     if isinstance(column, bool) or not isinstance(column, (str, int)) or column == "":
         raise ReadError(f"{path}.column: {quote(column)}; give the column's name, or its number from 1")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 JITTER, DRIFT, GAP = 0.1, 0.5, 1.5
 """Largest deviation of a step, largest deviation of a stamp, smallest gap; all in samples."""
+EXACT = 1e-9
+"""Relative difference of rates that are the same."""
 
 
 def sampling_time(record: xr.Dataset) -> float:
@@ -33,6 +35,21 @@ def sampling_time(record: xr.Dataset) -> float:
     if found:
         raise SchemaError(f"record.time: {found[0]}")
     return float(time[-1] - time[0]) / (time.size - 1)
+
+
+def nominal_rate(time: np.ndarray) -> float:
+    """Rate [Hz] of even time stamps (n,) [s]: the roundest number within what the rounding of the stamps leaves open.
+
+    Stamps 0.000039, 0.000078, ... of a recorder at 25.6 kHz have the mean rate 25599.9999 Hz, and steps of 25641 Hz.
+    """
+    span = float(time[-1] - time[0])
+    if time.size < 2 or not 0 < span < np.inf:
+        return np.nan
+    mean = (time.size - 1) / span
+    off = np.abs(time - time[0] - np.arange(time.size) / mean).max()
+    open_ = mean * (2 * off / span + EXACT)
+    rounder = (round(mean, digits) for digits in range(-4, 7))
+    return next((rate for rate in rounder if rate > 0 and abs(rate - mean) <= open_), mean)
 
 
 def problems(time: np.ndarray) -> tuple[str, ...]:

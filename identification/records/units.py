@@ -28,6 +28,10 @@ _NAMES = {si: TABLE[si].name for si in KINDS} | {"Pa": "gauge pressure", "Hz": "
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
 
 
+def _article(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
+
+
 def factor(unit: str, si: str) -> float:
     """Factor from `unit` to the SI unit of a variable; raises ReadError for an unknown or wrong unit."""
     known = FACTORS[si]
@@ -56,8 +60,8 @@ def quantity(value: Any, si: str) -> float:
     """SI value of text such as '0.3 MPa'; raises ReadError for a number without unit or an unknown unit."""
     match = _TEXT.fullmatch(value) if isinstance(value, str) else None
     if not match or not match[2]:
-        example = f"1 {next(iter(FACTORS[si]))}"
-        raise ReadError(f"{quote(value)} is not a {_NAMES[si]} with its unit; write e.g. '{example}'")
+        example = "45 deg" if si == "rad" else f"1 {next(iter(FACTORS[si]))}"
+        raise ReadError(f"{quote(value)} is not {_article(_NAMES[si])} with its unit; write e.g. '{example}'")
     number = float(match[1]) * factor(match[2], si)
     if not isfinite(number):
         raise ReadError(f"{quote(value)} is too large a number; write a smaller one")

@@ -74,6 +74,8 @@ def validate_vectors(vectors: xr.Dataset) -> xr.Dataset:
     speed, order = np.asarray(vectors["speed"].values, float), np.asarray(vectors["order"].values)
     steps = np.diff(speed)
     if not np.all(np.isfinite(speed)) or not (np.all(steps > 0) or np.all(steps < 0)):
+        if np.ptp(speed) == 0:
+            raise SchemaError("vectors.speed: all speeds are the same; a run-up's table has one row a speed")
         raise SchemaError("vectors.speed: must rise or fall from row to row, each speed once; sort or cut the table")
     if order.dtype.kind not in "iu" or np.any(order < 1) or np.unique(order).size != order.size:
         raise SchemaError(f"vectors.order: {order.tolist()}; give whole numbers from 1, each once")

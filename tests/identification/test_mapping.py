@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import identification as idn
+from identification.records.mapping import load_mapping
+from identification.records.sampling import nominal_rate
 
 CSV = "t,X probe,Y probe [mV],rpm\n0,1,1000,600\n0.2,2,2000,600\n0.4,3,3000,600\n"
 GOOD = """
@@ -198,3 +200,15 @@ def test_a_mapping_of_conditions_alone_leaves_the_columns_to_their_names(tmp_pat
     assert read.drop_attrs().identical(plain.drop_attrs())
     idn.save(plain, tmp_path / "v.nc")
     assert idn.read(tmp_path / "v.nc", tmp_path / "m.toml").attrs["clock"] == 2e-3
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(25600.0, 6), (5120.0, 5), (5000.0, 9), (51200.0, 7), (12345.678, 9)])
+def test_the_rate_of_rounded_time_stamps_is_the_round_number(rate, decimals):
+    time = np.round(np.arange(int(4 * rate)) / rate, decimals)
+    assert nominal_rate(time) == pytest.approx(rate, rel=1e-7 if decimals > 6 else 1e-12)
+
+
+def test_an_unknown_entry_of_a_keyphasor_is_told_its_own_entries():
+    table = {"keyphasor": {"column": 1, "unit": "V", "egde": "falling"}}
+    with pytest.raises(idn.ReadError, match="'edge'"):
+        load_mapping(table)

@@ -17,7 +17,7 @@ from identification.records.units import quantity_at
 from rotorsim.base.sentences import quote
 
 MEAN = "mean"
-_OWN = ("angle", "position", "coupling", "gap")
+OWN = ("angle", "position", "coupling", "gap")
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def split_probe(path: str, table: dict[str, Any]) -> tuple[dict[str, Any], LabPr
     """The entry of a probe's column and the probe itself; raises ReadError for what is missing or contradictory."""
     if "angle" not in table:
         raise ReadError(f"{path}.angle: is missing; give the probe's angle from x towards y, e.g. angle = '45 deg'")
-    own = {key: table[key] for key in _OWN if key in table}
+    own = {key: table[key] for key in OWN if key in table}
     coupling, gap = own.get("coupling", ""), own.get("gap")
     if coupling not in ("", "AC", "DC"):
         raise ReadError(f"{path}.coupling: {quote(coupling)}; write AC or DC")
@@ -44,7 +44,7 @@ def split_probe(path: str, table: dict[str, Any]) -> tuple[dict[str, Any], LabPr
         gap = quantity_at(f"{path}.gap", gap, "V")
     position = quantity_at(f"{path}.position", own["position"], "m") if "position" in own else None
     probe = LabProbe(quantity_at(f"{path}.angle", own["angle"], "rad"), position, coupling, gap)
-    return {key: value for key, value in table.items() if key not in _OWN}, probe
+    return {key: value for key, value in table.items() if key not in OWN}, probe
 
 
 def disc_plane(probes: dict[str, LabProbe], wanted: float | None) -> tuple[str, ...]:

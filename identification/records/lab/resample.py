@@ -9,14 +9,13 @@ import numpy as np
 from scipy.signal import resample_poly
 
 from identification.errors import SchemaError
-from identification.records.sampling import sampling_time
+from identification.records.sampling import EXACT, nominal_rate, sampling_time
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 20_000
 """Largest numerator or denominator of the ratio of two rates."""
-EXACT = 1e-9
 HELD = ("reference", "reference_external", "disc_force")
 """Inputs, which a sampled model holds from one sample to the next."""
 
@@ -45,10 +44,8 @@ def resample(record: xr.Dataset, rate: float, order: int = 0) -> xr.Dataset:
     >>> rs.identification.resample(record, 1000.0).sizes["time"] < record.sizes["time"]
     True
     """
-    Ts = sampling_time(record)
-    own = 1 / Ts
-    # time stamps are rounded: the rate is taken for the simple number that it is
-    own = round(own, 3) if abs(round(own, 3) / own - 1) < EXACT else own
+    sampling_time(record)  # uneven time stamps are refused
+    own = nominal_rate(np.asarray(record["time"].values, float))
     ratio = Fraction(rate / own).limit_denominator(MOST)
     if rate > own * (1 + EXACT):
         raise SchemaError(f"record: is sampled at {own:.6g} Hz; {rate:.6g} Hz would invent what is between")
