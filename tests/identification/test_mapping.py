@@ -209,6 +209,6 @@ def test_the_rate_of_rounded_time_stamps_is_the_round_number(rate, decimals):
 
 
 def test_an_unknown_entry_of_a_keyphasor_is_told_its_own_entries():
-    table = {"keyphasor": {"column": 1, "unit": "V", "egde": "falling"}}
+    table = {"keyphasor": {"column": 1, "unit": "V", "edges": "falling"}}
     with pytest.raises(idn.ReadError, match="'edge'"):
         load_mapping(table)
