@@ -30,6 +30,7 @@ class Commands(LazyGroup):
         "balance": "balance.balance",
         "warm": "warm.warm",
         "cite": "cite.cite",
+        "compare": "compare.compare",
     }
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:

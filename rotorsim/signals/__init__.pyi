@@ -7,6 +7,7 @@ from .prepare import prepared as prepared
 from .probes import probe_planes as probe_planes
 from .pulses import Pulse as Pulse, find_pulses as find_pulses
 from .record_blocks import open_record as open_record
+from .run_comparison import RunComparison as RunComparison, compare_runs as compare_runs
 from .runout_profile import RunoutProfile as RunoutProfile, runout_of as runout_of
 from .spectrum import Spectrum as Spectrum, spectrum_of as spectrum_of
 from .static_gain import static_gain_map as static_gain_map

@@ -115,6 +115,10 @@ COMMANDS = (
         label="mat",
     ),
     Command(
+        ("compare",), ("{inputs}/sweep.nc", "{inputs}/excited.nc", "--out", f"{OUT}/compare"),
+        ("compare/compare.json", "compare/report.html"), compiles=False,
+    ),
+    Command(
         ("data", "vectors"), ("{inputs}/sweep.nc", f"{OUT}/record.nc", "--turns", "1"), ("record.nc",), compiles=False
     ),
     Command(("data", "cut"), ("{inputs}/excited.nc", f"{OUT}/record.nc"), ("record.nc",), compiles=False),

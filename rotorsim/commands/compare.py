@@ -1,0 +1,67 @@
+"""`rotorsim compare RUN RUN ...`: an order of several runs over the speed in one picture, and their peaks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from identification import read
+from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_json
+from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import AsJson, WithReport, a_folder
+from rotorsim.commands.results import results
+from rotorsim.signals.run_comparison import compare_runs
+
+
+@example(
+    "rotorsim compare before.nc after.nc measured.csv --mapping rig.toml",
+    "rs.signals.compare_runs({'before': before, 'after': after}).peaks()",
+)
+def compare(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN", help="Records or run-up vectors; the first is the reference.")
+    ],
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML file that states which column is which, for CSV files.")
+    ] = None,
+    order: Annotated[int, typer.Option(help="Multiple of the shaft speed.", min=1, max=100)] = 1,
+    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'compare'.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")] = False,
+    report: WithReport = True,
+    as_json: AsJson = False,
+) -> None:
+    """Overlay an order of several runs, and list how their peaks differ."""
+    if len(runs) < 2:
+        raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
+    opened = {name: read(path, None if path.suffix == ".nc" else mapping) for name, path in _named(runs).items()}
+    found = compare_runs(opened, order)
+    peaks = {"order": order, "peaks": found.peaks()}
+    with results(out, "compare", ["compare.json", *(["report.html"] if report else [])], force) as folder:
+        write_json(folder / "compare.json", peaks)
+        files = {"peaks": str(folder / "compare.json")}
+        if report:
+            from rotorsim.report.pages.run_comparison import write_run_comparison
+
+            files["report"] = str(write_run_comparison(found, folder / "report.html"))
+    if as_json:
+        typer.echo(json.dumps({**peaks, "files": files}, indent=2))
+        return
+    for peak in peaks["peaks"]:
+        change = peak.get("um_change")
+        more = "" if change is None else f", {100 * change:+.1f} % of the first's"
+        typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{more}")
+    for kind, path in files.items():
+        typer.echo(f"{kind}: {path}")
+
+
+def _named(paths: list[Path]) -> dict[str, Path]:
+    """Files by the shortest of name, folder with name, and path that tells them apart."""
+    for name in (lambda p: p.stem, lambda p: f"{p.resolve().parent.name}/{p.stem}", str):
+        found = {name(path): path for path in paths}
+        if len(found) == len(paths):
+            return found
+    raise DataError(f"compare: {paths[0]} or another run is given twice; give different runs")

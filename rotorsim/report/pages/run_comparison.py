@@ -1,0 +1,92 @@
+"""Page that compares runs: an order's amplitude and phase over the speed in one picture, and a table of the peaks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.base.constants import TO_UM
+from rotorsim.report.figures.bode_waterfall_plots import FAINTEST, phase_lag
+from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
+from rotorsim.report.pages.study import Block, save_study_page
+from rotorsim.signals.run_comparison import RunComparison, speeds_rpm
+
+HEADS = (
+    "run",
+    "axis",
+    "speed [rpm]",
+    "size [µm 0-pk]",
+    "phase lag [deg]",
+    "speed against the first",
+    "size against the first",
+)
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+
+
+def overlay(found: RunComparison) -> go.Figure:
+    """Amplitude (0-pk, um) over phase lag (deg) of every run against speed; a column an axis.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.overlay(rs.signals.compare_runs({"before": runup, "after": runup}))
+    """
+    axes = found.axes
+    titles = [f"{found.order}X, {axis}" for axis in axes]
+    figure = make_subplots(2, len(axes), shared_xaxes=True, vertical_spacing=0.06, horizontal_spacing=0.08,
+                           row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
+    for number, (name, tracked) in enumerate(found.tracked.items()):
+        look = {"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)]}
+        for column, axis in enumerate(axes, 1):
+            if axis not in tracked["axis"].values:
+                continue
+            a = tracked["amplitude"].sel(order=found.order, axis=axis).values
+            least = FAINTEST * float(np.abs(a).max(initial=0.0))
+            common = {
+                "x": compact(speeds_rpm(tracked), 6),
+                "name": name,
+                "legendgroup": name,
+                "line": look,
+                "mode": "lines",
+            }
+            figure.add_trace(go.Scatter(y=compact(np.abs(a) * TO_UM), showlegend=column == 1, **common), 1, column)
+            figure.add_trace(go.Scatter(y=compact(phase_lag(a, least)), showlegend=False, **common), 2, column)
+    figure.update_xaxes(title_text="speed [rpm]", row=2)
+    figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
+    figure.update_yaxes(title_text="phase lag [deg]", row=2, col=1)
+    figure.update_yaxes(dtick=90, autorange="reversed", row=2)
+    return style(figure, 560)
+
+
+def peak_rows(found: RunComparison) -> list[tuple[str, ...]]:
+    """Peaks as text, as `HEADS` names the columns."""
+    return [
+        (p["run"], p["axis"] + ("" if p["local_maximum"] else ", at the end of the run"), f"{p['rpm']:.0f}",
+         f"{p['um']:.3g}", f"{p['phase_lag_deg']:.0f}", *(_percent(p, key) for key in ("rpm_change", "um_change")))
+        for p in found.peaks()
+    ]  # fmt: skip
+
+
+def _percent(peak: dict[str, object], key: str) -> str:
+    value = peak.get(key)
+    return f"{100 * value:+.1f} %" if isinstance(value, float) else ""
+
+
+def write_run_comparison(found: RunComparison, path: str | Path) -> Path:
+    """Write the page; raises WriteError where it cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write_run_comparison(found, "comparison.html")  # doctest: +SKIP
+    """
+    names = " and ".join(found.tracked)
+    blocks = [
+        Block(f"{found.order}X over the speed", "Amplitudes are 0-pk; a phase is a lag.", figure=overlay(found)),
+        Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
+    ]
+    save_study_page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks, Path(path))
+    return Path(path)

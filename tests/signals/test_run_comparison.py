@@ -1,0 +1,90 @@
+"""Runs side by side: peaks found in records and vectors, and how they differ from the first run's."""
+
+import json
+
+import numpy as np
+import pytest
+
+from identification import make_record, make_vectors, save
+from rotorsim.base.errors import DataError
+from rotorsim.cli import main
+from rotorsim.report import overlay, write_run_comparison
+from rotorsim.signals import compare_runs
+
+CRITICAL = 200.0
+
+
+def response(speed, size, critical=CRITICAL):
+    ratio = speed / critical
+    return size * ratio**2 / (1 - ratio**2 + 0.1j * ratio)
+
+
+def vectors(size, critical=CRITICAL, axes=("x", "y")):
+    speed = np.linspace(50, 400, 351)
+    a = np.stack([response(speed, size, critical) * k for k in (1, -1j)[: len(axes)]], axis=1)[:, None, :]
+    return make_vectors(speed, np.abs(a), -np.angle(a), (1,), axes=axes)
+
+
+def record(size):
+    t = np.arange(60000) / 2000
+    speed = 50 + 10 * t
+    angle = np.cumsum(speed) / 2000
+    z = response(speed, size) * np.exp(1j * angle)
+    return make_record(t, {"disc": np.column_stack([z.real, z.imag]), "angle": angle, "speed": speed})
+
+
+def test_half_the_size_at_a_higher_speed_is_told_against_the_first():
+    found = compare_runs({"a": vectors(1e-6), "b": vectors(0.5e-6, 1.05 * CRITICAL)})
+    first, other = (next(p for p in found.peaks() if p["run"] == name and p["axis"] == "x") for name in "ab")
+    assert first["um"] == pytest.approx(10, rel=0.02) and "um_change" not in first
+    assert other["um_change"] == pytest.approx(-0.5, abs=0.01)
+    assert other["rpm_change"] == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_record_and_vectors_of_one_probe_go_together():
+    found = compare_runs({"record": record(1e-6), "table": vectors(1e-6, axes=("x",))})
+    assert found.axes == ("x", "y")
+    x = {p["run"]: p for p in found.peaks() if p["axis"] == "x"}
+    assert x["table"]["um"] == pytest.approx(x["record"]["um"], rel=0.05)
+    figure = overlay(found)
+    assert [trace.name for trace in figure.data] == ["record"] * 4 + ["table"] * 2
+
+
+def test_peaks_far_apart_are_not_compared():
+    found = compare_runs({"a": vectors(1e-6), "b": vectors(1e-6, 1.6 * CRITICAL)})
+    assert next(p for p in found.peaks() if p["run"] == "b")["um_change"] is None
+
+
+@pytest.mark.parametrize(
+    ("runs", "order", "sentence"),
+    [
+        ({"a": vectors(1e-6)}, 1, "1 run; give at least two"),
+        ({"a": vectors(1e-6), "b": vectors(1e-6)}, 2, "a: holds no 2X; its orders are 1"),
+        ({"a": vectors(1e-6), "b": record(1e-6).drop_vars("disc")}, 1, "b: .*disc"),
+        ({"a": vectors(1e-6), "b": record(1e-6).isel(time=slice(0, 100))}, 1, "b: the shaft does not turn"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(runs, order, sentence):
+    with pytest.raises(DataError, match=sentence):
+        compare_runs(runs, order)
+
+
+def test_the_command_writes_peaks_and_page(tmp_path, capsys):
+    for name, size in (("a", 1e-6), ("b", 2e-6)):
+        save(vectors(size), tmp_path / f"{name}.nc")
+    given = [str(tmp_path / "a.nc"), str(tmp_path / "b.nc"), "--out", str(tmp_path / "c")]
+    with pytest.raises(SystemExit) as end:
+        main(["compare", *given])
+    assert end.value.code == 0 and "+100.0 % of the first's" in capsys.readouterr().out
+    assert len(json.loads((tmp_path / "c" / "compare.json").read_text())["peaks"]) == 4
+    assert "plotly" in (tmp_path / "c" / "report.html").read_text().lower()
+    for arguments in (given, [given[0]], [given[0], given[0], "--out", str(tmp_path / "d")]):
+        with pytest.raises(SystemExit) as end:
+            main(["compare", *arguments])
+        assert end.value.code == 2
+    assert not (tmp_path / "d").exists()
+
+
+def test_names_in_the_page_are_text(tmp_path):
+    found = compare_runs({"<b>": vectors(1e-6), "b": vectors(1e-6)})
+    assert "<h1><b>" not in write_run_comparison(found, tmp_path / "p.html").read_text()
