@@ -39,7 +39,7 @@ NOT_RUN = (
 )
 """Lines, or blocks of Python by a word in them, that are not run here, and why."""
 NIGHTLY = (
-    r"^rotorsim (verify|hide|diagnose dtu|machine calibrate)",
+    r"^rotorsim (verify|hide|diagnose (dtu|bently)|machine calibrate)",
     r"^rotorsim map --speed|--over",
     r"^rotorsim design",
     r"^rotorsim (runup --pressure|experiment (prbs|staircase))",
@@ -134,6 +134,9 @@ if "run.csv" in names or "run.mat" in names:
     record = rs.experiments.runup("plain_rotor", 100.0, 200.0, 50.0, 0.0)
     idn.save(record, "run.csv"), idn.save(record, "run.mat")
     Path("rig.toml").write_text("[conditions]\\naccuracy = '0.5 um'\\n")
+for name in {{"runup.csv", "before.nc", "after.nc", "measured.csv"}} & set(names):
+    idn.save(rs.experiments.runup("plain_rotor", 100.0, 200.0, 50.0, 0.0), name)
+    Path("rig.toml").write_text("[conditions]\\naccuracy = '0.5 um'\\n")
 if "rig.fmu" in names:
     rs.fmu.export(rs.Plant("my_rig.toml"), "rig.fmu", fmi=(3,))
 """
@@ -150,7 +153,9 @@ def run(words, folder):
 
 def prepare(folder, text):
     """Write the files that a page's code names."""
-    names = [n for n in ("my_rotor.toml", "my_rig.toml", "run1.csv", "run.csv", "run.mat", "rig.fmu") if n in text]
+    named = ("my_rotor.toml", "my_rig.toml", "run1.csv", "run.csv", "run.mat", "rig.fmu", "runup.csv", "before.nc",
+             "after.nc", "measured.csv")  # fmt: skip
+    names = [n for n in named if n in text]
     if names:
         run(["-c", MATERIAL.format(names=names)], folder)
 

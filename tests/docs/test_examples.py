@@ -11,7 +11,7 @@ import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
-SLOW = ("diagnose", "diagnose_runup")
+SLOW = ("campaign", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure")
 """Examples that take longer than 20 s."""
 MOST_LINES = 60
 PRINTED = {

@@ -216,7 +216,9 @@ def test_single_figures_are_at_hand_by_name() -> None:
     assert report.frequency_response(SAMPLES["impact"]()).layout.yaxis.title.text == "magnitude [µm/N]"
     assert report.frequency_response(SAMPLES["prbs"]()).layout.yaxis.title.text == "magnitude [µm/V]"
     of_shafts = {"critical_speed_map", "sag", "shaft_campbell", "unbalance_response"}
-    for name in set(report.__all__) - {"write", "write_report", "save_png"} - of_shafts:
+    of_runs = [name for name in report.__all__ if hasattr(figures, name)]
+    assert len(of_runs) > 15
+    for name in of_runs:
         assert getattr(report, name) is getattr(figures, name)
     for name in of_shafts:
         assert getattr(report, name) is getattr(shaft_plots, name)
