@@ -59,7 +59,7 @@ def compare(
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:
-    """Files by the shortest of name, folder with name, and path that tells them apart."""
+    """Files by the shortest of name, folder with name, and path that distinguishes them."""
     for name in (lambda p: p.stem, lambda p: f"{p.resolve().parent.name}/{p.stem}", str):
         found = {name(path): path for path in paths}
         if len(found) == len(paths):
