@@ -39,18 +39,19 @@ def compare(
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
     opened = {name: read(path, None if path.suffix == ".nc" else mapping) for name, path in _named(runs).items()}
     found = compare_runs(opened, order)
-    peaks = {"order": order, "peaks": found.peaks()}
+    peaks = found.peaks()
+    summary = {"order": order, "peaks": peaks}
     with results(out, "compare", ["compare.json", *(["report.html"] if report else [])], force) as folder:
-        write_json(folder / "compare.json", peaks)
+        write_json(folder / "compare.json", summary)
         files = {"peaks": str(folder / "compare.json")}
         if report:
             from rotorsim.report.pages.run_comparison import write_run_comparison
 
             files["report"] = str(write_run_comparison(found, folder / "report.html"))
     if as_json:
-        typer.echo(json.dumps({**peaks, "files": files}, indent=2))
+        typer.echo(json.dumps({**summary, "files": files}, indent=2))
         return
-    for peak in peaks["peaks"]:
+    for peak in peaks:
         change = peak.get("um_change")
         more = "" if change is None else f", {100 * change:+.1f} % of the first's"
         typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{more}")
