@@ -52,7 +52,7 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
     Raises
     ------
     DataError
-        If no record has a known unbalance, or there is no record of the name.
+        If no record has a known unbalance, or no record has the name.
 
     Examples
     --------

@@ -49,6 +49,8 @@ if TYPE_CHECKING:
 
 UNFIT = 3
 _FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
+Out = Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")]
 _MAPPING = typer.Option("--mapping", help="TOML file that states which column is which channel.")
 _PEOPLE = {"m": (TO_UM, "um"), "rad/s": (TO_RPM, "rpm"), "Pa": (TO_MPA, "MPa"), "kg/s": (1e3, "g/s")}
 
@@ -87,9 +89,9 @@ def check(
 )
 def convert(
     file: Annotated[Path, _FILE],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    out: Out,
     mapping: Annotated[Path | None, _MAPPING] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
     _not_itself(file, out, "convert")
@@ -107,11 +109,11 @@ def convert(
 )
 def cut(
     file: Annotated[Path, _FILE],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    out: Out,
     mapping: Annotated[Path | None, _MAPPING] = None,
     every: Annotated[bool, typer.Option("--all", help="Write every stretch: OUT-1.nc, OUT-2.nc, ...")] = False,
     shortest: Annotated[str, typer.Option(help="Shorter stretches are left out.")] = "0.1 s",
-    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+    force: Force = False,
 ) -> None:
     """Cut gaps and missing values out of a file: write its longest whole stretch, or all of them."""
     _not_itself(file, out, "cut")
@@ -133,11 +135,11 @@ def cut(
 )
 def resample_command(
     file: Annotated[Path, _FILE],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    out: Out,
     rate: Annotated[str, typer.Option(help="New sampling rate; the plant's own is 5 kHz.")] = "5 kHz",
     mapping: Annotated[Path | None, _MAPPING] = None,
     order: Annotated[int, typer.Option(help="Highest order that the record must still hold.", min=0)] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a file's data as a record at a lower sampling rate, filtered so that nothing folds back."""
     _not_itself(file, out, "resample")
@@ -156,11 +158,11 @@ def resample_command(
 )
 def vectors(
     file: Annotated[Path, _FILE],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")],
+    out: Out,
     mapping: Annotated[Path | None, _MAPPING] = None,
     turns: Annotated[int, typer.Option(help="Revolutions of a window.", min=1)] = 8,
     orders: Annotated[int, typer.Option(help="Highest order.", min=1, max=20)] = 3,
-    force: Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")] = False,
+    force: Force = False,
 ) -> None:
     """Write 1X, 2X, 3X vectors over the speed of a run-up or coast-down that a file has over time."""
     _not_itself(file, out, "read")

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.signals.order_tracking import find_resonances, track_orders
 from rotorsim.signals.prepare import prepared
@@ -103,8 +102,3 @@ def _change(peak: dict[str, Any], of_first: list[dict[str, Any]]) -> dict[str, f
     if near is None or abs(near["rpm"] - peak["rpm"]) > NEAR * abs(peak["rpm"]) or not near["um"]:
         return {"rpm_change": None, "um_change": None}
     return {"rpm_change": peak["rpm"] / near["rpm"] - 1, "um_change": peak["um"] / near["um"] - 1}
-
-
-def speeds_rpm(tracked: xr.Dataset) -> np.ndarray:
-    """Speeds (window,) [rpm] of tracked orders."""
-    return np.asarray(tracked["speed"].values * TO_RPM, float)

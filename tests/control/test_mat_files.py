@@ -105,7 +105,7 @@ def test_a_file_that_is_no_model_is_refused_with_its_name(tmp_path):
     (tmp_path / "empty.mat").write_bytes(b"")
     shutil.copy(RIG, tmp_path / "json.mat")
     for name in ("empty.mat", "json.mat"):
-        with pytest.raises(ModelError, match=f"{name}: is no MATLAB file that can be read"):
+        with pytest.raises(ModelError, match=f"{name}: cannot be read as a MATLAB file"):
             rs.load_model(tmp_path / name)
     with pytest.raises(ModelError, match="is not there"):
         rs.load_model(tmp_path / "none.mat")

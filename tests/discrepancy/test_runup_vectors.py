@@ -1,4 +1,4 @@
-"""Vectors of a run-up over time: known orders come out, the sweep is found, and what is no sweep is refused."""
+"""Vectors of a run-up over time: known orders come out, the sweep is found, and what is not a sweep is refused."""
 
 import numpy as np
 import pytest
@@ -103,7 +103,7 @@ def test_the_table_is_what_a_diagnosis_takes():
         (sweep(), {"turns": 0}, "a: turns is 0"),
     ],
 )
-def test_what_is_no_sweep_is_refused(record, options, sentence):
+def test_a_record_that_is_not_a_sweep_is_refused(record, options, sentence):
     with pytest.raises(DataError, match=sentence):
         runup_vectors(record, **options)
 

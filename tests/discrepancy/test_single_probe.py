@@ -189,7 +189,8 @@ def test_the_measured_run_up_is_fitted_by_a_probe_at_45_deg_and_not_at_0_deg():
         lines = (base.residual * comparison.sigma)[: comparison.layout.record.size // 2][2:].reshape(2, -1)
         worst[degrees] = np.hypot(*lines).max() / np.abs(fitted[0].spectra).max()
         assert flagged(table(comparison, base.residual))  # never free of disagreement
-    assert worst[45] < 0.15 < 0.18 < worst[0]
+    # 0.13 and 0.33 of the peak; the border lies between, away from both
+    assert worst[45] < 0.2 < worst[0]
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def read_mat(path: str | Path) -> dict[str, Any]:
     except NotImplementedError as error:
         raise DataError("is a MATLAB file of version 7.3; save it with the option '-v7'") from error
     except (MatReadError, ValueError, TypeError, EOFError, KeyError, IndexError) as error:
-        raise DataError(f"is no MATLAB file that can be read ({error}); save it in MATLAB by {SAVE}") from error
+        raise DataError(f"cannot be read as a MATLAB file ({error}); save it in MATLAB by {SAVE}") from error
     found = {name: _plain(value) for name, value in raw.items() if not name.startswith("__")}
     wrong = [n for n in SYSTEM if not isinstance(found.get(n), np.ndarray) or found[n].dtype.kind not in "fiu"]
     if wrong:

@@ -60,7 +60,7 @@ def _name(author: str) -> str:
 def cited_by(module: str) -> tuple[str, ...]:
     """Return the keys that a module, or a package with all in it, cites in docstrings; read from its sources.
 
-    Raises ModuleNotFoundError for a name that is no module.
+    Raises ModuleNotFoundError for a name that is not a module.
     """
     spec = find_spec(module)
     if spec is None or spec.origin is None:

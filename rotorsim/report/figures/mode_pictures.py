@@ -58,7 +58,7 @@ def _png(picture: np.ndarray) -> bytes:
 
 
 def show_modes(found: xr.Dataset) -> None:
-    """A window with all modes side by side, linked to turn together; raises DataError where there is no display.
+    """A window with all modes side by side, linked to turn together; raises DataError without a display.
 
     Examples
     --------

@@ -8,11 +8,11 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.bode_waterfall_plots import FAINTEST, phase_lag
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
-from rotorsim.signals.run_comparison import RunComparison, speeds_rpm
+from rotorsim.signals.run_comparison import RunComparison
 
 HEADS = (
     "run",
@@ -46,7 +46,7 @@ def overlay(found: RunComparison) -> go.Figure:
             a = tracked["amplitude"].sel(order=found.order, axis=axis).values
             least = FAINTEST * float(np.abs(a).max(initial=0.0))
             common = {
-                "x": compact(speeds_rpm(tracked), 6),
+                "x": compact(tracked["speed"].values * TO_RPM, 6),
                 "name": name,
                 "legendgroup": name,
                 "line": look,
