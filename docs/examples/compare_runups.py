@@ -1,7 +1,7 @@
 """Compare two run-ups
 
 The same rotor with 25 and with 10 g mm of unbalance: two records in one figure. The ripple above the peak is the free
-vibration that a ramp leaves in a rotor with little damping.
+vibration that a ramp leaves in a rotor with little damping. `rotorsim compare` does the same with files.
 """
 
 import matplotlib.pyplot as plt
@@ -9,13 +9,18 @@ import matplotlib.pyplot as plt
 import rotorsim as rs
 
 rpm = 0.10472  # rad/s
-figure, axes = plt.subplots(figsize=(8, 4.5))
+records = {}
 for unbalance in ("25 g*mm", "10 g*mm"):
-    machine = rs.load_machine("plain_rotor").replace("effects.unbalance.me", unbalance)
-    record = rs.experiments.runup(rs.Plant(machine), start=1000 * rpm, stop=5000 * rpm, rate=100 * rpm, pressure=0.0)
-    orders = rs.signals.track_orders(record)
-    peak = rs.signals.find_resonances(orders, 1, "x")[0]
-    print(f"{unbalance}: {peak['um']:.0f} um at {peak['rpm']:.0f} rpm")
+    plant = rs.Plant(rs.load_machine("plain_rotor").replace("effects.unbalance.me", unbalance))
+    records[unbalance] = rs.experiments.runup(plant, start=1000 * rpm, stop=5000 * rpm, rate=100 * rpm, pressure=0.0)
+
+found = rs.signals.compare_runs(records)
+for peak in found.peaks():
+    if peak["axis"] == "x":
+        print(f"{peak['run']}: {peak['um']:.0f} um at {peak['rpm']:.0f} rpm")
+
+figure, axes = plt.subplots(figsize=(8, 4.5))
+for unbalance, orders in found.tracked.items():
     axes.semilogy(orders["speed"] / rpm, abs(orders["amplitude"].sel(order=1, axis="x")) * 1e6, label=unbalance)
 axes.set(xlabel="speed [rpm]", ylabel="1X amplitude along x, 0-pk [um]", title="Two run-ups of the plain rotor")
 axes.legend(title="unbalance")
