@@ -131,6 +131,7 @@ def _short_of_a_name(search: Search, tried: list[Hypothesis], known: set[str]) -
         for h in tried
         if not h.failed and h.gone >= A_FIFTH and (search.held_out is None or h.held_out < 0.8 * search.base_held)
     ]
+    helps = [h for h in helps if len(h.forms) == 1 or search.is_sure(h, h.forms)]
     if not helps:
         return Verdict("unknown", None, (), (), tuple(tried))
     best = min(helps, key=lambda h: h.score)
