@@ -144,11 +144,16 @@ def sweep(law: Law, model: Model, speeds: np.ndarray, pressures: np.ndarray) -> 
     return Sweep(np.asarray(speeds), np.asarray(pressures), radius, damping)
 
 
+def oscillating(z: np.ndarray, Ts: float, highest: float = 600.0) -> np.ndarray:
+    """Poles s [rad/s] of z with an oscillation below `highest` [Hz], one of each conjugate pair, by frequency."""
+    s = np.log(z[np.abs(z) > 1e-9].astype(complex)) / Ts
+    s = s[(s.imag > 1.0) & (s.imag < 2 * np.pi * highest)]
+    return np.asarray(s[np.argsort(np.abs(s))])
+
+
 def smallest_damping(z: np.ndarray, Ts: float, highest: float = 600.0) -> float:
     """Smallest damping ratio of oscillating poles below `highest` [Hz]; 1 where nothing oscillates."""
-    z = z[np.abs(z) > 1e-9]
-    s = np.log(z.astype(complex)) / Ts
-    s = s[(s.imag > 1.0) & (s.imag < 2 * np.pi * highest)]
+    s = oscillating(z, Ts, highest)
     return float((-s.real / np.abs(s)).min(initial=1.0))
 
 

@@ -15,20 +15,23 @@ MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
 """Light enough for numbers on the lines and for the shade above."""
 DASHES = ("solid", "dash", "dot", "dashdot")
 
+EQUAL = 1e-6
+"""Relative difference below which values count as one."""
+
 Panel = tuple[str, str, float, dict[str, int | str]]
 CONTOURS: tuple[Panel, ...] = (
     ("eccentricity ratio", "eccentricity_ratio", 1.0, {}),
     ("smallest film [µm]", "h_min", TO_UM, {}),
-    ("gas [mg/s]", "mass_flow", 1e6, {"injector": "sum"}),
-    ("lower natural frequency [Hz]", "wn", TO_HZ, {"mode": 0}),
-    ("upper natural frequency [Hz]", "wn", TO_HZ, {"mode": 1}),
+    ("gas flow [mg/s]", "mass_flow", 1e6, {"injector": "sum"}),
+    ("lower mode [Hz]", "wn", TO_HZ, {"mode": 0}),
+    ("upper mode [Hz]", "wn", TO_HZ, {"mode": 1}),
     ("least damping ratio", "zeta_least", 1.0, {}),
     ("gain x by x [µm/V]", "static_gain", TO_UM, {"axis": 0, "reference": 0}),
     ("gain y by y [µm/V]", "static_gain", TO_UM, {"axis": 1, "reference": 1}),
     ("gain x by y [µm/V]", "static_gain", TO_UM, {"axis": 0, "reference": 1}),
     ("delay x [ms]", "delay", 1e3, {"axis": 0}),
     ("delay y [ms]", "delay", 1e3, {"axis": 1}),
-    ("whirl of the lower mode, -1 backward", "whirl_ratio", 1.0, {"mode": 0}),
+    ("whirl ratio, lower mode", "whirl_ratio", 1.0, {"mode": 0}),
 )
 
 
@@ -39,11 +42,11 @@ def plane(found: xr.Dataset) -> xr.Dataset:
 
 
 def contour_figure(found: xr.Dataset) -> go.Figure:
-    """A panel for each quantity over speed [rpm] and pressure [MPa]; shaded where it is not safe."""
-    panels = [panel for panel in CONTOURS if _has(found, panel)]
-    columns = 3
+    """A panel for each quantity that varies over speed [rpm] and pressure [MPa]; shaded where it is not safe."""
+    panels = varying(found)
+    columns = min(3, len(panels))
     rows = -(-len(panels) // columns)
-    figure = make_subplots(rows, columns, shared_xaxes="all", shared_yaxes="all", horizontal_spacing=0.045,
+    figure = make_subplots(rows, columns, shared_xaxes="all", shared_yaxes="all", horizontal_spacing=0.06,
                            vertical_spacing=0.6 / (rows * 5), subplot_titles=[p[0] for p in panels])  # fmt: skip
     x, y = found["speed"].values * TO_RPM, found["pressure"].values * TO_MPA
     for k, (title, name, scale, index) in enumerate(panels):
@@ -57,16 +60,39 @@ def contour_figure(found: xr.Dataset) -> go.Figure:
         figure.add_trace(_shade(found, x, y), row, column)
         figure.update_xaxes(range=[x[0], x[-1]], row=row, col=column)
         figure.update_yaxes(range=[y[0], y[-1]], row=row, col=column)
-        if row == rows:
+        if k + columns >= len(panels):
+            figure.update_xaxes(showticklabels=True, row=row, col=column)
             figure.update_xaxes(title_text="speed [rpm]", row=row, col=column)
         if column == 1:
             figure.update_yaxes(title_text="pressure [MPa]", row=row, col=column)
-    return style(figure, 300 * rows, hovermode="closest")
+    figure = style(figure, 85 + 290 * rows, hovermode="closest")
+    return figure.update_annotations(font_size=13).update_xaxes(tickfont_size=12, nticks=5)
 
 
-def _has(found: xr.Dataset, panel: Panel) -> bool:
-    _, name, _, index = panel
-    return name in found and bool(np.isfinite(_values(found, name, index)).any())
+def varying(found: xr.Dataset) -> list[Panel]:
+    """Panels whose contours show something: of at least four neighbouring points, and not all of one value."""
+    return [panel for panel in _present(found) if _drawable(_values(found, panel[1], panel[3]))]
+
+
+def constants(found: xr.Dataset) -> list[tuple[str, float]]:
+    """Titles and values of the quantities that have the same value all over the map."""
+    values = {title: _values(found, name, index) * scale for title, name, scale, index in _present(found)}
+    return [(title, float(np.nanmean(v))) for title, v in values.items() if np.isfinite(v).any() and _same(v)]
+
+
+def _present(found: xr.Dataset) -> list[Panel]:
+    return [panel for panel in CONTOURS if panel[1] in found]
+
+
+def _same(values: np.ndarray) -> bool:
+    good = values[np.isfinite(values)]
+    return bool(np.ptp(good) <= EQUAL * np.abs(good).max())
+
+
+def _drawable(values: np.ndarray) -> bool:
+    good = np.isfinite(values)
+    cells = good[1:, 1:] & good[1:, :-1] & good[:-1, 1:] & good[:-1, :-1]
+    return bool(cells.any()) and not _same(values)
 
 
 def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.ndarray:
@@ -87,7 +113,8 @@ def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
 
 def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
     """Natural frequencies and damping ratios over speed at a few pressures, with 1X, 2X, 3X and the forbidden band."""
-    chosen = np.unique(np.linspace(0, found.sizes["pressure"] - 1, pressures).round().astype(int))
+    carried = np.flatnonzero(np.isfinite(found["wn"].isel(mode=0)).any("speed").values)
+    chosen = carried[np.unique(np.linspace(0, len(carried) - 1, pressures).round().astype(int))]
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
     speed = found["speed"].values * TO_RPM
     for k, i in enumerate(chosen):
@@ -95,7 +122,7 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
     top = np.nanmax(found["wn"].values[..., :2]) * TO_HZ * 1.08
     for order in (1, 2, 3):
         figure.add_trace(go.Scatter(x=compact(speed), y=compact(order * np.abs(speed) / 60), mode="lines",
-                                    name=f"{order}X", hoverinfo="skip", legendgroup="orders",
+                                    name=f"{order}X", hoverinfo="skip",
                                     line={"color": INK, "width": 1, "dash": DASHES[order]}), 1, 1)  # fmt: skip
     _add_crossings(figure, found)
     low = np.nanmin(found["wn"].values[..., :2]) * TO_HZ * 0.92
@@ -131,9 +158,12 @@ def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
     if "crossing_speed" not in found:
         return
     crossings = found["crossing_speed"].transpose("order", ...)
+    fastest = np.abs(found["speed"].values).max() * TO_RPM
     for order in crossings["order"].values:
         x = crossings.sel(order=order).values.ravel() * TO_RPM
-        good = np.isfinite(x)
+        good = np.isfinite(x) & (np.abs(x) <= fastest)
+        if not good.any():
+            continue
         figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * x[good] / 60), mode="markers",
                                     name=f"{order}X crossings", marker={"symbol": "x-thin", "size": 9,
                                     "line": {"width": 1.6, "color": INK}},
@@ -156,11 +186,16 @@ def film_figure(found: xr.Dataset) -> go.Figure:
                                showlegend=column == 1, marker={"size": 5},
                                line={"color": PIN_COLOURS[k], "dash": DASHES[a % 4]}), 1, column)  # fmt: skip
                 figure.update_xaxes(title_text="pressure [MPa]", row=1, col=column)
-    return style(figure, 480)
+    return style(figure, 520)
+
+
+def has_onset(found: xr.Dataset) -> bool:
+    """Whether an onset of whirl or a lift-off pressure was found at all."""
+    return any(name in found and np.isfinite(found[name]).any() for name in ("onset_speed", "lift_off_pressure"))
 
 
 def onset_figure(found: xr.Dataset) -> go.Figure:
-    """Whirl onset over pressure and lift-off pressure over speed, as far as they were computed."""
+    """Whirl onset over pressure and lift-off pressure over speed, as far as they were found."""
     figure = go.Figure()
     if "onset_speed" in found:
         figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * TO_RPM), mode="lines+markers",

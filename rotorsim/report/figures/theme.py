@@ -11,6 +11,8 @@ PIN_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"
 SPECTRUM_SCALE = [[0, "#ffffff"], [0.2, "#dbe9f4"], [0.45, "#8fbfdf"], [0.7, "#2f79b5"], [1, "#08264d"]]
 """Lightness falls steadily, so the scale also works in grey."""
+TITLE = 34
+"""Room [px] between plot and legend for the titles of the columns."""
 PRESSURE_SCALE = [[0, "#fff9ec"], [0.25, "#fdd49e"], [0.5, "#f79a5e"], [0.75, "#d1422f"], [1, "#67000d"]]
 
 
@@ -22,16 +24,20 @@ def faint(colour: str, opacity: float = 0.25) -> str:
 
 def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:
     """Give a figure the common look and a height in px; returns it."""
+    titled = any(a.yref == "paper" and a.y is not None and a.y > 0.99 for a in figure.layout.annotations)
+    top, bottom, gap = (30, 55, TITLE) if titled else (14, 55, 6)
     figure.update_layout(
         height=height,
         font={"family": FONT, "size": 13, "color": INK},
         paper_bgcolor="white",
         plot_bgcolor="white",
-        margin={"l": 70, "r": 30, "t": 60, "b": 55},
-        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": 1, "yref": "container", "yanchor": "top"},
+        margin={"l": 70, "r": 30, "t": top, "b": bottom},
+        # in coordinates of the plot: plotly then makes room above it for as many lines as the legend takes
+        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": 1 + gap / (height - top - bottom),
+                "yanchor": "bottom", "yref": "paper"},
         hoverlabel={"font": {"family": FONT}},
         **layout,
-    )
+    )  # fmt: skip
     look = {"showline": True, "linecolor": "#8a949e", "gridcolor": GRID, "zeroline": False, "ticks": "outside",
             "tickcolor": "#8a949e", "ticklen": 4, "title": {"standoff": 8}}  # fmt: skip
     figure.update_xaxes(**look)

@@ -28,7 +28,7 @@ def write_balance(found: Assessment, path: str | Path) -> Path:
     >>> rs.report.write_balance(found, "balance.html")  # doctest: +SKIP
     """
     tests, fix = found.tests, found.correction
-    blocks = [Block("Results", "Unbalances are in g mm.", ("", ""), result_rows(found))]
+    blocks = [Block("Results", "Unbalances are in g mm.", ("quantity", "value"), result_rows(found))]
     if tests:
         blocks.append(
             Block("Every label estimated from the others", "Lines lead from the known unbalance to the estimate.",

@@ -9,11 +9,11 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import MPA, TO_RPM
-from rotorsim.control.designs.plants import sampled_plant
+from rotorsim.base.constants import MPA, TO_HZ, TO_RPM
+from rotorsim.control.designs.plants import point_text, sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.analysis import fine_axes, overview
-from rotorsim.control.loop.sampled_loop import law_system, loop_of, root_locus, sweep
+from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, oscillating, root_locus, sweep
 from rotorsim.control.numerics.systems import largest
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
@@ -33,18 +33,31 @@ def write_design(law: Law, model: Any, path: Path) -> Path:
     rows = [
         (key.replace("_", " "), f"{v:.5g}" if isinstance(v, float) else v) for key, v in overview(law, model).items()
     ]
+    middle = float(np.mean(speeds)), float(np.mean(pressures))
+    single = len(speeds) == len(pressures) == 1
+    where = f"at {point_text(*middle)}" if single else "at the corners of the range"
     blocks = [
-        Block("The loop", "With the identified model, one sample of delay and the hold.", ("", ""), rows),
-        Block("Sensitivities", "Largest singular values at the corners of the range: disc to disc (S), disc to "
+        Block("The loop", "With the identified model, one sample of delay and the hold.", ("quantity", "value"), rows),
+        Block("Sensitivities", f"Largest singular values {where}: disc to disc (S), disc to "
               "reference (KS), disturbance at the reference to disc, closed (solid) and open (dotted).",
               figure=sensitivity_figure(law, model, sorted(corners))),
+        _modes(law, model, middle) if single else
         Block("Damping over the range", "Smallest damping ratio of the closed loop below 600 Hz.",
               figure=damping_figure(law, model, speeds, pressures)),
-        Block("Root locus", "Poles of the loop at the range's middle for the law times 0 to 2: crosses 0, dots 1.",
-              figure=locus_figure(law, model, float(np.mean(speeds)), float(np.mean(pressures)))),
+        Block("Root locus", f"Poles of the loop {where if single else 'at the middle of the range'} for the law times "
+              "0 to 2: crosses 0, dots 1.", figure=locus_figure(law, model, *middle)),
     ]  # fmt: skip
     save_study_page(f"Design {law.name}", "A control law on its identified model.", blocks, path)
     return path
+
+
+def _modes(law: Law, model: Any, point: tuple[float, float]) -> Block:
+    """Frequencies and damping ratios without and with the law at one operating point."""
+    plant = sampled_plant(model, *point, law.Ts)
+    loops = (("open", np.linalg.eigvals(plant.A)), ("closed", closed_poles(plant, law_system(law, *point))))
+    rows = [(name, float(abs(s) * TO_HZ), float(-s.real / abs(s))) for name, z in loops for s in oscillating(z, law.Ts)]
+    heads = ("loop", "natural frequency [Hz]", "damping ratio")
+    return Block("Modes", f"At {point_text(*point)}, the point of the model, below 600 Hz.", heads, rows)
 
 
 def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) -> go.Figure:
@@ -52,7 +65,7 @@ def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) 
     figure = make_subplots(1, 3, subplot_titles=["S", "KS [V/µm]", "GS, G [µm/V]"])
     for k, (w, p) in enumerate(points):
         loop = loop_of(sampled_plant(model, w, p, law.Ts), law_system(law, w, p), law.Ts)
-        name, colour = f"{w * TO_RPM:.0f} rpm, {p / MPA:.2f} MPa", PIN_COLOURS[k % len(PIN_COLOURS)]
+        name, colour = point_text(w, p), PIN_COLOURS[k % len(PIN_COLOURS)]
         curves = ((1, loop.So, "solid"), (2, loop.KS, "solid"), (3, loop.GS, "solid"), (3, loop.G, "dot"))
         for column, matrices, dash in curves:
             figure.add_trace(go.Scatter(x=compact(loop.frequency), y=compact(largest(matrices)), name=name,
@@ -64,14 +77,17 @@ def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) 
 
 
 def damping_figure(law: Law, model: Any, speeds: np.ndarray, pressures: np.ndarray) -> go.Figure:
-    """Smallest damping ratio over speed and pressure."""
-    found = sweep(law, model, speeds, pressures)
-    figure = go.Figure(
-        go.Heatmap(x=compact(speeds * TO_RPM), y=compact(pressures / MPA), z=compact(found.damping.T, 3),
-                   colorscale="Blues", colorbar={"title": "ζ"})
-    )  # fmt: skip
-    figure.update_xaxes(title_text="speed [rpm]")
-    figure.update_yaxes(title_text="pressure [MPa]")
+    """Smallest damping ratio over speed and pressure; a line where one of them does not vary."""
+    damping = sweep(law, model, speeds, pressures).damping
+    x, y = compact(speeds * TO_RPM), compact(pressures / MPA)
+    figure = go.Figure()
+    if len(speeds) > 1 and len(pressures) > 1:
+        figure.add_trace(go.Heatmap(x=x, y=y, z=compact(damping.T, 3), colorscale="Blues", colorbar={"title": "ζ"}))
+    else:
+        along = x if len(speeds) > 1 else y
+        figure.add_trace(go.Scatter(x=along, y=compact(damping.ravel(), 3), line={"color": AXIS_COLOURS["x"]}))
+    figure.update_xaxes(title_text="speed [rpm]" if len(speeds) > 1 else "pressure [MPa]")
+    figure.update_yaxes(title_text="pressure [MPa]" if figure.data[0].type == "heatmap" else "damping ratio")
     return style(figure, 360)
 
 

@@ -9,10 +9,30 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.figures.map_plots import campbell_figure, contour_figure, film_figure, onset_figure, plane
+from rotorsim.report.figures.map_plots import (
+    campbell_figure,
+    constants,
+    contour_figure,
+    film_figure,
+    has_onset,
+    onset_figure,
+    plane,
+    varying,
+)
 from rotorsim.report.pages.study import Block, save_study_page
 
-HEADS = ("rpm", "MPa", "eccentricity", "f1 Hz", "zeta1", "f2 Hz", "zeta2", "Gxx um/V", "Gyy um/V", "safe")
+HEADS = (
+    "speed [rpm]",
+    "pressure [MPa]",
+    "eccentricity ratio",
+    "lower mode [Hz]",
+    "its damping ratio",
+    "upper mode [Hz]",
+    "its damping ratio",
+    "gain x by x [µm/V]",
+    "gain y by y [µm/V]",
+    "safe",
+)
 MOST_ROWS = 400
 
 
@@ -33,25 +53,37 @@ def blocks(one: xr.Dataset) -> list[Block]:
     """Sections that the map allows."""
     margin = 100 * float(one.attrs.get("safe_margin", 0.15))
     out = []
-    if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1:
+    if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1 and varying(one):
         shaded = (
             f"Shaded: not carried by the film, unstable, or within {margin:g} % of a speed that equals a natural "
-            "frequency (interpolated in this map, or extrapolated by at most a fifth beyond its highest speed)."
-        )
+            "frequency (interpolated in this map, or extrapolated by at most a fifth beyond its highest speed). "
+            "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
+            + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
+        ).strip()
         out.append(Block("Operating map", shaded, figure=contour_figure(one)))
-    if one.sizes["speed"] > 1:
+    if one.sizes["speed"] > 1 and np.isfinite(one["wn"]).any():
         text = "Triangles up whirl forward at the disc, down backward. Crosses: orders of the speed meet a mode."
         out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
-    if "onset_speed" in one or "lift_off_pressure" in one:
-        text = "Between the lines the film carries and damps: right of the onset a mode grows, below lift-off it falls."
+    if has_onset(one):
+        text = "Whirl onset: right of it a mode grows. Lift-off: below it the film does not carry the rotor."
         out.append(Block("Whirl onset and lift-off", text, figure=onset_figure(one)))
     if one.sizes["pressure"] > 1 and "film_stiffness" in one and np.isfinite(one["film_stiffness"].values).any():
         rpm = float(one["speed"].values[one.sizes["speed"] // 2]) * TO_RPM
         text = f"At {rpm:.0f} rpm, at whirl frequency 0 and those of the two lowest modes unless given otherwise."
         out.append(Block("Film coefficients", text, figure=film_figure(one)))
+    missing = _missing(one)
+    if missing:
+        out.append(Block("Not shown", "", ("figure", "reason"), missing))
     rows = _rows(one)
     text = "" if len(rows) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(rows)} points; all are in the file."
     return [*out, Block("Point by point", text, HEADS, rows[:MOST_ROWS])]
+
+
+def _missing(one: xr.Dataset) -> list[tuple[str, str]]:
+    """Results that were asked for and hold no number, with the reason."""
+    reasons = {"onset_speed": ("whirl onset", "no mode grows at any of the pressures, up to the highest speed searched"),
+               "lift_off_pressure": ("lift-off", "no pressure carries the rotor at any of the speeds")}  # fmt: skip
+    return [reason for name, reason in reasons.items() if name in one and not np.isfinite(one[name]).any()]
 
 
 def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:

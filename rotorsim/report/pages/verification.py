@@ -45,7 +45,12 @@ def page(result: Verification) -> str:
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
     about = [(str(key), str(value)) for key, value in result.law.about.items()]
     blocks.append(
-        Block("The law", "", ("", ""), [("order", result.law.order), ("fingerprint", result.law.hash), *about])
+        Block(
+            "The law",
+            "",
+            ("quantity", "value"),
+            [("order", result.law.order), ("fingerprint", result.law.hash), *about],
+        )
     )
     return study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
 

@@ -1,0 +1,68 @@
+"""Page of an operating map: which panels there are, columns with names, nothing that is not a number."""
+
+import re
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+from rotorsim.report.figures.map_plots import campbell_figure, constants, contour_figure, onset_figure, varying
+from rotorsim.report.pages.operating_map import HEADS, blocks
+from rotorsim.report.pages.study import study_page
+
+
+@pytest.fixture(scope="module")
+def found():
+    plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=4)
+    return rs.analysis.map_machine(plant, [0.0, 300.0, 600.0], [0.3e6, 0.5e6, 0.7e6], workers=1, critical=True)
+
+
+def without_lift(found, points):
+    """The map as if the film carried at `points` (pressures by speeds) alone."""
+    kept = points.reshape(found["lifted"].shape) > 0
+    where = {name: found[name].where(found["lifted"].copy(data=kept)) for name in found if "speed" in found[name].dims}
+    return found.assign(where).assign(lifted=found["lifted"].copy(data=kept.astype(float)))
+
+
+def text_of(page):
+    return re.sub(r"<[^>]*>", " ", re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL))
+
+
+@pytest.mark.parametrize("points", [np.ones(9), np.eye(3), np.array([1, 1, 0, 1, 1, 0, 0, 0, 0]), np.zeros(9)])
+def test_no_panel_is_empty_and_nothing_that_is_no_number_is_printed(found, points):
+    one = without_lift(found, points)
+    page = study_page("map", "", blocks(one))
+    assert not re.search(r"\b(nan|inf|None)\b", text_of(page))
+    for panel in varying(one):
+        values = np.asarray(contour_figure(one).data[2 * varying(one).index(panel)].z, float)
+        assert np.isfinite(values).sum() >= 4 and np.nanmax(values) > np.nanmin(values)
+    assert bool(varying(one)) == (points.sum() in (9, 4))
+
+
+def test_a_quantity_that_is_the_same_everywhere_is_a_sentence_and_no_panel(found):
+    one = found.assign(h_min=found["h_min"].copy(data=np.full_like(found["h_min"].values, 12e-6)))
+    assert ("smallest film [µm]", pytest.approx(12.0)) in constants(one)
+    assert all(title != "smallest film [µm]" for title, *_ in varying(one))
+    assert "All over the map: smallest film [µm] 12." in blocks(one)[0].text
+
+
+def test_every_column_has_a_name_and_its_unit(found):
+    page = study_page("map", "", blocks(found))
+    assert "<th></th>" not in page and all(f"<th>{head}</th>" in page for head in HEADS)
+    assert sum("[" in head for head in HEADS) == 6 and len(HEADS) == len(blocks(found)[-1].rows[0])
+
+
+def test_an_onset_that_was_not_found_is_stated_and_not_drawn(found):
+    one = found.assign(onset_speed=("pressure", np.full(3, np.nan)))
+    titles = {block.title: block for block in blocks(one)}
+    assert "Whirl onset and lift-off" not in titles
+    assert titles["Not shown"].rows[0][0] == "whirl onset"
+    one = found.assign(onset_speed=("pressure", np.array([1500.0, np.nan, np.nan])))
+    assert "Not shown" not in {block.title for block in blocks(one)} and len(onset_figure(one).data) == 1
+
+
+def test_the_legend_of_the_campbell_diagram_lists_only_what_is_drawn(found):
+    one = found.assign(crossing_speed=found["crossing_speed"].where(found["crossing_speed"] > 1e9))
+    assert not [trace.name for trace in campbell_figure(one).data if "crossings" in str(trace.name)]
+    one = without_lift(found, np.array([0, 0, 0, 1, 1, 1, 1, 1, 1]))
+    assert not [trace.name for trace in campbell_figure(one).data if "0.3 MPa" in str(trace.name)]

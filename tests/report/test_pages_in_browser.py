@@ -1,0 +1,59 @@
+"""Pages in Chromium at two widths: nothing wider than the window, toolbars beside the legends."""
+
+import shutil
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from rotorsim.report.figures.theme import style
+from rotorsim.report.pages.study import Block, study_page
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = [
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium"),
+]
+ABOVE = """() => [...document.querySelectorAll('.plotly-graph-div')].map(plot => {
+  const box = one => one.getBoundingClientRect(), bar = box(plot.querySelector('.modebar'));
+  const text = box(plot.closest('section').querySelector('p'));
+  return bar.height > 0 && text.bottom <= bar.top && bar.bottom <= box(plot.querySelector('.main-svg')).top;
+})"""
+"""Whether the toolbar has a strip of its own between the text and the figure."""
+COVERED = """() => { const legend = document.querySelector('.legend').getBoundingClientRect();
+  return [...document.querySelectorAll('.annotation')].filter(
+    one => one.getBoundingClientRect().top < legend.bottom).length; }"""
+"""How many titles of columns the legend covers."""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """A page with a figure of two titled columns and a legend of several lines."""
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(1, 2, subplot_titles=["stiffness", "damping"])
+    for k in range(12):
+        trace = go.Scatter(x=np.arange(3), y=k * np.arange(3), name=f"a curve with a name, {k}")
+        figure.add_trace(trace, 1, 1 + k % 2)
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    path.write_text(study_page("page", "", [Block("A figure", "A sentence above it.", figure=style(figure, 500))]))
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.mark.parametrize("width", [700, 1300])
+def test_toolbars_cover_neither_legends_nor_titles(browser, page, width):
+    window = browser.new_page(viewport={"width": width, "height": 900})
+    window.goto(page.as_uri())
+    window.wait_for_selector(".modebar", state="attached")
+    assert window.evaluate("document.documentElement.scrollWidth") == width
+    assert window.evaluate(ABOVE) == [True]
+    assert window.evaluate(COVERED) == 0
+    window.close()
