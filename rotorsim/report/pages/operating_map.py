@@ -81,7 +81,7 @@ def blocks(one: xr.Dataset) -> list[Block]:
 
 def _missing(one: xr.Dataset) -> list[tuple[str, str]]:
     """Results that were asked for and hold no number, with the reason."""
-    reasons = {"onset_speed": ("whirl onset", "no mode grows at any of the pressures, up to the highest speed searched"),
+    reasons = {"onset_speed": ("whirl onset", "no mode grows at any pressure up to the highest speed searched"),
                "lift_off_pressure": ("lift-off", "no pressure carries the rotor at any of the speeds")}  # fmt: skip
     return [reason for name, reason in reasons.items() if name in one and not np.isfinite(one[name]).any()]
 
