@@ -1,4 +1,4 @@
-"""Pages in Chromium at two widths: nothing wider than the window, toolbars beside the legends."""
+"""Pages in Chromium at two widths: nothing wider than the window, toolbars above the figures."""
 
 import shutil
 
