@@ -113,7 +113,7 @@ def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
 
 def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
     """Natural frequencies and damping ratios over speed at a few pressures, with 1X, 2X, 3X and the forbidden band."""
-    carried = np.flatnonzero(np.isfinite(found["wn"].isel(mode=0)).any("speed").values)
+    carried = np.flatnonzero(np.isfinite(_values(found, "wn", {"mode": 0})).any(axis=1))
     chosen = carried[np.unique(np.linspace(0, len(carried) - 1, pressures).round().astype(int))]
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
     speed = found["speed"].values * TO_RPM
