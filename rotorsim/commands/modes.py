@@ -1,4 +1,4 @@
-"""`rotorsim modes`: mode shapes of the coupled machine at an operating point, as pictures or in a 3D window."""
+"""`rotorsim modes`: mode shapes of the coupled machine at an operating point: pictures, films or a 3D window."""
 
 from __future__ import annotations
 
@@ -37,21 +37,26 @@ def modes(
     pictures: Annotated[
         bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
     ] = None,
+    film: Annotated[
+        str, typer.Option("--film", help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
+    ] = "",
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace modes that are in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film together at one operating point."""
-    from rotorsim.report.figures.mode_pictures import lacking
+    from rotorsim.report.scenes.film import lacking
 
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
     ask_rim_speed(plant.machine, at[0], "--speed")
-    wanted = pictures is not False or show
+    wanted = pictures is not False or show or bool(film)
+    _check_film(film)
     missing = lacking() if wanted else ""
-    if missing and (pictures or show):
+    if missing and (pictures or show or film):
         raise DataError(missing)
-    names = [f"mode_{k + 1}.png" for k in range(count)] if pictures is not False else []
+    endings = ["png"] * (pictures is not False) + [film] * bool(film)
+    names = [f"mode_{k + 1}.{ending}" for ending in endings for k in range(count)]
     with results(out, "modes", ["modes.nc", *names], force) as folder:
         note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
@@ -59,28 +64,40 @@ def modes(
         write_netcdf(folder / "modes.nc", found)
         files = {"modes": str(folder / "modes.nc")}
         if wanted and not missing:
-            drawn, missing = _drawn(found, folder, pictures is not False, show)
+            drawn, missing = _drawn(found, folder, endings, show)
             files |= drawn
     _print(found, files, as_json)
     if missing:
         print(missing, file=sys.stderr)
-        if pictures or show:
+        if pictures or show or film:
             raise typer.Exit(2)
 
 
-def _drawn(found: xr.Dataset, folder: Path, pictures: bool, show: bool) -> tuple[dict[str, str], str]:
-    """Files of the pictures, and why there are none."""
-    from rotorsim.report.figures.mode_pictures import draw_modes, show_modes
+def _drawn(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> tuple[dict[str, str], str]:
+    """Files of pictures and films, and why there are none."""
+    from rotorsim.report.scenes.shaft import draw_modes, show_modes
 
     files: dict[str, str] = {}
     try:
-        if pictures:
-            files = {f"mode {k + 1}": str(p) for k, p in enumerate(draw_modes(found, folder))}
+        for ending in endings:
+            word = "mode" if ending == "png" else "film"
+            files |= {f"{word} {k + 1}": str(path) for k, path in enumerate(draw_modes(found, folder, ending))}
         if show:
             show_modes(found)
     except DataError as error:
         return files, str(error)
     return files, ""
+
+
+def _check_film(film: str) -> None:
+    """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
+    from rotorsim.report.scenes.film import ENDINGS, check_program
+
+    known = [ending[1:] for ending in ENDINGS[1:]]
+    if film and film not in known:
+        raise DataError(f"--film: '{film}' is not known; choose one of {', '.join(known)}")
+    if film:
+        check_program(Path(f"mode.{film}"))
 
 
 def _print(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:

@@ -19,7 +19,6 @@ from .figures.figures import (
     waterfall as waterfall,
 )
 from .figures.image import save_png as save_png
-from .figures.mode_pictures import draw_modes as draw_modes, show_modes as show_modes
 from .figures.shaft_plots import (
     critical_speed_map as critical_speed_map,
     sag as sag,
@@ -34,4 +33,9 @@ from .pages.run_comparison import overlay as overlay, write_run_comparison as wr
 from .pages.study import Block as Block, save_study_page as save_study_page
 from .pages.write import write as write
 from .scenes.film_pressure import film_on_journal as film_on_journal
-from .scenes.shaft import mode_turntable as mode_turntable, whirl_orbits as whirl_orbits
+from .scenes.shaft import (
+    draw_modes as draw_modes,
+    mode_turntable as mode_turntable,
+    show_modes as show_modes,
+    whirl_orbits as whirl_orbits,
+)

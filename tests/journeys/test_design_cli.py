@@ -144,6 +144,10 @@ def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
 
 def test_a_law_is_verified_on_the_machine(run, tmp_path):
     run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
+    short = ("--duration", "0.2 s", "--pressure", "0.6 MPa", "--no-report", "--json")
+    code, text, err = run("experiment", "controlled", "--law", tmp_path / "lqr.json", *short)
+    law = load_law(tmp_path / "lqr.json")
+    assert code == 0 and json.loads(text)["parameters"]["law_hash"] == law.hash, err
     code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--out", tmp_path / "v")
     result = json.loads(text)
     rows = {row["check"]: row for row in result["rows"]}

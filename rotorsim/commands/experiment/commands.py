@@ -11,7 +11,7 @@ import typer
 
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
-from rotorsim.commands.experiment.controlled import Setup
+from rotorsim.commands.experiment.controlled import LawFile, Setup
 from rotorsim.commands.experiment.run import run_experiment
 from rotorsim.commands.lazy_group import click_command, example, with_options
 from rotorsim.commands.options import AsJson, Force, MachineName, PlantOptions, WithReport, a_folder, quantity
@@ -42,16 +42,20 @@ COMMON: dict[str, tuple[Any, Any]] = {
     "report": (WithReport, True),
     "as_json": (AsJson, False),
 }
+FILES: dict[str, dict[str, tuple[Any, Any]]] = {"controlled": {"law": (LawFile, None)}}
+"""Options of an experiment that are no parameters."""
 
 
 def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
     """A function that typer makes a command of: one option for each parameter of `kind`, then the common ones."""
     entries = list(parameters(kind))
     table = {"machine": (MachineName, "dtu_gas_bearing")}
-    table |= {entry.name: option(entry, known) for entry, known in entries} | COMMON
+    files = FILES.get(name, {})
+    table |= {entry.name: option(entry, known) for entry, known in entries} | files | COMMON
 
     def command(**values: Any) -> None:
         given = {entry.name: read(entry.name, values.pop(entry.name), known) for entry, known in entries}
+        given |= {key: values.pop(key) for key in files}
         run_experiment(name, kind, given, **values)
 
     command.__doc__ = doc

@@ -1,18 +1,32 @@
-"""Options of `rotorsim experiment controlled`: built-in law, dither and impacts."""
+"""Options of `rotorsim experiment controlled`: a law from its file or a built-in one, dither and impacts."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from rotorsim.base.errors import DataError
 from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw
 from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT
 from rotorsim.experiments.parameters import check_parameters, param
 from rotorsim.plant import Plant
 
+if TYPE_CHECKING:
+    from rotorsim.control import Law
+
+LawFile = Annotated[
+    Path | None, typer.Option("--law", help="Law that 'rotorsim design' wrote, in place of controller and gains.")
+]
+BUILT_IN = ("controller", "gain_x", "gain_y", "low_pass")
+"""Parameters of the built-in law."""
+
 
 @dataclass(frozen=True)
 class Setup:
-    """Closed loop with a built-in controller, dither and hits."""
+    """Closed loop with a controller, dither and hits."""
 
     speed: float = param("rad/s", "Shaft speed.", 0.0, low=0)
     pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
@@ -26,16 +40,28 @@ class Setup:
     dither: float = param("V", "Level of binary references on both axes; 0 for none.", 0.0, low=0, high=REFERENCE_LIMIT)
     hit: float = param("N", "Peak of a hammer's hit on the disc every second; 0 for none.", 0.0, low=0)
     hit_angle: float = param("rad", "Direction of the hits.", 0.0)
+    law: Path | None = None
 
     def __post_init__(self) -> None:
         check_parameters(self)
+        given = [f.name for f in fields(self) if f.name in BUILT_IN and getattr(self, f.name) != f.default]
+        if self.law is not None and given:
+            words = ", ".join(f"--{name.replace('_', '-')}" for name in given)
+            raise DataError(f"--law: the law of the file replaces the built-in one; leave out {words}")
 
     def experiment(self, plant: Plant) -> Controlled:
-        """The experiment; the law acts on the displacement from the plant's equilibrium."""
-        centre = plant.equilibrium(self.speed, self.pressure).disc
-        law = ProportionalLaw(self.gain_x, self.gain_y, self.low_pass, (float(centre[0]), float(centre[1])))
+        """The experiment; the built-in law acts on the displacement from the plant's equilibrium."""
         point = (self.speed, self.pressure, self.duration)
-        return Controlled(*point, self.bias_x, self.bias_y, law, self.excitations())
+        return Controlled(*point, self.bias_x, self.bias_y, self.controlled_by(plant), self.excitations())
+
+    def controlled_by(self, plant: Plant) -> Law | ProportionalLaw:
+        """The law of the file, or the built-in one."""
+        if self.law is not None:
+            from rotorsim.control import load_law
+
+            return load_law(self.law)
+        centre = plant.equilibrium(self.speed, self.pressure).disc
+        return ProportionalLaw(self.gain_x, self.gain_y, self.low_pass, (float(centre[0]), float(centre[1])))
 
     def excitations(self) -> tuple[Experiment, ...]:
         """Dither and hits."""

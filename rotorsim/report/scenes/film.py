@@ -9,6 +9,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from types import ModuleType
@@ -28,12 +29,24 @@ Draw = Callable[[ModuleType, Any, int], None]
 """Puts frame number k into a plotter: draw(pyvista, plotter, k)."""
 
 
+def lacking() -> str:
+    """What is missing for pictures, as a sentence; found without importing it."""
+    try:
+        there = find_spec("pyvista") is not None
+    except ValueError:  # an import that is blocked
+        there = False
+    return "" if there else "pictures need pyvista; 'pip install pyvista'"
+
+
 def pyvista() -> ModuleType:
-    """The package; raises DataError with the way out where it is missing."""
+    """The package, silent about a missing display; raises DataError with the way out where it is missing."""
     try:
         import pyvista as found
     except ImportError as error:
-        raise DataError(f"pictures in three dimensions need pyvista ({error}); 'pip install pyvista'") from error
+        raise DataError(lacking() or f"pyvista cannot be imported: {error}") from error
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # it warns that it draws without a display, as is wanted
     return found
 
 
@@ -51,12 +64,17 @@ def save(path: str | Path, draw: Draw, frames: int, size: tuple[int, int] = SIZE
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise DataError(f"{path}: ends in neither of {', '.join(ENDINGS)}; name e.g. {path.with_suffix('.gif').name}")
-    if ending == ".mp4" and shutil.which("ffmpeg") is None:
-        raise DataError(f"{path}: needs the program ffmpeg, which is not installed; name a .gif, or install ffmpeg")
+    check_program(path)
     pictures = drawn(draw, 1 if ending == ".png" else frames, size, path)
     make = {".png": _png, ".gif": _gif, ".mp4": _mp4}[ending]
     write_bytes(path, make(pictures, rate))
     return path
+
+
+def check_program(path: Path) -> None:
+    """Refuse a film whose program is not installed."""
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise DataError(f"{path}: needs the program ffmpeg, which is not installed; name a .gif, or install ffmpeg")
 
 
 def drawn(draw: Draw, frames: int, size: tuple[int, int], path: Path) -> list[np.ndarray]:

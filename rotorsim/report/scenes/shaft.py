@@ -1,7 +1,10 @@
-"""Scenes of the shaft: a mode that moves while the view turns, and the whirl orbits of a run along the shaft."""
+"""Scenes of the shaft: modes as pictures, films and in a window, and the whirl orbits of a run along the shaft."""
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +13,9 @@ import xarray as xr
 
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.report.figures.mode_pictures import COLOURS, line, tube
-from rotorsim.report.scenes.film import INK, camera, save
+from rotorsim.report.scenes.film import INK, SIZE, camera, pyvista, save
 
+COLOURS = {"forward": "#0072B2", "backward": "#D55E00", "mixed": "#009E73"}
 REACH = 0.16
 """Largest displacement drawn, as a share of the shaft's length."""
 VIEW = 1.45
@@ -50,10 +53,57 @@ def mode_turntable(found: xr.Dataset, path: str | Path, mode: int = 0, frames: i
     count = found.sizes["mode"]
     if not 0 <= mode < count:
         raise DataError(f"mode = {mode}: there are {count} modes; give 0 to {count - 1}")
+    return save(path, _mode(found, mode, frames, cycles), frames)
+
+
+def draw_modes(found: xr.Dataset, folder: str | Path, ending: str = "png") -> list[Path]:
+    """A picture of each mode, or a film (`ending` gif or mp4), in a folder: mode_1.png and so on.
+
+    Raises
+    ------
+    DataError
+        Where pyvista is missing or cannot draw.
+    WriteError
+        If a file cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> files = rs.report.draw_modes(rs.analysis.mode_shapes(plant, 300.0, 0.5e6), ".")  # doctest: +SKIP
+    """
+    count = found.sizes["mode"]
+    return [mode_turntable(found, Path(folder) / f"mode_{k + 1}.{ending}", k) for k in range(count)]
+
+
+def show_modes(found: xr.Dataset) -> None:
+    """A window with all modes side by side, linked to turn together; raises DataError without a display.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.show_modes(rs.analysis.mode_shapes(plant, 300.0, 0.5e6))  # doctest: +SKIP
+    """
+    pv = pyvista()
+    shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or pv.OFF_SCREEN
+    if sys.platform.startswith("linux") and not shown:
+        raise DataError("modes: there is no display to open a window on; leave --show out, the pictures need none")
+    n = found.sizes["mode"]
+    columns = int(np.ceil(np.sqrt(n)))
+    plotter = pv.Plotter(shape=(-(-n // columns), columns), window_size=SIZE)
+    for k in range(n):
+        plotter.subplot(k // columns, k % columns)
+        _mode(found, k, 1, 1)(pv, plotter, 0)
+    plotter.link_views()
+    plotter.show()
+
+
+def _mode(found: xr.Dataset, mode: int, frames: int, cycles: int) -> Callable[[Any, Any, int], None]:
+    """Function that draws frame k of a mode."""
     shape = found["shape_re"].values[mode] + 1j * found["shape_im"].values[mode]
     z, whirl = found["z"].values, str(found["whirl"].values[mode])
     scale, hz = REACH * (z[-1] - z[0]), float(found["wn"][mode]) / (2 * np.pi)
-    text = f"mode {mode + 1}: {hz:.2f} Hz, damping ratio {float(found['zeta'][mode]):.4f}, {whirl}   ({_point(found)})"
+    zeta = float(found["zeta"][mode])
+    text = f"mode {mode + 1}: {hz:.2f} Hz, damping ratio {zeta:.4f}, {whirl} at the disc   ({_point(found)})"
     orbits = scale * (shape[:, None] * np.exp(1j * np.linspace(0, 2 * np.pi, 73))[None, :, None]).real
 
     def draw(pv: Any, plotter: Any, k: int) -> None:
@@ -61,7 +111,7 @@ def mode_turntable(found: xr.Dataset, path: str | Path, mode: int = 0, frames: i
         _shaft(pv, plotter, found, now, orbits, COLOURS[whirl], text)
         camera(plotter, (z.mean(), 0.0, 0.0), VIEW * (z[-1] - z[0]), SIDE + 2 * np.pi * k / frames)
 
-    return save(path, draw, frames)
+    return draw
 
 
 def whirl_orbits(motion: xr.Dataset, path: str | Path) -> Path:
@@ -127,3 +177,20 @@ def _shaft(
     heads = pv.PolyData(np.column_stack([z, now]))
     plotter.add_mesh(heads, color=colour, point_size=9, render_points_as_spheres=True)
     plotter.add_text(text, font_size=11, color=INK)
+
+
+def line(z: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Points (n, 3): along the shaft, x, y."""
+    return np.column_stack([z, np.real(displacement)])
+
+
+def tube(pv: Any, z: np.ndarray, displacement: np.ndarray, radius: np.ndarray) -> Any:
+    """The surface of a shaft bent by (n, 2) displacements [m], with the radius right of each node."""
+    at = np.repeat(np.arange(len(z)), 2)[1:-1]
+    r = np.repeat(radius[:-1], 2)
+    at, r = np.concatenate([at[:1], at, at[-1:]]), np.concatenate([[0.0], r, [0.0]])
+    angle = np.linspace(0, 2 * np.pi, 49)
+    x = np.repeat(z[at][:, None], len(angle), axis=1)
+    y = displacement[at, 0][:, None] + r[:, None] * np.cos(angle)
+    w = displacement[at, 1][:, None] + r[:, None] * np.sin(angle)
+    return pv.StructuredGrid(x[..., None], y[..., None], w[..., None]).extract_surface(algorithm="dataset_surface")
