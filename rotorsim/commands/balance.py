@@ -13,6 +13,7 @@ from rotorsim.balance.results import result_rows, summary, unbalance_csv
 from rotorsim.base.files import write_json, write_text
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, print_table
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.machine import load_machine
 
@@ -29,9 +30,12 @@ def balance(
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'balance'.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")] = False,
     report: WithReport = True,
+    *,
+    page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
     """Estimate unbalance by influence coefficients and by the machine's model, side by side, and correct it."""
+    page.check(report)
     model = load_machine(machine)
     found = assess(model, read_conditions(records, mapping), correct)
     names = ["balance.json", "unbalance.csv", *(["report.html"] if report else [])]
@@ -43,6 +47,7 @@ def balance(
             from rotorsim.report.pages.balance import write_balance
 
             files["report"] = str(write_balance(found, folder / "report.html"))
+            files |= page.finish(files["report"])
     if as_json:
         typer.echo(json.dumps({**summary(found), "files": files}, indent=2))
     else:

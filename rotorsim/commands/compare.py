@@ -13,6 +13,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, WithReport, a_folder
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.signals.run_comparison import compare_runs
 
@@ -32,9 +33,12 @@ def compare(
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'compare'.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")] = False,
     report: WithReport = True,
+    *,
+    page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
     """Overlay an order of several runs, and list how their peaks differ."""
+    page.check(report)
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
     opened = {name: read(path, None if path.suffix == ".nc" else mapping) for name, path in _named(runs).items()}
@@ -48,6 +52,7 @@ def compare(
             from rotorsim.report.pages.run_comparison import write_run_comparison
 
             files["report"] = str(write_run_comparison(found, folder / "report.html"))
+            files |= page.finish(files["report"])
     if as_json:
         typer.echo(json.dumps({**summary, "files": files}, indent=2))
         return

@@ -17,6 +17,7 @@ from rotorsim.base.units import parse
 from rotorsim.commands.completion import designs
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import print_table, quantity
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import files
 from rotorsim.control import Law
 from rotorsim.control.catalogue import design as make, field_rows, make_spec
@@ -44,6 +45,8 @@ def design(
     out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
+    *,
+    page: PageOptions,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     fields: Annotated[bool, typer.Option("--fields", help="List the fields of --spec for this design.")] = False,
 ) -> None:
@@ -51,13 +54,14 @@ def design(
     if fields:
         _print_fields(name, preset)
         return
+    page.check(report)
     if model is None:
         raise DataError(f"design {name}: no model; give the file that 'rotorsim identify' wrote")
     target = out or Path(f"{name}.json")
-    page = [target.with_suffix(".html")] if report else []
-    if target in page:
+    html = [target.with_suffix(".html")] if report else []
+    if target in html:
         raise DataError(f"--out: {target} would be the name of the report too; name a .json")
-    with files(target, *page, force=force):
+    with files(target, *html, force=force):
         loaded = load_model(model)
         law = make(name, loaded, spec or (), preset)
         if zero_dc:
@@ -69,7 +73,8 @@ def design(
         if report:
             from rotorsim.report.pages.design import write_design
 
-            findings["report"] = str(write_design(law, loaded, page[0]))
+            findings["report"] = str(write_design(law, loaded, html[0]))
+            findings |= page.finish(html[0])
     _print(findings, as_json)
 
 
@@ -97,7 +102,7 @@ def _print(findings: dict[str, Any], as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(findings, indent=2))
         return
-    written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report") if key in findings}
+    written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report", "figures") if key in findings}
     shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
     rows = [(key.replace("_", " "), value) for key, value in shown.items()]
     print_table(rows, written)

@@ -21,6 +21,7 @@ from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.completion import parameters
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, diagnose as find
 from rotorsim.discrepancy.identifiability import alias_matrix, markdown
@@ -76,6 +77,8 @@ def diagnose(
         bool, typer.Option("--self-test", help="Print which effects the campaign cannot distinguish, and stop.")
     ] = False,
     report: WithReport = True,
+    *,
+    page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
     """Find the missing effect, write it into a new machine file and show the gap before and after.
@@ -87,6 +90,7 @@ def diagnose(
     if self_test:
         _self_test(machine, records, mapping, as_json)
         return
+    page.check(report)
     if not records:
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
@@ -100,6 +104,8 @@ def diagnose(
             resume=unfinished,
         )  # fmt: skip
         files = save_diagnosis(diagnosis, folder, report)
+        if report:
+            files |= page.finish(files["report"])
     if as_json:
         typer.echo(json.dumps(diagnosis.as_dict() | {"files": files}, indent=2, default=float))
     else:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from rotorsim.base.browser import has_browser
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
@@ -15,7 +16,7 @@ from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.server.server import complaint, has_browser, run_desk, serve
+from rotorsim.live.server.server import complaint, run_desk, serve
 from rotorsim.live.serving import make_desk
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

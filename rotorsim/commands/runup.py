@@ -24,6 +24,7 @@ from rotorsim.commands.options import (
     quantity,
     reporting_kept_samples,
 )
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.experiments import Outcome, Runup, record
 from rotorsim.experiments.parameters import ask_speeds
@@ -47,6 +48,7 @@ def runup(
     ] = None,
     *,
     settings: PlantOptions,
+    page: PageOptions,
     out: Annotated[
         Path | None, typer.Option(callback=a_folder, help="Folder for record and report; default a new folder 'runup'.")
     ] = None,
@@ -55,6 +57,7 @@ def runup(
     as_json: AsJson = False,
 ) -> None:
     """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
+    page.check(report)
     ramp = {name: quantity(name, text, "rad/s") for name, text in (("start", start), ("stop", stop))}
     ramp["rate"] = quantity("rate", rate, "rad/s^2")
     ramp["pressure"] = quantity("pressure", pressure or "0.3 MPa", "Pa")
@@ -74,6 +77,8 @@ def runup(
         leave_if_empty(outcome, path)
         with reporting_kept_samples(path):
             summary, rows = _analyse(path, folder / REPORT if report else None, outcome)
+            if report:
+                summary["files"] |= page.finish(folder / REPORT)
     if as_json:
         typer.echo(json.dumps(summary, indent=2))
     else:

@@ -18,6 +18,7 @@ from rotorsim.base.files import write_json
 from rotorsim.base.progress import on_terminal
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Force, MachineName, PlantOptions, a_folder, note_compiling
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.control import load_law
 from rotorsim.verify import Verification, closed_loop, safe_speed
@@ -37,10 +38,12 @@ def verify(
     out: Annotated[Path | None, typer.Option("--out", callback=a_folder, help="Folder for report and table.")] = None,
     *,
     settings: PlantOptions,
+    page: PageOptions,
     force: Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
     """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
+    page.check()
     loaded = load_law(law)
     plant = settings.plant(machine)
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
@@ -50,8 +53,9 @@ def verify(
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
         write_json(folder / "table.json", _plain(result))
-        report = result.report(folder / "report.html")
-    _print(result, str(report), as_json)
+        files = {"report": str(result.report(folder / "report.html"))}
+        files |= page.finish(files["report"])
+    _print(result, files, as_json)
     raise typer.Exit(0 if result.passed else FAILED)
 
 
@@ -71,9 +75,9 @@ def _plain(result: Verification) -> dict[str, object]:
     return numbers
 
 
-def _print(result: Verification, report: str, as_json: bool) -> None:
+def _print(result: Verification, files: dict[str, str], as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(_plain(result) | {"report": report}, indent=2))
+        typer.echo(json.dumps(_plain(result) | files, indent=2))
         return
     table = Table("criterion", "measured", "bound", "", "remark", box=None, pad_edge=False)
     for row in result.rows:
@@ -88,4 +92,5 @@ def _print(result: Verification, report: str, as_json: bool) -> None:
             f"safe speed: open {alone.speed * 9.5493:.0f} rpm, closed {held.speed * 9.5493:.0f} rpm ({held.why})"
         )
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")
-    console.print(f"report: {report}", soft_wrap=True)
+    for kind, path in files.items():
+        console.print(f"{kind}: {path}", soft_wrap=True)

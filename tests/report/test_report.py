@@ -156,13 +156,11 @@ def test_the_readme_picture_shows_three_orders_next_to_the_waterfall() -> None:
     assert figure.data[3].type == "heatmap"
 
 
-def test_a_picture_without_kaleido_names_what_to_install(tmp_path: Path) -> None:
-    class NoKaleido(go.Figure):
-        def write_image(self, *args: object, **options: object) -> None:
-            raise ValueError("Image export requires the Kaleido package\nmore text")
-
-    with pytest.raises(DataError, match=r"requires the Kaleido package.*pip install kaleido"):
-        save_png(NoKaleido(), tmp_path / "a.png")
+def test_a_picture_without_a_browser_names_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BROWSER_PATH", str(tmp_path / "none"))
+    with pytest.raises(DataError, match=r"a\.png: there is no Chrome, Chromium or Edge .*; install one or set"):
+        save_png(go.Figure(), tmp_path / "a.png")
+    assert not list(tmp_path.iterdir())
 
 
 def test_importing_rotorsim_does_not_import_a_plot_library() -> None:

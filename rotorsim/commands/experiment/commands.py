@@ -15,6 +15,7 @@ from rotorsim.commands.experiment.controlled import LawFile, Setup
 from rotorsim.commands.experiment.run import run_experiment
 from rotorsim.commands.lazy_group import click_command, example, with_options
 from rotorsim.commands.options import AsJson, Force, MachineName, PlantOptions, WithReport, a_folder, quantity
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import parameters
 
@@ -36,6 +37,7 @@ Out = Annotated[
 Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
 COMMON: dict[str, tuple[Any, Any]] = {
     "settings": (PlantOptions, PlantOptions()),
+    "page": (PageOptions, PageOptions()),
     "seed": (Seed, "0"),
     "out": (Out, None),
     "force": (Force, False),

@@ -18,6 +18,7 @@ from rotorsim.commands.options import (
     print_table,
     reporting_kept_samples,
 )
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.experiments import Experiment, Outcome, record
 from rotorsim.experiments.parameters import ask_speeds
@@ -26,10 +27,11 @@ from rotorsim.signals.record_blocks import open_record
 
 
 def run_experiment(
-    name: str, kind: Any, given: dict[str, Any], machine: str, settings: PlantOptions,
+    name: str, kind: Any, given: dict[str, Any], machine: str, settings: PlantOptions, page: PageOptions,
     seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Run an experiment, write its record and print the result table."""
+    page.check(report)
     number = read_seed(seed)
     setup = kind(**given)
     plant = settings.plant(machine)
@@ -42,7 +44,7 @@ def run_experiment(
         outcome = record(plant, experiment, path, number, progress=not as_json)
         leave_if_empty(outcome, path)
         with reporting_kept_samples(path):
-            _print_outcome(path, experiment, outcome, report, as_json)
+            _print_outcome(path, experiment, outcome, page if report else None, as_json)
     leave_if_cut(outcome, path)
 
 
@@ -53,10 +55,12 @@ def read_seed(text: str) -> int:
     return int(text)
 
 
-def _print_outcome(path: Path, experiment: Experiment, outcome: Outcome, report: bool, as_json: bool) -> None:
+def _print_outcome(
+    path: Path, experiment: Experiment, outcome: Outcome, page: PageOptions | None, as_json: bool
+) -> None:
     with open_record(path) as data:
         summary = summarise_experiment(data)
-    files = {"record": str(path)} | write_page(path, report)
+    files = {"record": str(path)} | (write_page(path, page) if page else {})
     if as_json:
         numbers = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}
         typer.echo(json.dumps(summary | numbers, indent=2))
@@ -64,12 +68,10 @@ def _print_outcome(path: Path, experiment: Experiment, outcome: Outcome, report:
         print_table(result_rows(summary), files)
 
 
-def write_page(record: Path, wanted: bool) -> dict[str, str]:
-    """Write the report next to the record if requested."""
-    if not wanted:
-        return {}
+def write_page(record: Path, options: PageOptions) -> dict[str, str]:
+    """Write the report next to the record; returns its files."""
     from rotorsim.report.pages.experiment import write_report
 
     page = record.with_suffix(".html")
     write_report(record, page)
-    return {"report": str(page)}
+    return {"report": str(page)} | options.finish(page)

@@ -22,6 +22,7 @@ from rotorsim.base.progress import Update, bar
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.map.tables import LISTED, tables
 from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.machine.rim_speed import ask_rim_speed
 from rotorsim.machine.usual import ask_machine
@@ -61,6 +62,7 @@ def map_command(
     campbell: Annotated[bool, typer.Option("--campbell", help="Find the critical speeds of orders 1, 2, 3.")] = False,
     *,
     settings: GridOptions,
+    page: PageOptions,
     jobs: Annotated[int | None, typer.Option(help="Processes; default as many as pay.")] = None,
     out: Annotated[
         Path | None, typer.Option(callback=a_folder, help="Folder for map and report; default a new folder 'map'.")
@@ -70,6 +72,7 @@ def map_command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,
 ) -> None:
     """Map a machine over its operating points, without time simulation, and shade what is safe."""
+    page.check(report)
     speeds, pressures = read_axis("speed", speed, "rad/s"), read_axis("pressure", pressure, "Pa")
     fields = [read_field(text) for text in over or []]
     whirl = [2 * pi * quantity("frequency", text, "Hz") for text in frequency or []] or None
@@ -85,6 +88,8 @@ def map_command(
             shown, least = update and _count(update), film if with_lift_off else None
             found = map_machine(plant, speeds, pressures, fields, whirl, least, with_onset, campbell, jobs, shown)
         files = _write(found, folder, report)
+        if "report" in files:
+            files |= page.finish(files["report"])
     _print_map(found, files, as_json)
     if found.attrs["ended"] != "complete":
         print(f"interrupted: the points that were done are in {files['map']}", file=sys.stderr)

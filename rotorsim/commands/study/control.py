@@ -16,6 +16,7 @@ from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import print_claims, stage_bar
 from rotorsim.plant import Plant
@@ -39,6 +40,8 @@ def control(
     machine: MachineName = "dtu_gas_bearing",
     out: Out = Path("control"),
     jobs: Jobs = 2,
+    *,
+    page: PageOptions,
     quick: Annotated[bool, typer.Option("--quick", help="Without LPV synthesis and full verification.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -46,6 +49,7 @@ def control(
     from rotorsim.report.pages.study import save_study_page
     from rotorsim.reproduction.page import control_blocks
 
+    page.check()
     refuse_campaign(out)
     loaded = load_model(model)
     if not isinstance(loaded, LpvModel):
@@ -61,6 +65,7 @@ def control(
         with replacing_all(out, ("report.html", "control.json")) as part:
             save_study_page(title, text, blocks, part / "report.html")
             write_json(part / "control.json", numbers)
+        page.finish(out / "report.html")
     if as_json:
         typer.echo(json.dumps(numbers, indent=2))
         return
@@ -77,6 +82,8 @@ def whole(
     machine: MachineName = "dtu_gas_bearing",
     out: Out = Path("study"),
     jobs: Jobs = 2,
+    *,
+    page: PageOptions,
     quick: Annotated[
         bool, typer.Option("--quick", help="A grid of 3 x 3 points, no LPV synthesis, no full verification.")
     ] = False,
@@ -85,6 +92,7 @@ def whole(
     """The whole circle: campaign, identification, designs, verification, every claim; resumes where it stopped."""
     from rotorsim.reproduction.whole import whole_study
 
+    page.check()
     refuse_campaign(out)
     plant = plant_of(machine)
     with study_folder(out, _inputs("whole", plant, quick)):
@@ -92,6 +100,7 @@ def whole(
         numbers = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,
                 "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip
         write_json(out / "study.json", numbers)
+        page.finish(out / "report.html")
     if as_json:
         typer.echo(json.dumps(numbers, indent=2))
         return

@@ -13,6 +13,7 @@ from rotorsim.base.files import write_json
 from rotorsim.base.progress import counter
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, a_folder, plant_of, resumable
+from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import numbers_of, print_claims, write_page
 from rotorsim.reproduction.claims.identification_numbers import identification_numbers
@@ -42,6 +43,8 @@ def identification_vs_physics(
         typer.Option("--campaign", help="Folder of a campaign of this machine to use; may be repeated."),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A grid of 3 x 3 points only.")] = False,
+    *,
+    page: PageOptions,
     surfaces: Annotated[int, typer.Option("--surfaces", help="Degree of the surfaces.")] = 2,
     jobs: Annotated[int, typer.Option("--jobs", help="Records at a time.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print claims and errors as JSON.")] = False,
@@ -50,6 +53,7 @@ def identification_vs_physics(
 
     The records are campaigns below --out; they are kept, and the same command continues with them.
     """
+    page.check()
     refuse_campaign(out)
     plant = plant_of(machine)
     records = [str(folder.absolute()) for folder in campaign or []]
@@ -66,6 +70,7 @@ def identification_vs_physics(
             found.lpv_2.save(part / "model_2.json")
             write_page(found, claims, reached, part / "report.html", plant.machine.name)
             write_json(part / "study.json", numbers)
+        page.finish(out / "report.html")
     if as_json:
         typer.echo(json.dumps({key: numbers[key] for key in ("errors", "claims", "targets")}, indent=2))
         return

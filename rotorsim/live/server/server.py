@@ -106,15 +106,6 @@ def complaint(name: str, problems: Iterable[str]) -> Any:
     return _with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
 
 
-def has_browser() -> bool:
-    """True if a browser can be opened here."""
-    try:
-        webbrowser.get()
-    except webbrowser.Error:
-        return False
-    return True
-
-
 def run_desk(desk: Desk, port: int, announce: Announce, show: bool, keep_open: bool) -> None:
     """Run a desk's rig and serve its page; see `serve`."""
     runner: Runner = desk.runner

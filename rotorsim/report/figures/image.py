@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import plotly.graph_objects as go
@@ -9,7 +10,9 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_bytes
 from rotorsim.report.figures.bode_waterfall_plots import add_order_lines, colour_axis, order_traces, spectrum_trace
+from rotorsim.report.figures.browser_images import images
 from rotorsim.report.figures.theme import style
 from rotorsim.report.pages.run import analyse
 
@@ -17,7 +20,7 @@ ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
 
 
 def save_png(figure: go.Figure, path: str | Path, width: int = 1400, height: int = 700) -> None:
-    """Write a figure as PNG of width x height px; raises DataError if kaleido or its browser is missing.
+    """Write a figure as PNG of width x height px; raises DataError without a browser of the Chrome family.
 
     Examples
     --------
@@ -25,13 +28,10 @@ def save_png(figure: go.Figure, path: str | Path, width: int = 1400, height: int
     >>> rs.report.save_png(rs.report.waterfall(runup), "waterfall.png")  # doctest: +SKIP
     """
     try:
-        figure.write_image(str(path), format="png", width=width, height=height)
-    except (ImportError, ValueError, RuntimeError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise DataError(
-            f"{path}: no picture without kaleido and a Chrome browser ({reason}); "
-            "'pip install kaleido', or open the HTML report and save the picture there"
-        ) from error
+        content = images([json.loads(str(figure.to_json()))], "png", width, height, scale=1)[0]
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from error
+    write_bytes(path, content)
 
 
 def readme_figure(record: xr.Dataset) -> go.Figure:

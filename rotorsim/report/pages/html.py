@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterable, Sequence
-from html import escape
+from html import escape, unescape
 from importlib.resources import files
+from typing import Any
 
 import plotly.graph_objects as go
 import plotly.io as pio
@@ -12,6 +15,8 @@ from plotly.offline import get_plotlyjs
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
 """Content policy by which the browser fetches nothing at all."""
+FAR = 20_000
+"""Characters before a figure in which the title of its section stands."""
 TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 
 
@@ -39,7 +44,22 @@ def figure_section(title: str, caption: str, figure: go.Figure) -> str:
 
 def drawn(figure: go.Figure) -> str:
     """An interactive figure as HTML."""
-    return str(pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS))
+    return f'<div class="figure">{pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS)}</div>'
+
+
+def figures_of(page: str) -> list[tuple[str, dict[str, Any]]]:
+    """Title of the section, and data and layout, of every figure that `drawn` put into a page."""
+    found = []
+    for at in re.finditer(r"Plotly\.newPlot\(\s*(?=\")", page):
+        parts: list[Any] = []
+        end = at.end()
+        while len(parts) < 3:  # name of the element, data, layout
+            part, end = json.JSONDecoder().raw_decode(page, end)
+            parts.append(part)
+            end = re.compile(r"[\s,]*").match(page, end).end()  # type: ignore[union-attr]
+        title = re.findall(r"<h2>(.*?)</h2>", page[max(0, at.start() - FAR) : at.start()], re.DOTALL)
+        found.append((unescape(title[-1]) if title else "figure", {"data": parts[1], "layout": parts[2]}))
+    return found
 
 
 def table(rows: Iterable[Sequence[str]], heads: Iterable[Sequence[str]] = ()) -> str:

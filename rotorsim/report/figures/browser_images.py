@@ -1,0 +1,94 @@
+"""PNG and SVG of figures, drawn by a browser of the Chrome family without a window."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import re
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from plotly.offline import get_plotlyjs
+
+from rotorsim.base.browser import NO_CHROME, chrome
+from rotorsim.base.errors import DataError
+
+PATIENCE = 180.0
+"""Seconds after which a browser counts as stuck."""
+WIDTH = 1100
+"""Width [px] of a figure that states none."""
+FLAGS = ("--headless", "--disable-gpu", "--enable-unsafe-swiftshader", "--no-first-run", "--virtual-time-budget=60000",
+         "--dump-dom")  # fmt: skip
+SCRIPT = """(async () => {
+  const place = document.getElementById('images');
+  for (const one of figures) {
+    const image = document.createElement('pre');
+    try { image.textContent = await Plotly.toImage({data: one.data, layout: one.layout}, one.options); }
+    catch (error) { image.textContent = 'failed: ' + error; }
+    place.append(image);
+  }
+  place.className = 'complete';
+})()"""
+
+
+def images(figures: Sequence[dict[str, Any]], kind: str, width: int | None = None, height: int | None = None,
+           scale: float = 2.0) -> list[bytes]:  # fmt: skip
+    """Files of figures (`data` and `layout` of plotly) as "png" or "svg".
+
+    Parameters
+    ----------
+    width, height : int, optional
+        In px; by default those of the figure, or 1100 x 700.
+    scale : float
+        Pixels of a PNG by px.
+
+    Raises
+    ------
+    DataError
+        Without a browser, or if it draws nothing.
+    """
+    program = chrome()
+    if program is None:
+        raise DataError(f"{NO_CHROME}, or save the figure from the toolbar of the HTML page")
+    jobs = []
+    for one in figures:
+        layout = {name: value for name, value in one["layout"].items() if name != "width"}
+        size = {"width": width or one["layout"].get("width") or WIDTH, "height": height or layout.get("height") or 700}
+        options = {"format": kind, **size, "scale": scale if kind == "png" else 1}
+        jobs.append({"data": one["data"], "layout": layout, "options": options})
+    text = json.dumps(jobs).replace("<", "\\u003c")
+    page = (
+        '<!doctype html><html><head><meta charset="utf-8"></head><body><div id="images"></div>'
+        f"<script>{get_plotlyjs()}</script><script>const figures = {text}; {SCRIPT}</script></body></html>"
+    )
+    return [_decoded(url) for url in _urls(program, page)]
+
+
+def _urls(program: str, page: str) -> list[str]:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        path = Path(folder) / "figures.html"
+        path.write_text(page, encoding="utf-8")
+        own = ["--no-sandbox"] if getattr(os, "geteuid", lambda: 1)() == 0 else []  # root has no sandbox
+        line = [program, *FLAGS, *own, f"--user-data-dir={folder}/profile", path.as_uri()]
+        try:
+            done = subprocess.run(line, capture_output=True, timeout=PATIENCE, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            late = isinstance(error, subprocess.TimeoutExpired)
+            reason = f"nothing within {PATIENCE:g} s" if late else str(error)
+            raise DataError(f"{program} drew no figure ({reason}); set BROWSER_PATH to another browser") from error
+    text = done.stdout.decode("utf-8", errors="replace")
+    place = re.search(r'<div id="images" class="complete">(.*?)</div>', text, re.DOTALL)
+    urls = re.findall(r"<pre>(.*?)</pre>", place[1], re.DOTALL) if place else []
+    if not urls or any(not url.startswith("data:image/") for url in urls):
+        raise DataError(f"{program} drew no figure; set BROWSER_PATH to another browser of the Chrome family")
+    return urls
+
+
+def _decoded(url: str) -> bytes:
+    head, _, content = url.replace("&amp;", "&").partition(",")
+    return base64.b64decode(content) if head.endswith(";base64") else unquote(content).encode()
