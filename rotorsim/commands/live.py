@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 import typer
 
-from rotorsim.base.browser import has_browser
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
@@ -20,6 +19,7 @@ from rotorsim.live.server.server import complaint, run_desk, serve
 from rotorsim.live.serving import make_desk
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
+from rotorsim.report.export.browser import has_browser
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.base.browser import open_page
 from rotorsim.base.errors import DataError
+from rotorsim.report.export.browser import open_page
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class PageOptions:
             if given and not report:
                 raise DataError(f"--{option}: no page is written; leave --no-report out, or add --report")
         if self.figures is not None:
-            from rotorsim.report.pages.figure_files import check_kind
+            from rotorsim.report.export.figure_files import check_kind
 
             check_kind(self.figures)
 
@@ -38,7 +38,7 @@ class PageOptions:
         files: dict[str, str] = {}
         page = Path(page)
         if self.figures is not None:
-            from rotorsim.report.pages.figure_files import save_figures
+            from rotorsim.report.export.figure_files import save_figures
 
             try:
                 save_figures(page, self.figures)

@@ -1,3 +1,4 @@
+from .export.figure_files import save_figures as save_figures
 from .figures.figures import (
     against_time as against_time,
     bode as bode,
@@ -28,7 +29,6 @@ from .figures.shaft_plots import (
 from .pages.balance import write_balance as write_balance
 from .pages.design import write_design as write_design
 from .pages.experiment import write_report as write_report
-from .pages.figure_files import save_figures as save_figures
 from .pages.operating_map import save_map_page as save_map_page
 from .pages.run_comparison import overlay as overlay, write_run_comparison as write_run_comparison
 from .pages.study import Block as Block, save_study_page as save_study_page

@@ -9,10 +9,10 @@ import plotly.graph_objects as go
 import pytest
 from plotly.subplots import make_subplots
 
-from rotorsim.base.browser import chrome
 from rotorsim.base.errors import DataError
 from rotorsim.report import save_figures, save_png
-from rotorsim.report.figures.figure_table import HEADS, figure_csv
+from rotorsim.report.export.browser import chrome
+from rotorsim.report.export.figure_table import HEADS, figure_csv
 from rotorsim.report.figures.theme import compact, style
 from rotorsim.report.pages.html import figures_of
 from rotorsim.report.pages.study import Block, study_page

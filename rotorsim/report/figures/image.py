@@ -11,8 +11,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes
+from rotorsim.report.export.images import images
 from rotorsim.report.figures.bode_waterfall_plots import add_order_lines, colour_axis, order_traces, spectrum_trace
-from rotorsim.report.figures.browser_images import images
 from rotorsim.report.figures.theme import style
 from rotorsim.report.pages.run import analyse
 

@@ -15,8 +15,8 @@ from urllib.parse import unquote
 
 from plotly.offline import get_plotlyjs
 
-from rotorsim.base.browser import NO_CHROME, chrome
 from rotorsim.base.errors import DataError
+from rotorsim.report.export.browser import NO_CHROME, chrome
 
 PATIENCE = 180.0
 """Seconds after which a browser counts as stuck."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rotorsim.base.browser import NO_CHROME, chrome
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes, write_text
 from rotorsim.base.suggest import did_you_mean
-from rotorsim.report.figures.browser_images import images
-from rotorsim.report.figures.figure_table import figure_csv
+from rotorsim.report.export.browser import NO_CHROME, chrome
+from rotorsim.report.export.figure_table import figure_csv
+from rotorsim.report.export.images import images
 from rotorsim.report.pages.html import figures_of
 
 KINDS = ("png", "svg", "csv")
