@@ -57,3 +57,35 @@ def test_toolbars_cover_neither_legends_nor_titles(browser, page, width):
     assert window.evaluate(ABOVE) == [True]
     assert window.evaluate(COVERED) == 0
     window.close()
+
+
+FIGURE = """() => { const one = document.querySelector('.main-svg').getBoundingClientRect();
+  return [one.width, one.height]; }"""
+
+
+def test_figures_have_the_width_of_a_sheet_while_they_are_printed(browser, page):
+    """A4 less 12 mm on each side is 703 px wide; afterwards the figure fills the window again."""
+    window = browser.new_page(viewport={"width": 1300, "height": 900})
+    window.goto(page.as_uri())
+    before = window.evaluate(FIGURE)
+    window.emulate_media(media="print")
+    window.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert window.evaluate(FIGURE)[0] <= 703 and window.evaluate(FIGURE)[1] < before[1]
+    assert not window.locator(".modebar-container").first.is_visible()
+    window.emulate_media(media="screen")
+    window.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert window.evaluate(FIGURE) == before
+    assert window.pdf(format="A4").startswith(b"%PDF")
+    window.close()
+
+
+@pytest.mark.parametrize(("scheme", "dark"), [("light", False), ("dark", True)])
+def test_page_and_figures_follow_the_colour_scheme_and_paper_stays_white(browser, page, scheme, dark):
+    window = browser.new_page(color_scheme=scheme)
+    window.goto(page.as_uri())
+    look = "() => [getComputedStyle(document.querySelector('section')).backgroundColor, "
+    look += "getComputedStyle(document.querySelector('.figure')).filter != 'none']"
+    assert window.evaluate(look) == ["rgb(26, 26, 26)" if dark else "rgb(255, 255, 255)", dark]
+    window.emulate_media(media="print", color_scheme=scheme)
+    assert window.evaluate(look) == ["rgb(255, 255, 255)", False]
+    window.close()

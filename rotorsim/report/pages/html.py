@@ -17,6 +17,19 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-sr
 """Content policy by which the browser fetches nothing at all."""
 FAR = 20_000
 """Characters before a figure in which the title of its section stands."""
+PRINTING = """
+const PAPER = {width: 660, height: 810, scale: 0.7};
+const drawn = () => [...document.querySelectorAll('.plotly-graph-div')].filter(plot => plot.layout);
+addEventListener('beforeprint', () => drawn().forEach(plot => {
+  plot.onScreen = plot.onScreen || {height: plot.layout.height};
+  const height = Math.min(PAPER.scale * plot.onScreen.height, PAPER.height);
+  Plotly.relayout(plot, {autosize: false, width: PAPER.width, height: height});
+}));
+addEventListener('afterprint', () => drawn().forEach(plot => {
+  Plotly.relayout(plot, {autosize: true, width: null, height: plot.onScreen.height});
+}));
+"""
+"""Figures have the width of an A4 page while it is printed, and none is higher than a page."""
 TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 
 
@@ -27,7 +40,8 @@ def document(title: str, heading: str, introduction: str, body: str) -> str:
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        f"<title>{escape(title)}</title><style>{style}</style><script>{get_plotlyjs()}</script></head><body>"
+        f"<title>{escape(title)}</title><style>{style}</style><script>{get_plotlyjs()}</script>"
+        f"<script>{PRINTING}</script></head><body>"
         f"<header><h1>{escape(heading)}</h1><p>{escape(introduction)}</p></header>{body}</body></html>\n"
     )
 
