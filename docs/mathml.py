@@ -5,21 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from docutils import nodes
-from latex2mathml.converter import convert
+
+from fmu import equations
 
 
 def inline(writer: Any, node: nodes.Element) -> None:
     """Write an equation within a line."""
-    writer.body.append(convert(node.astext()))
+    writer.body.append(equations.inline(node.astext()))
     raise nodes.SkipNode
 
 
 def block(writer: Any, node: nodes.Element) -> None:
-    """Write an equation of its own, its lines below each other."""
-    text = node.astext()
-    lines = [text] if "begin{" in text else [line.replace("&", "") for line in text.split(r"\\")]
-    equations = "".join(f"<div>{convert(line, display='block')}</div>" for line in lines if line.strip())
-    writer.body.append(f'<div class="math" style="overflow-x: auto">{equations}</div>')
+    """Write an equation of its own."""
+    writer.body.append(f'<div style="overflow-x: auto">{equations.block(node.astext())}</div>')
     raise nodes.SkipNode
 
 

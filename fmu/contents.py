@@ -11,6 +11,7 @@ from string import Template
 from xml.etree.ElementTree import Element, SubElement
 
 from fmu.description import ROWS, number, text
+from fmu.equations import block, prose
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
@@ -30,6 +31,18 @@ PAIRS = {
     "Drive": ("shaft.speed_ref", "drive.on", "shaft.speed", "shaft.angle"),
 }
 """Terminals and the variables in them."""
+FILM = (
+    r"\partial_y(p h^3\,\partial_y p) + \partial_z(p h^3\,\partial_z p) = \quad "
+    r"6\mu U\,\partial_y(p h) + 12\mu\,\partial_t(p h) - 12\mu R T\,\dot m''"
+)
+LINEAR = (
+    r"\dot x = A(q)\,x + B(q)\,u, \quad y = C(q)\,x + D(q)\,u, "
+    r"\quad q = (\mathtt{shaft.speed\_ref}, \mathtt{injection.pressure})"
+)
+LAW = (
+    r"v = C x + D\,(y - y_c) + b \\ u = \mathrm{clip}(f v) \\ "
+    r"\dot x = A x + B\,(y - y_c) + W\,(\mathrm{clip}(v) - v)"
+)
 
 
 def contents(model: Unit, version: int, reference: Reference | None, targets: list[str], cpu: str) -> dict[str, bytes]:
@@ -114,6 +127,7 @@ def linear_page(model: LinearUnit) -> str:
     """documentation/index.html of a linear model."""
     low, high = model.lpv.low, model.lpv.high
     values = {
+        "equations": block(LINEAR),
         "structure": html.escape(model.lpv.kind),
         "order": str(model.lpv.order),
         "time": f"sampled at {model.lpv.Ts:g} s" if model.lpv.Ts else "of continuous time",
@@ -128,6 +142,7 @@ def law_page(model: LawUnit) -> str:
     """documentation/index.html of a law."""
     law = model.law
     values = {
+        "equations": block(LAW),
         "order": str(law.order),
         "speed": ", ".join(f"{w * TO_RPM:.6g}" for w in law.speeds),
         "pressure": ", ".join(f"{p / MPA:.6g}" for p in law.pressures),
@@ -146,6 +161,7 @@ def page(model: PlantUnit) -> str:
     film = machine.film
     grid = f"{machine.grid.n_theta} x {machine.grid.n_z}" if film else "none"
     values = {
+        "equations": block(FILM),
         "grid": grid,
         "clearance": show(film.clearance, "m") if film else "no gas film",
         "floor": show(machine.solver.minimum_film, "m"),
@@ -162,7 +178,7 @@ def _effects(model: PlantUnit) -> list[str]:
     rows = []
     for name, effects in model.plant.machine.effects.items():
         words = (sys.modules[type(effects[0]).__module__].__doc__ or type(effects[0]).__doc__ or "").strip()
-        rows.append(f"<h3>{html.escape(name)}</h3>\n<pre>{html.escape(words)}</pre>")
+        rows.append(f"<h3>{html.escape(name)}</h3>\n{prose(words)}")
     return rows
 
 
