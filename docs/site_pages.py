@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
+from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from rotorsim.base.references import entries, shown
 
@@ -64,7 +69,37 @@ def _put(path: Path, text: str) -> None:
 def _api(module: str, about: str) -> str:
     """Page of a module: every name of its `__all__` with its docstring."""
     again = "\n   :no-index:" if module == "rotorsim" else ""  # its names are those of other pages
-    return f"# {module}\n\n{about}.\n\n```{{eval-rst}}\n.. automodule:: {module}{again}\n```\n"
+    values = "".join(f"\n.. py:data:: {module}.{name}\n\n   {text}\n" for name, text in constants(module).items())
+    return f"# {module}\n\n{about}.\n\n```{{eval-rst}}\n.. automodule:: {module}{again}\n{values}```\n"
+
+
+def constants(module: str) -> dict[str, str]:
+    """Public values of a package that other files define, which autodoc leaves out, with the sentence below each."""
+    package = import_module(module)
+    values = {name: getattr(package, name) for name in package.__all__ if not name.startswith("_")}
+    plain = {name: one for name, one in values.items() if not callable(one) and not isinstance(one, ModuleType)}
+    own = _sentences(package)
+    return {name: _sentence(name, one) for name, one in plain.items() if name not in own}
+
+
+def _sentence(name: str, value: Any) -> str:
+    """Sentence below the assignment of a value in the file that makes it; empty where there is none."""
+    holders = [m for m in list(sys.modules.values()) if getattr(m, "__file__", None) and vars(m).get(name) is value]
+    return next((found[name] for one in holders if name in (found := _sentences(one))), "")
+
+
+def _sentences(module: ModuleType) -> dict[str, str]:
+    """By name the string that follows its assignment in a module."""
+    body = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8")).body
+    return {
+        target.id: str(text.value.value)
+        for made, text in pairwise(body)
+        if isinstance(made, (ast.Assign, ast.AnnAssign))
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        for target in (made.targets if isinstance(made, ast.Assign) else [made.target])
+        if isinstance(target, ast.Name)
+    }
 
 
 def _api_index() -> str:

@@ -45,6 +45,12 @@ class BearingElement:
     ------
     ShaftError
         If a table holds NaN, is unsorted or does not fit its axes.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> fe_shaft.BearingElement(0, kxx=[1e6, 2e6], cxx=[100.0, 80.0], frequency=[0.0, 500.0]).n
+    0
     """
 
     n: int

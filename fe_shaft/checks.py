@@ -9,7 +9,7 @@ from rotorsim.base.errors import RotorsimError
 
 
 class ShaftError(RotorsimError, ValueError):
-    """An element, a rotor or an analysis with an unusable input; the message names it, its value and limit."""
+    """Raised for an element, a rotor or an analysis with an unusable input; names it, its value and limit."""
 
 
 def positive(owner: str, **values: float) -> None:

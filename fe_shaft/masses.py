@@ -21,7 +21,14 @@ from fe_shaft.shaft import Material
 
 @dataclass(frozen=True)
 class DiskElement:
-    """Rigid disc on node `n`: mass `m` [kg], diametral and polar moments of inertia `Id`, `Ip` [kg m2]."""
+    """Rigid disc on node `n`: mass `m` [kg], diametral and polar moments of inertia `Id`, `Ip` [kg m2].
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> fe_shaft.DiskElement(2, m=1.5, Id=2e-3, Ip=4e-3).Ip
+    0.004
+    """
 
     n: int
     m: float
@@ -55,7 +62,14 @@ class DiskElement:
 
 @dataclass(frozen=True)
 class PointMass:
-    """Mass `m` [kg] without inertia on node `n`, for instance the pedestal under a bearing; `mx`, `my` override it."""
+    """Mass `m` [kg] without inertia on node `n`, for instance the pedestal under a bearing; `mx`, `my` override it.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> fe_shaft.PointMass(7, m=5.0).m
+    5.0
+    """
 
     n: int
     m: float = 0.0

@@ -94,6 +94,12 @@ def modal_reduction(
     ------
     ShaftError
         If `node` is not on the shaft or the planes have not `n_modes` modes.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> fe_shaft.modal_reduction(rotor, 6, 4e6, n_modes=4, damping_ratio=0.01).K.shape
+    (8, 8)
     """
     _check(rotor, node, n_modes)
     M, K, C, G = rotor.M(), rotor.K(), rotor.C(), rotor.G()

@@ -28,6 +28,13 @@ class Material:
     ------
     ShaftError
         If a modulus or the density is not positive, or if `G_s` and `Poisson` are both missing or contradict.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> titanium = fe_shaft.Material("titanium", rho=4430.0, E=114e9, Poisson=0.34)
+    >>> round(titanium.G_s / 1e9, 1)
+    42.5
     """
 
     name: str
@@ -54,6 +61,7 @@ class Material:
 
 
 steel = Material("steel", rho=7810.0, E=211e9, G_s=81.2e9)
+"""Steel: 7810 kg/m3, 211 GPa, shear modulus 81.2 GPa."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +98,12 @@ class ShaftElement:
     ------
     ShaftError
         If a size or a damping is impossible.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> fe_shaft.ShaftElement(0.25, 0.0, 0.05, odr=0.04, material=fe_shaft.steel).odr
+    0.04
     """
 
     L: float

@@ -41,7 +41,14 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Unbalance:
-    """Mass times eccentricity `magnitude` [kg m] on node `node`, at `phase` [rad] from x towards y at t = 0."""
+    """Mass times eccentricity `magnitude` [kg m] on node `node`, at `phase` [rad] from x towards y at t = 0.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> fe_shaft.Unbalance(2, magnitude=1e-5, phase=0.5 * np.pi).node
+    2
+    """
 
     node: int
     magnitude: float

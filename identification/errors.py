@@ -6,16 +6,16 @@ from rotorsim.base.errors import RotorsimError
 
 
 class SchemaError(RotorsimError, ValueError):
-    """A record that does not fit the schema; the message names variable, problem and way out."""
+    """Raised for a record that does not fit the schema; the message names variable, problem and way out."""
 
 
 class ReadError(RotorsimError, ValueError):
-    """A file or a mapping that cannot be read; the message names file, place and way out."""
+    """Raised for a file or a mapping that cannot be read; the message names file, place and way out."""
 
 
 class UnfitError(SchemaError):
-    """A record, or a set of records, that fits the schema but not the identification asked for."""
+    """Raised for a record, or a set of records, that fits the schema but not the identification asked for."""
 
 
 class ModelError(RotorsimError, ValueError):
-    """A model that cannot be read, converted or made; the message names what, why and the way out."""
+    """Raised for a model that cannot be read, converted or made; the message names what, why and the way out."""

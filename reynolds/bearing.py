@@ -70,6 +70,13 @@ class GasBearing:
 
     Half the bearing is solved when it is symmetric about its midplane. n_theta is a multiple of 4; n_z, even, counts
     the intervals over the full length. Without supply pressure the injectors still vent the film.
+
+    Examples
+    --------
+    >>> import reynolds
+    >>> bearing = reynolds.GasBearing(0.02, 0.04, 25e-6, n_theta=32, n_z=8)
+    >>> bearing.steady((5e-6, 0.0), speed=600.0).converged  # doctest: +SKIP
+    True
     """
 
     radius: float
@@ -119,6 +126,12 @@ class GasBearing:
 
         speed [rad/s], supply_pressure [Pa, gauge], pins (n_inj,) [m] (None: each injector's own).
         Raises FilmError where the journal touches the sleeve or nothing converges.
+
+        Examples
+        --------
+        >>> film = bearing.steady((5e-6, 0.0), speed=600.0)  # doctest: +SKIP
+        >>> bool(film.force[0] < 0)  # doctest: +SKIP
+        True
         """
         w, F, converged = self._solve(journal, speed, supply_pressure, pins)
         return self._result(w, F, speed, converged)
@@ -131,7 +144,13 @@ class GasBearing:
         supply_pressure: float = 0.0,
         pins: ArrayLike | None = None,
     ) -> Coefficients:
-        """K and C (n_freq, 2, 2) at the whirl frequencies [rad/s] by linear perturbation of the steady film."""
+        """K and C (n_freq, 2, 2) at the whirl frequencies [rad/s] by linear perturbation of the steady film.
+
+        Examples
+        --------
+        >>> bearing.coefficients((5e-6, 0.0), 600.0, [0.0, 300.0]).K.shape  # doctest: +SKIP
+        (2, 2, 2)
+        """
         w, F, _ = self._solve(journal, speed, supply_pressure, pins)
         omega = np.atleast_1d(np.asarray(whirl_frequency, float))
         film = linear_film(self.model, self._built[0], w, self._built[2], F, speed)
@@ -152,7 +171,14 @@ class GasBearing:
         pins: ArrayLike | None = None,
         tolerance: float = 1e-9,
     ) -> March:
-        """March the film from its steady state at path(0) with the journal at path(t) -> (X, Y) [m]; dt [s]."""
+        """March the film from its steady state at path(0) with the journal at path(t) -> (X, Y) [m]; dt [s].
+
+        Examples
+        --------
+        >>> path = lambda t: (5e-6 * np.cos(300.0 * t), 5e-6 * np.sin(300.0 * t))
+        >>> bearing.march(path, 0.01, 1e-4, speed=600.0).force.shape  # doctest: +SKIP
+        (100, 2)
+        """
         layout, _, ix = self._built
         w, F, _ = self._solve(path(0.0), speed, supply_pressure, pins)
         for array in (layout.p_1, layout.p_2, layout.p_3):

@@ -4,4 +4,4 @@ from rotorsim.base.errors import RotorsimError
 
 
 class FilmError(RotorsimError, ValueError):
-    """A film that cannot be computed, or its input; the message states where and why."""
+    """Raised for a film that cannot be computed, or its input; the message states where and why."""

@@ -41,6 +41,13 @@ class Injector:
     """One injector: SI units; `angle` [rad] from x towards y, `offset` [m] from the bearing's centre.
 
     `law` is "orifice" or "loss_factor"; `pin` is the extension [m] taken when none is given in a call.
+
+    Examples
+    --------
+    >>> import reynolds
+    >>> injectors = tuple(reynolds.Injector(angle) for angle in (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi))
+    >>> reynolds.GasBearing(0.02, 0.04, 25e-6, injectors=injectors).injectors[1].law
+    'orifice'
     """
 
     angle: float

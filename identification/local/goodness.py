@@ -33,7 +33,15 @@ def nrmse(y: np.ndarray, simulated: np.ndarray) -> np.ndarray:
 
 
 def ceiling(y: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Largest fit (p,) that noise (p,) of known standard deviation allows."""
+    """Largest fit (p,) that noise (p,) of known standard deviation allows.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> signals = rs.identification.filtered(record)
+    >>> bool((rs.identification.ceiling(signals.y, signals.noise) > 0.9).all())
+    True
+    """
     return np.asarray(1 - noise / np.maximum((y - y.mean(axis=0)).std(axis=0), 1e-300))
 
 
@@ -56,12 +64,26 @@ def simulated(model: LinearModel, signals: Signals, y: np.ndarray | None = None)
 
 
 def fit_of(model: LinearModel, signals: Signals) -> np.ndarray:
-    """Fit (p,) of a model on signals, offsets and harmonics of the angle taken out of both."""
+    """Fit (p,) of a model on signals, offsets and harmonics of the angle taken out of both.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.fit_of(lpv.at(300.0, 0.5e6), rs.identification.filtered(record)).shape
+    (2,)
+    """
     return nrmse(project(signals.y, signals.Q), project(simulated(model, signals), signals.Q))
 
 
 def noise_free_fit(model: LinearModel, signals: Signals) -> np.ndarray | None:
-    """Fit (p,) against the true displacement, None where the record does not hold it."""
+    """Fit (p,) against the true displacement, None where the record does not hold it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.noise_free_fit(lpv.at(300.0, 0.5e6), rs.identification.filtered(record)).shape
+    (2,)
+    """
     if signals.truth is None:
         return None
     return nrmse(project(signals.truth, signals.Q), project(simulated(model, signals, signals.truth), signals.Q))

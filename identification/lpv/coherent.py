@@ -30,7 +30,15 @@ def observability(model: LinearModel) -> np.ndarray:
 
 
 def coherent_basis(models: Sequence[LinearModel]) -> list[LinearModel]:
-    """The same sampled models, all in the basis that comes closest to that of the middle one."""
+    """The same sampled models, all in the basis that comes closest to that of the middle one.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> local = [lpv.at(speed, 0.5e6).discrete(2e-4) for speed in (200.0, 300.0, 400.0)]
+    >>> len(rs.identification.coherent_basis(local))
+    3
+    """
     wanted = observability(models[len(models) // 2])
     found = []
     for model in models:

@@ -30,7 +30,7 @@ from rotorsim.base.files import write_json
 
 
 class ExtrapolationWarning(UserWarning):
-    """A model was asked for outside the operating points it was identified at."""
+    """Raised as a warning where a model is asked for outside the operating points it was identified at."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

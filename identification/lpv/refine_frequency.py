@@ -39,7 +39,15 @@ def frequencies(values: np.ndarray) -> np.ndarray:
 
 
 def distance(model: LpvModel, points: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Relative distance (k,) of frequency responses of surfaces and local parameters (k, q) at points (k, 2)."""
+    """Relative distance (k,) of frequency responses of surfaces and local parameters (k, q) at points (k, 2).
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> points = np.array([[300.0, 0.5e6]])
+    >>> rs.identification.distance(lpv, points, np.array([lpv.theta(*points[0])])).tolist()
+    [0.0]
+    """
     structure, omega = STRUCTURES[model.kind], frequencies(values)
     found = []
     for q, theta in zip(points, values, strict=True):

@@ -37,7 +37,14 @@ _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "referenc
 
 @dataclass(frozen=True)
 class Channel:
-    """One column of a variable: SI unit, range of the finite values, and what is odd about it."""
+    """One column of a variable: SI unit, range of the finite values, and what is odd about it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.examine(record).channels[0].units
+    'm'
+    """
 
     name: str
     units: str

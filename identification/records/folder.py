@@ -23,7 +23,14 @@ NEAR = (5.0, 0.02, 1e4)
 
 @dataclass(frozen=True)
 class Source:
-    """A file with its operating point [rad/s], [Pa]; `excited` if its references move; its steady run's file."""
+    """A file with its operating point [rad/s], [Pa]; `excited` if its references move; its steady run's file.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.Source(Path("run.nc"), speed=300.0, pressure=0.5e6, excited=True).steady is None
+    True
+    """
 
     path: Path
     speed: float
@@ -66,7 +73,16 @@ def survey(files: Sequence[Path], mapping: Any = None) -> list[Source]:
 
 
 def pair(sources: Sequence[Source]) -> list[Source]:
-    """Those that excite, each with the nearest steady run at the same point."""
+    """Those that excite, each with the nearest steady run at the same point.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> excited = rs.identification.Source(Path("prbs.nc"), speed=300.0, pressure=0.5e6, excited=True)
+    >>> quiet = rs.identification.Source(Path("steady.nc"), speed=300.0, pressure=0.5e6, excited=False)
+    >>> rs.identification.pair([excited, quiet])[0].steady.name
+    'steady.nc'
+    """
     quiet = [s for s in sources if not s.excited]
     return [replace(s, steady=_steady(s, quiet)) for s in sources if s.excited]
 
@@ -91,7 +107,16 @@ def _steady(source: Source, quiet: Sequence[Source]) -> Path | None:
 
 
 def open_pair(source: Source, mapping: Any = None) -> tuple[xr.Dataset, xr.Dataset | None]:
-    """The record and its steady run."""
+    """The record and its steady run.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> source = rs.identification.survey([Path("run.nc")])[0]
+    >>> excited, steady = rs.identification.open_pair(source)
+    >>> steady is None
+    True
+    """
     record = read(source.path, mapping)
     if source.steady is None or abs(source.speed) < 1:
         return record, None

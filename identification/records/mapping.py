@@ -79,7 +79,16 @@ class Entry:
 
 @dataclass(frozen=True)
 class Mapping:
-    """Channels by (variable, label), vectors by (quantity, order, axis); the label is '' where a variable has none."""
+    """Channels by (variable, label), vectors by (quantity, order, axis); the label is '' where a variable has none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> from identification.records.mapping import Entry
+    >>> channels = {("angle", ""): Entry("channels.angle", column="phi", unit="rad")}
+    >>> rs.identification.Mapping(sample_rate=5e3, channels=channels).maps_columns
+    True
+    """
 
     time: Entry | None = None
     sample_rate: float | None = None
@@ -103,7 +112,15 @@ class Mapping:
 
 
 def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
-    """Mapping from a TOML file or from its tables; raises ReadError with one sentence for the first problem."""
+    """Mapping from a TOML file or from its tables; raises ReadError with one sentence for the first problem.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> channels = {"disc_measured": {"x": {"column": "X", "unit": "um"}, "y": {"column": "Y", "unit": "um"}}}
+    >>> rs.identification.load_mapping({"time": {"sample_rate": "5 kHz"}, "channels": channels}).sample_rate
+    5000.0
+    """
     if isinstance(mapping, Mapping):
         return mapping
     if isinstance(mapping, Tables):

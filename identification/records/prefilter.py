@@ -41,6 +41,13 @@ class Prefilter:
     median against spikes, 1 for none (it changes the displacement so that standard deviations no longer hold); lowpass:
     corner of the Butterworth filter [Hz], None for none; order: its order; bias: subtract the rest's mean; probes:
     names of the probes whose motion in x and y is the output (see `records.probes`), the disc's where there are none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> settings = rs.identification.Prefilter(runout="none", lowpass=1000.0)
+    >>> rs.identification.filtered(record, settings=settings).y.shape
+    (5000, 2)
     """
 
     runout: str = "harmonic"
@@ -94,7 +101,14 @@ def rest_length(reference: np.ndarray) -> int:
 
 
 def runout_of(steady: xr.Dataset, settings: Prefilter | None = None, channel: str = "disc_measured") -> Runout:
-    """Extended runout from a record without excitation at the speed and pressure of the experiment."""
+    """Extended runout from a record without excitation at the speed and pressure of the experiment.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.runout_of(turning, rs.identification.Prefilter(harmonics=4)).values.shape
+    (8, 2)
+    """
     settings = settings or Prefilter()
     validate(steady)
     angle, y = measured(steady, "angle"), _displacement(steady, channel)

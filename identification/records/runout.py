@@ -55,6 +55,14 @@ def estimate_runout(
     ------
     UnfitError
         If the shaft does not turn at least twice.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> angle = np.linspace(0.0, 8 * np.pi, 400)
+    >>> runout = rs.identification.estimate_runout(angle, 1e-6 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    >>> float(abs(runout.values).max().round(9))
+    1e-06
     """
     turns = abs(angle[-1] - angle[0]) / TURN
     if turns < 2:
@@ -93,7 +101,15 @@ def _table(angle: np.ndarray, y: np.ndarray, bins: int) -> np.ndarray:
 
 
 def on_angle(angle: np.ndarray, y: np.ndarray, per_turn: int = 256) -> tuple[np.ndarray, np.ndarray]:
-    """Samples resampled evenly over the shaft angle: angles (k,) [rad] and values (k, 2) by straight lines."""
+    """Samples resampled evenly over the shaft angle: angles (k,) [rad] and values (k, 2) by straight lines.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> angle, values = rs.identification.on_angle(turning["angle"].values, turning["disc"].values, per_turn=64)
+    >>> values.shape == (angle.size, 2)
+    True
+    """
     first, last = sorted((angle[0], angle[-1]))
     grid = np.arange(np.ceil(first * per_turn / TURN), np.floor(last * per_turn / TURN) + 1) * TURN / per_turn
     order = np.argsort(angle, kind="stable")

@@ -23,11 +23,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AXES = ("x", "y")
+"""Axes of a record: horizontal and vertical."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """Dimensions after time, unit and long name of a variable of the schema."""
+    """Dimensions after time, unit and long name of a variable of the schema.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.VARIABLES["disc"].units
+    'm'
+    """
 
     dims: tuple[str, ...]
     units: str
@@ -44,6 +52,7 @@ PROBE_COORDINATES = {
     "probe_gain": ("", "reading per SI value of the quantity, with its sign"),
     "probe_unit": ("", "unit of the readings"),
 }
+"""Coordinates of the probes of a record: unit (empty for text) and long name."""
 """Unit and long name of the coordinates along `probe`, the names."""
 VARIABLES = {
     "disc": Variable(("axis",), "m", "true displacement of the disc"),
@@ -65,6 +74,7 @@ VARIABLES = {
     "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
     "contact": Variable((), "1", "journal touches the sleeve"),
 }
+"""Variables of a record by name."""
 
 
 def make_record(
@@ -100,7 +110,14 @@ def make_record(
 
 
 def probe_units(probes: dict[str, Any]) -> str:
-    """Unit of `probe_measured`: that of all probes, or PER_PROBE."""
+    """Unit of `probe_measured`: that of all probes, or PER_PROBE.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.probe_units({"probe_unit": ["m", "m"]})
+    'm'
+    """
     units = set(probes["probe_unit"])
     return units.pop() if len(units) == 1 else PER_PROBE
 

@@ -25,6 +25,7 @@ VECTORS = {
     "amplitude": Variable(("order", "axis"), "m", "amplitude of an order, 0-pk"),
     "phase": Variable(("order", "axis"), "rad", "phase lag of an order"),
 }
+"""Variables of run-up vectors by name."""
 
 
 def make_vectors(
@@ -45,6 +46,14 @@ def make_vectors(
     ------
     SchemaError
         If shapes or values do not fit.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> speed = np.linspace(50.0, 300.0, 6)
+    >>> made = rs.identification.make_vectors(speed, np.full((6, 1, 2), 1e-6), np.zeros((6, 1, 2)))
+    >>> made["amplitude"].dims
+    ('speed', 'order', 'axis')
     """
     import xarray as xr
 

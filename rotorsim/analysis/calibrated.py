@@ -24,6 +24,12 @@ def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Mac
         File to write; raises WriteError.
     loaded : Machine
         The machine before; its film grid is kept.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.calibrate(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    >>> rs.analysis.save_calibrated(found, "dtu_orifice", "calibrated.toml", machine)  # doctest: +SKIP
     """
     path = Path(path)
     values = ", ".join(
@@ -48,7 +54,14 @@ def _on(used: Machine, loaded: Machine) -> str:
 
 
 def calibration_numbers(found: Calibration) -> dict[str, Any]:
-    """Calibration result as plain numbers in SI, parameters in their own units."""
+    """Calibration result as plain numbers in SI, parameters in their own units.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.calibrate(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    >>> rs.analysis.calibration_numbers(found)["cost"]  # doctest: +SKIP
+    """
     return {
         "ended": found.ended,
         "cost": list(found.cost),

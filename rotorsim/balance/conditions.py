@@ -48,7 +48,14 @@ SECTIONS = {"conditions": ("column", "speed"), "speed": ("column", "unit")}
 
 @dataclass(frozen=True)
 class Reading:
-    """A probe: position along the shaft [m] and angle from x towards y [rad], None where it is not stated."""
+    """A probe: position along the shaft [m] and angle from x towards y [rad], None where it is not stated.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.balance.Reading("X", position=0.15, angle=0.0).name
+    'X'
+    """
 
     name: str
     position: float | None = None
@@ -57,7 +64,14 @@ class Reading:
 
 @dataclass(frozen=True)
 class Plane:
-    """A balancing plane: position along the shaft [m], radius [m] and number of its holes, the first at angle 0."""
+    """A balancing plane: position along the shaft [m], radius [m] and number of its holes, the first at angle 0.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.balance.Plane("disc", position=0.12, radius=0.03, holes=16).holes
+    16
+    """
 
     name: str
     position: float | None = None
@@ -76,6 +90,17 @@ class Conditions:
     speed : measured speeds [rad/s] (n, s), NaN where a condition was not measured
     vectors : complex (n, s, readings) [m 0-pk], mean of the repeats; x(t) = Re(vector exp(i angle))
     unbalance : complex added unbalance (n, planes) [kg m], NaN where unknown
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> speed, unbalance = np.full((3, 1), 300.0), 1e-5 * np.array([[0.0], [1.0], [np.nan]]) + 0j
+    >>> vectors = 1e-6 * np.array([[[1.0]], [[2.0]], [[1.5]]]) + 0j
+    >>> x, disc = rs.balance.Reading("X", angle=0.0), rs.balance.Plane("disc", radius=0.03)
+    >>> names = ("none", "trial", "now")
+    >>> made = rs.balance.Conditions(names, ("3000 rpm",), speed, vectors, unbalance, (x,), (disc,))
+    >>> made.known.tolist()
+    [True, True, False]
     """
 
     labels: tuple[str, ...]

@@ -36,6 +36,16 @@ def correction(found: Influence, vectors: np.ndarray, planes: tuple[Plane, ...])
 
     A weight goes into the two holes on either side of its angle, or anywhere on the radius without a number of holes.
     Raises DataError if fewer vectors are there than planes.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> unbalance = 1e-5 * np.arange(6)[:, None] + 0j
+    >>> found = rs.balance.fit_influence(1e-6 + 0.1 * unbalance, unbalance)
+    >>> disc = rs.balance.Plane("disc", radius=0.03, holes=16)
+    >>> weights = rs.balance.correction(found, np.array([1e-6 + 0j]), (disc,)).weights
+    >>> [round(mass * 1e6) for angle, mass in weights[0]]  # mg
+    [333]
     """
     there = np.isfinite(vectors)
     H = found.coefficients[there]

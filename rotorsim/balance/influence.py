@@ -161,6 +161,14 @@ def estimate(found: Influence, vectors: np.ndarray) -> Estimate:
     """Unbalance of a condition from its vectors (m,), NaN where it was not measured.
 
     Raises DataError if fewer vectors are there than planes.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> known = conditions.known
+    >>> found = rs.balance.fit_influence(conditions.flat[known], conditions.unbalance[known])
+    >>> rs.balance.estimate(found, conditions.flat[-1]).unbalance.shape
+    (1,)
     """
     there = np.isfinite(vectors)
     H, S = found.coefficients[there], found.covariance[np.ix_(there, there)]
@@ -187,6 +195,12 @@ def leave_one_out(conditions: Conditions, fit: Fit = fit_influence) -> LeftOut:
     """Each condition with a label estimated from the others.
 
     `fit` makes an Influence of vectors (n, m) and unbalances (n, q).
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.balance.leave_one_out(conditions).labels
+    ('a', 'b', 'c', 'd', 'e', 'f')
     """
     known = np.flatnonzero(conditions.known)
     vectors, truth = conditions.flat[known], conditions.unbalance[known]

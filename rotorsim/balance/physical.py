@@ -49,7 +49,16 @@ def _node(mesh: Mesh, part: Plane | Reading) -> int:
 
 
 def fit_physical(machine: Machine, conditions: Conditions) -> Fit:
-    """Fit of an Influence that keeps the machine's shape: a complex factor a probe, and the first vector of each."""
+    """Fit of an Influence that keeps the machine's shape: a complex factor a probe, and the first vector of each.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> fit = rs.balance.fit_physical(rs.load_machine("plain_rotor"), conditions)
+    >>> known = conditions.known
+    >>> fit(conditions.flat[known], conditions.unbalance[known]).coefficients.shape
+    (2, 1)
+    """
     return partial(_fit, model_influence(machine, conditions), len(conditions.readings))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 
 class RotorsimError(Exception):
-    """Base of every error that a user can cause and correct; `where` holds numbers for programs."""
+    """Base of every error raised for a fault that a user can correct; `where` holds numbers for programs."""
 
     def __init__(self, message: str, **where: Any) -> None:
         super().__init__(message)

@@ -65,6 +65,7 @@ PARTS: dict[str, Part] = {
     "control-package": Part(("control_package.against_control",), needs="control"),
     "rig": Part(()),
 }
+"""Benchmarks by part, as `measure` takes its name."""
 
 
 def _function(name: str) -> Callable[[], Iterable[Figure]]:

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its unit and bound; `met` states whether it is at or below the bound."""
+    """A figure with its unit and bound; `met` states whether it is at or below the bound.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.bench.Figure("one diagnosis, median", 95.0, "s", bound=180.0).met
+    True
+    """
 
     name: str
     value: float

@@ -90,7 +90,13 @@ def _apart(difference: float, parameter: str, hidden: dict[str, float], key: str
 
 
 def confusion(found: list[Case]) -> str:
-    """Verdicts by kind as a table."""
+    """Verdicts by kind as a table.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> print(rs.bench.confusion(list(rs.bench.cases(10, 100_000))))  # doctest: +SKIP
+    """
     rows = ["| kind | cases | " + " | ".join(VERDICTS) + " |", "|---|---|" + "---|" * len(VERDICTS)]
     for kind in dict.fromkeys(KINDS):
         own = [c for c in found if c.kind == kind]
@@ -106,7 +112,14 @@ def _places(keys: tuple[str, ...]) -> set[str]:
 
 
 def figures(found: list[Case]) -> Iterator[Figure]:
-    """Rates with the bounds they should meet; a bound on what must be small, none on what must be large."""
+    """Rates with the bounds they should meet; a bound on what must be small, none on what must be large.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> for figure in rs.bench.figures(list(rs.bench.cases(10, 100_000))):  # doctest: +SKIP
+    ...     print(figure.name, figure.value)
+    """
 
     def share(kinds: tuple[str, ...], verdicts: tuple[str, ...], least: float = 0.0) -> float:
         own = [c for c in found if c.kind in kinds and c.times >= least]

@@ -6,12 +6,12 @@ from rotorsim.base.errors import RotorsimError
 
 
 class PlanError(RotorsimError):
-    """A plan that cannot be read or does not describe a campaign."""
+    """Raised for a plan that cannot be read or does not describe a campaign."""
 
 
 class StoreError(RotorsimError):
-    """A store that is in use, of another plan, damaged, or cannot be written."""
+    """Raised for a store that is in use, of another plan, damaged, or cannot be written."""
 
 
 class ClusterError(RotorsimError):
-    """Workers that cannot be reached, are lost or do not match."""
+    """Raised for workers that cannot be reached, are lost or do not match."""

@@ -26,7 +26,7 @@ DESIGNS = {
     "h2_scheduled": "gain-scheduled H2 with notch and integral action (G)",
     "youla": "Youla-scheduled H2 for one operating point (G)",
 }
-"""Name and what it is."""
+"""Controller designs by name, each in a few words."""
 
 
 def module_of(name: str) -> Any:

@@ -6,8 +6,8 @@ from rotorsim.base.errors import RotorsimError
 
 
 class DesignError(RotorsimError):
-    """A specification that no controller meets, or a model that a design cannot use; names the binding limit."""
+    """Raised for a specification that no controller meets or a model that a design cannot use; names the limit."""
 
 
 class LawError(RotorsimError):
-    """A control law that cannot be read, or does not fit the plant it is to run on."""
+    """Raised for a control law that cannot be read, or does not fit the plant it is to run on."""

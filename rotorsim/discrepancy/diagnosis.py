@@ -62,7 +62,14 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Workshop:
-    """Compiled twins of a machine: the coarse one for the fit and the fine one for its discretisation error."""
+    """Compiled twins of a machine: the coarse one for the fit and the fine one for its discretisation error.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> workshop = rs.discrepancy.Workshop.of(machine)  # doctest: +SKIP
+    >>> found = [rs.diagnose(machine, [file], workshop=workshop) for file in ("1.nc", "2.nc")]  # doctest: +SKIP
+    """
 
     twin: Twin
     fine: Twin | None

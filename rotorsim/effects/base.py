@@ -48,6 +48,7 @@ PORTS = (
     "force", "motion", "contact", "film", "gas", "injector", "plenum", "supply", "actuator", "sensor", "torque",
     "support", "rotating",
 )  # fmt: skip
+"""Places where an effect acts; the head of this file has the signature of each port's kernel."""
 FILM_PORTS = ("contact", "film", "gas", "injector", "plenum", "supply", "actuator", "support")
 """Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
 
@@ -62,7 +63,15 @@ def param(
     doc: str = "",
     whole: bool = False,
 ) -> Any:
-    """A parameter in SI: its unit as pint reads it, neutral default, closed bounds, one sentence; `whole`: a count."""
+    """A parameter in SI: its unit as pint reads it, neutral default, closed bounds, one sentence; `whole`: a count.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> tension = rs.effects.param("N", bounds=(0.0, 1e4), doc="Mean pull.")
+    >>> tension.default
+    0.0
+    """
     low, high = (bound if abs(bound) < UNLIMITED else None for bound in bounds)
     example = default or (1.0 if unit == "1" and bounds[1] > 1 else None)
     return declared(default, Quantity(unit, doc, low=low, high=high, multiple=int(whole), example=example))
@@ -70,7 +79,16 @@ def param(
 
 @dataclass(frozen=True)
 class Effect:
-    """Base of every effect; `register` makes its class a frozen dataclass."""
+    """Base of every effect; `register` makes its class a frozen dataclass.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> issubclass(rs.effects.REGISTRY["unbalance"], rs.effects.Effect)
+    True
+    >>> rs.effects.REGISTRY["unbalance"](me=1e-5).port
+    'force'
+    """
 
     name: ClassVar[str]
     """Name of its table in the machine file: the kernel's, unless the class has another."""
@@ -150,6 +168,7 @@ class Effect:
 
 
 REGISTRY: dict[str, type[Effect]] = {}
+"""Every known effect by its name; `register` adds one."""
 E = TypeVar("E", bound=Effect)
 
 
@@ -158,6 +177,18 @@ def register(effect: type[E]) -> type[E]:
     """Make the class a frozen dataclass and known under its `name` (a decorator, also for a user's own module).
 
     Raises ValueError for a class without kernel or port, for a port that does not exist and for the name of another.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> from reynolds.jit import inlined
+    >>> belt = inlined(lambda t, angle, speed, acceleration, p: (0.0, p.tension))
+    >>> class Belt(rs.effects.Effect):
+    ...     name, port, kernel = "belt", "force", belt
+    ...     tension: float = rs.effects.param("N", bounds=(0.0, 1e4), doc="Mean pull.")
+    >>> known = rs.effects.register(Belt)
+    >>> rs.effects.REGISTRY.pop("belt")(tension=20.0)  # and forget it
+    Belt(tension=20.0)
     """
     for needed in ("kernel", "port"):
         if not hasattr(effect, needed):
@@ -191,5 +222,12 @@ def forms_of_parameters(effect: type[Effect]) -> tuple[CandidateForm, ...]:
 
 
 def numeric_fields(effect: type[Effect]) -> tuple[str, ...]:
-    """Names of the numbers in the kernel's record: parameters (all but `position`) and what is derived."""
+    """Names of the numbers in the kernel's record: parameters (all but `position`) and what is derived.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.effects.numeric_fields(rs.effects.REGISTRY["unbalance"])
+    ('me', 'phase')
+    """
     return (*(f.name for f in fields(effect) if f.name != "position"), *effect.extra)

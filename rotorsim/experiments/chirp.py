@@ -24,7 +24,14 @@ from rotorsim.experiments.parameters import param
 
 @dataclass(frozen=True)
 class Chirp(AtPoint):
-    """A swept sine of the reference; on both axes one after the other."""
+    """A swept sine of the reference; on both axes one after the other.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Chirp(speed=300.0, pressure=0.5e6, high=200.0, duration=0.2, bias=0.1).samples
+    1500
+    """
 
     name: ClassVar[str] = "chirp"
     drives_reference: ClassVar[bool] = True

@@ -19,7 +19,14 @@ OFF = np.nan
 
 @dataclass(frozen=True)
 class Coastdown(Experiment):
-    """The drive is switched off and friction slows the shaft down; or a declared ramp."""
+    """The drive is switched off and friction slows the shaft down; or a declared ramp.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Coastdown(start=300.0, stop=280.0, rate=100.0, pressure=0.5e6).samples
+    1000
+    """
 
     name: ClassVar[str] = "coastdown"
     start: float = param(

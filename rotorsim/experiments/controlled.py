@@ -31,7 +31,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Controlled(AtPoint):
-    """Closed loop with a discrete controller; references and forces of `excitations` are added while they last."""
+    """Closed loop with a discrete controller; references and forces of `excitations` are added while they last.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> loop = rs.experiments.Controlled(300.0, 0.5e6, duration=0.1, controller=rs.experiments.ProportionalLaw())
+    >>> rs.run(plant, loop).sizes["time"]
+    500
+    """
 
     name: ClassVar[str] = "controlled"
     drives_reference: ClassVar[bool] = True
@@ -111,6 +119,13 @@ def controlled(
         Of the excitations and of the plant's noise.
     progress : bool
         Show a bar on a terminal.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> law = rs.experiments.ProportionalLaw(gain_x=1e5, gain_y=1e5)
+    >>> rs.experiments.controlled(plant, law, speed=300.0, pressure=0.5e6, duration=0.1).sizes["time"]
+    500
     """
     if np.shape(bias) != (2,):
         raise DataError(f"bias = {bias}: is not a pair of voltages; give e.g. (0.5, 0.0)")

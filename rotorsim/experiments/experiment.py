@@ -37,7 +37,15 @@ def reference_range(machine: Machine) -> float:
 
 @dataclass(frozen=True)
 class Experiment(ABC):
-    """Base of every experiment; raises DataError with one sentence for bad parameters."""
+    """Base of every experiment; raises DataError with one sentence for bad parameters.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> kind = rs.experiments.EXPERIMENTS["steady"]
+    >>> issubclass(kind, rs.experiments.Experiment), kind(speed=300.0, duration=0.1).initial()
+    (True, (300.0, 300000.0))
+    """
 
     name: ClassVar[str]
     drives_reference: ClassVar[bool] = False

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import Field
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rotorsim.base.quantity import Quantity
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.experiments.chirp import Chirp
 from rotorsim.experiments.coastdown import Coastdown
@@ -26,8 +28,39 @@ if TYPE_CHECKING:
     from rotorsim.machine import Machine
     from rotorsim.plant.plant import Plant
 
-ENDS = (("seed", 0), ("progress", False))
-"""Last parameters of every function, with their defaults."""
+MACHINE = Parameter("plant", Parameter.POSITIONAL_OR_KEYWORD, annotation="Plant | Machine | str | Path")
+"""First parameter of every function."""
+ENDS = (
+    Parameter("seed", Parameter.POSITIONAL_OR_KEYWORD, default=0, annotation="int"),
+    Parameter("progress", Parameter.POSITIONAL_OR_KEYWORD, default=False, annotation="bool"),
+)
+"""Last parameters of every function."""
+SECTIONS = """{what}
+
+Parameters
+----------
+plant : Plant, machine, path or name
+    The machine.
+{parameters}
+seed : int, default 0
+    Of the plant's noise.
+progress : bool, default False
+    Show a bar on a terminal.
+
+Returns
+-------
+Dataset
+    Record of the schema (identification.records.schema) with these parameters as attributes.
+
+Raises
+------
+DataError, NoLiftOffError, ConvergenceError
+
+Examples
+--------
+{example}
+"""
+"""Documentation of a function."""
 
 
 def as_function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
@@ -37,28 +70,43 @@ def as_function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
         for name in named.keys() - signed.parameters.keys():
             raise TypeError(f"{kind.name}() has no parameter '{name}'; {did_you_mean(name, signed.parameters)}")
         given = signed.bind(plant, *values, **named).arguments
-        seed, progress = (given.pop(name, default) for name, default in ENDS)
+        seed, progress = (given.pop(end.name, end.default) for end in ENDS)
         return run(given.pop("plant"), kind(**given), seed, progress)
 
-    own = [p.replace(annotation=Parameter.empty) for p in signature(kind).parameters.values()]
-    ends = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=default) for name, default in ENDS]
-    signed = Signature([Parameter("plant", Parameter.POSITIONAL_OR_KEYWORD), *own, *ends])
+    own = signature(kind).parameters.values()
+    signed = Signature([MACHINE, *own, *ENDS], return_annotation="xr.Dataset")
     function.__name__ = function.__qualname__ = kind.name
     function.__doc__ = _documentation(kind)
     function.__signature__ = signed  # type: ignore[attr-defined]
+    function.__annotations__ = {p.name: p.annotation for p in signed.parameters.values()} | {"return": "xr.Dataset"}
     return function
 
 
 def _documentation(kind: type[Experiment]) -> str:
-    """First sentence of the dataclass, and every parameter with unit and meaning."""
-    lines = [f"{(kind.__doc__ or '').splitlines()[0]}", "", "Returns the record.", "", "Parameters", "----------"]
-    lines += ["plant : Plant, machine or name", "    The machine."]
-    for entry, known in parameters(kind):
-        unit = f" [{known.unit}]" if known.unit != "1" else ""
-        lines += [f"{entry.name} :{unit or ' number' if not known.choices else ' ' + ', '.join(known.choices)}"]
-        lines += [f"    {known.doc}"]
-    lines += ["seed : whole number", "    Of the plant's noise.", "progress : bool", "    Show a bar on a terminal."]
-    return "\n".join(lines) + "\n"
+    """First sentence and example of the dataclass, and every parameter with unit, meaning and default."""
+    what, *rest = (kind.__doc__ or "").splitlines()
+    listed = (f"{entry.name} : {_type(entry, known)}\n    {_sentence(known)}" for entry, known in parameters(kind))
+    return SECTIONS.format(what=what, parameters="\n".join(listed), example=_example(kind, "\n".join(rest)))
+
+
+def _type(entry: Field[Any], known: Quantity) -> str:
+    """Type or choices of a parameter, and its default."""
+    if known.choices:
+        return f"{{{', '.join(map(repr, known.choices))}}}, default {entry.default!r}"
+    kind = str(entry.type).removesuffix(" | None")
+    return f"{kind}, optional" if entry.default is None else f"{kind}, default {entry.default:.6g}"
+
+
+def _sentence(known: Quantity) -> str:
+    """Meaning of a parameter with its unit."""
+    return known.doc if known.choices or known.unit == "1" else f"{known.doc.removesuffix('.')} [{known.unit}]."
+
+
+def _example(kind: type[Experiment], text: str) -> str:
+    """The call that runs the dataclass's own example, which ends with `.samples`."""
+    lines = [line.strip() for line in text.partition("Examples")[2].splitlines()[2:]]
+    call = "\n".join(line for line in lines if line)
+    return call.replace(f".{kind.__name__}(", f".{kind.name}(plant, ").replace(".samples", '.sizes["time"]')
 
 
 chirp = as_function(Chirp)

@@ -14,7 +14,16 @@ from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint
 
 @dataclass(frozen=True, eq=False)
 class Given(AtPoint):
-    """Reference [V] and disc force [N], (n, 2) over the samples; one of them may be None. Held in memory."""
+    """Reference [V] and disc force [N], (n, 2) over the samples; one of them may be None. Held in memory.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> force = np.zeros((500, 2))
+    >>> force[100:105, 0] = 20.0  # N along x for 1 ms
+    >>> rs.run(plant, rs.experiments.Given(pressure=0.5e6, disc_force=force)).sizes["time"]
+    500
+    """
 
     name: ClassVar[str] = "given"
     reference: ArrayLike | None = None

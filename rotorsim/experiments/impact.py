@@ -28,7 +28,14 @@ KEY = 3
 
 @dataclass(frozen=True)
 class Impact(AtPoint):
-    """Half-sine hits of an impact hammer on the disc."""
+    """Half-sine hits of an impact hammer on the disc.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Impact(pressure=0.5e6, peak=20.0, hits=2, spacing=0.1).samples
+    1500
+    """
 
     name: ClassVar[str] = "impact"
     peak: float = param("N", "Peak of the force.", 20.0, above=0)

@@ -27,7 +27,14 @@ KEY = 2
 
 @dataclass(frozen=True)
 class Multisine(AtPoint):
-    """Whole periods of multisine references on both axes at once, each with frequency lines of its own."""
+    """Whole periods of multisine references on both axes at once, each with frequency lines of its own.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Multisine(pressure=0.5e6, high=200.0, period=0.1, periods=2).samples
+    1000
+    """
 
     name: ClassVar[str] = "multisine"
     drives_reference: ClassVar[bool] = True

@@ -24,7 +24,14 @@ from rotorsim.experiments.parameters import attributes, check_parameters, param
 
 @dataclass
 class ProportionalLaw:
-    """The law with the state of its filter; `centre` (2,) [m] is the position that asks for no reference."""
+    """The law with the state of its filter; `centre` (2,) [m] is the position that asks for no reference.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.ProportionalLaw(gain_x=1e5).step(np.array([1e-6, 0.0]), 300.0, 0.5e6).shape
+    (2,)
+    """
 
     gain_x: float = param("V/m", "Volts of reference x per metre of measured x; positive pushes outwards.", 0.25e6)
     gain_y: float = param("V/m", "The same of y.", 0.22e6)

@@ -33,8 +33,8 @@ class Prbs(AtPoint):
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.experiments.Prbs(speed=300.0, pressure=0.5e6, duration=2.0).samples
-    10000
+    >>> rs.experiments.Prbs(speed=300.0, pressure=0.5e6, duration=0.2, bias=0.1).samples
+    1000
     """
 
     name: ClassVar[str] = "prbs"

@@ -24,7 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Runup(Experiment):
-    """A linear ramp of the speed at constant supply pressure."""
+    """A linear ramp of the speed at constant supply pressure.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Runup(start=50.0, stop=60.0, rate=50.0, pressure=0.5e6).samples
+    1000
+    """
 
     name: ClassVar[str] = "runup"
     start: float = param("rad/s", "Speed at the beginning.", 0.0, low=0, attribute="start_speed")
@@ -80,6 +87,12 @@ def runup(
         Of the plant's noise.
     progress : bool
         Show a bar on a terminal.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.runup(plant, start=50.0, stop=60.0, rate=100.0, pressure=0.5e6).sizes["time"]
+    500
     """
     if not callable(pressure) and np.ndim(pressure) == 0:
         return run(plant, Runup(start, stop, rate, float(pressure)), seed, progress)  # type: ignore[arg-type]

@@ -25,7 +25,14 @@ SLOWEST = 1e-5
 
 @dataclass(frozen=True)
 class SlowRoll(AtPoint):
-    """Whole revolutions so slowly that the sensors see runout; ends with the sample that completes them."""
+    """Whole revolutions so slowly that the sensors see runout; ends with the sample that completes them.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.SlowRoll(speed=60.0, pressure=0.5e6, revolutions=2).samples
+    1048
+    """
 
     name: ClassVar[str] = "slow_roll"
     speed: float = param("rad/s", "Shaft speed.", SLOW, above=0)

@@ -25,7 +25,14 @@ SLACK = 1e-5
 
 @dataclass(frozen=True)
 class Staircase(AtPoint):
-    """Reference stepwise up to the amplitude, down to its negative and back to 0, for static gains and hysteresis."""
+    """Reference stepwise up to the amplitude, down to its negative and back to 0, for static gains and hysteresis.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Staircase(pressure=0.5e6, axis="x", amplitude=1.0, step=0.5, hold=0.02).samples
+    900
+    """
 
     name: ClassVar[str] = "staircase"
     drives_reference: ClassVar[bool] = True

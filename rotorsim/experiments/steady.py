@@ -13,7 +13,14 @@ from rotorsim.experiments.parameters import param
 
 @dataclass(frozen=True)
 class Steady(AtPoint):
-    """Steady running at constant speed and supply pressure."""
+    """Steady running at constant speed and supply pressure.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.Steady(speed=300.0, pressure=0.5e6, duration=0.1).samples
+    500
+    """
 
     name: ClassVar[str] = "steady"
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)

@@ -18,7 +18,15 @@ from rotorsim.plant.columns import COLUMNS
 
 
 class Replay:
-    """Record during replay: `advance` moves on in time, `frame` gives the present view."""
+    """Record during replay: `advance` moves on in time, `frame` gives the present view.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> replay = rs.live.Replay(Path("run.nc"))
+    >>> replay.advance(100)
+    100
+    """
 
     def __init__(self, path: Path) -> None:
         try:

@@ -41,7 +41,15 @@ ORDERS = 1000
 
 
 class Runner:
-    """Rig in real time; all public methods are thread-safe."""
+    """Rig in real time; all public methods are thread-safe.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> runner = rs.live.Runner(rs.live.Rig(machine, {}))  # doctest: +SKIP
+    >>> runner.start()  # doctest: +SKIP
+    >>> runner.close()  # doctest: +SKIP
+    """
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig

@@ -12,7 +12,15 @@ from rotorsim.machine.part import Part, quantity
 
 
 class GasFilm(Part):
-    """A gas-lubricated journal bearing."""
+    """A gas-lubricated journal bearing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> size = {"diameter": "40 mm", "length": "40 mm", "clearance": "25 um"}
+    >>> rs.machine.GasFilm(kind="gas_film", position="100 mm", **size).clearance
+    2.5e-05
+    """
 
     kind: Literal["gas_film"] = Field(description="Always 'gas_film'.")
     position: float = quantity("m", "Coordinate z of the film's centre.", low=-100, high=100, example=0.24)
@@ -26,7 +34,14 @@ class GasFilm(Part):
 
 
 class Gas(Part):
-    """The gas in film and injectors: ideal, isothermal in the film."""
+    """The gas in film and injectors: ideal, isothermal in the film.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Gas(temperature="40 degC").temperature
+    313.15
+    """
 
     viscosity: float = quantity("Pa*s", "Dynamic viscosity.", 1.85e-5, above=0, high=1)
     ambient_pressure: float = quantity("Pa", "Absolute ambient pressure.", 101325.0, above=0, high=1e8)
@@ -36,7 +51,14 @@ class Gas(Part):
 
 
 class Injection(Part):
-    """Common data of all injectors: pin seat, plenum and orifice into the film."""
+    """Common data of all injectors: pin seat, plenum and orifice into the film.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.load_machine("dtu_gas_bearing").injection.seat_gap
+    4.02e-05
+    """
 
     law: Literal["orifice", "loss_factor"] = Field(
         description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."
@@ -75,7 +97,14 @@ class Injection(Part):
 
 
 class Injector(Part):
-    """One injector."""
+    """One injector.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Injector(angle="90 deg", reference="+y").offset
+    0.0
+    """
 
     angle: float = quantity("rad", "Where it stands, from x towards y.", low=-7, high=7)
     offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10, example=5e-3)

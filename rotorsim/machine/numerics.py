@@ -13,7 +13,14 @@ from rotorsim.machine.part import Part, count, quantity
 
 
 class Grid(Part):
-    """Grid of the gas film."""
+    """Grid of the gas film.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Grid(n_theta=48, n_z=16).n_theta
+    48
+    """
 
     n_theta: int = count("Intervals round the circumference.", 32, low=8, high=512, multiple=4)
     n_z: int = count("Intervals along the full length of the film.", 16, low=4, high=256, multiple=2)
@@ -23,7 +30,14 @@ class Grid(Part):
 
 
 class Solver(Part):
-    """Step and tolerances of the coupled solution."""
+    """Step and tolerances of the coupled solution.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Solver(time_step="50 us").time_step
+    5e-05
+    """
 
     time_step: float = quantity(
         "s", "Time step; the sampling time of 0.2 ms is a whole multiple of it.", 1e-4, low=1e-7, high=1e-3

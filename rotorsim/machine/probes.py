@@ -49,7 +49,14 @@ class ProbePart(Part):
 
 
 class ShaftProbe(ProbePart):
-    """A displacement probe on the shaft."""
+    """A displacement probe on the shaft.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.ShaftProbe(name="X", angle="45 deg", quantity="relative_displacement", position="0.15 m").sense
+    '+'
+    """
 
     quantity: Literal["relative_displacement", "absolute_displacement"] = Field(
         description="'relative_displacement' (to the housing) or 'absolute_displacement' of the shaft."
@@ -70,7 +77,14 @@ class HousingPart(ProbePart):
 
 
 class HousingVelocity(HousingPart):
-    """A velocity sensor on the housing."""
+    """A velocity sensor on the housing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.HousingVelocity(name="V", angle="90 deg", quantity="housing_velocity").sense
+    '+'
+    """
 
     quantity: Literal["housing_velocity"] = Field(description="'housing_velocity'.")
     sensitivity: float | None = number(
@@ -79,7 +93,14 @@ class HousingVelocity(HousingPart):
 
 
 class HousingAcceleration(HousingPart):
-    """An accelerometer on the housing."""
+    """An accelerometer on the housing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.HousingAcceleration(name="A", angle="90 deg", quantity="housing_acceleration").sense
+    '+'
+    """
 
     quantity: Literal["housing_acceleration"] = Field(description="'housing_acceleration'.")
     sensitivity: float | None = number(

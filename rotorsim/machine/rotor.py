@@ -15,7 +15,14 @@ MOST_ELEMENTS = 1000
 
 
 class Material(Part):
-    """An isotropic elastic material."""
+    """An isotropic elastic material.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3).youngs_modulus
+    210000000000.0
+    """
 
     density: float = quantity("kg/m^3", "Density.", above=0, high=1e5, example=7850.0)
     youngs_modulus: float = quantity("Pa", "Young's modulus.", above=0, high=1e13, example=210e9)
@@ -23,7 +30,14 @@ class Material(Part):
 
 
 class Section(Part):
-    """A cylindrical piece of the shaft; sections follow each other from the left end."""
+    """A cylindrical piece of the shaft; sections follow each other from the left end.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Section(length="200 mm", outer_diameter="20 mm").length
+    0.2
+    """
 
     length: float = quantity("m", "Length of the piece.", above=0, high=100, example=0.6)
     outer_diameter: float = quantity("m", "Outer diameter.", above=0, high=10, example=0.02)
@@ -37,7 +51,16 @@ class Section(Part):
 
 
 class Shaft(Part):
-    """The elastic shaft."""
+    """The elastic shaft.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> steel = rs.machine.Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
+    >>> piece = rs.machine.Section(length="200 mm", outer_diameter="20 mm")
+    >>> rs.machine.Shaft(material=steel, sections=[piece, piece]).end
+    0.4
+    """
 
     start: float = quantity("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
     material: Material = Field(description="What the shaft is made of.")
@@ -71,7 +94,15 @@ class Shaft(Part):
 
 
 class Disc(Part):
-    """A rigid disc on the shaft."""
+    """A rigid disc on the shaft.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> disc = {"mass": "1.5 kg", "polar_inertia": "4e-3 kg*m^2", "diametral_inertia": "2e-3 kg*m^2"}
+    >>> rs.machine.Disc(position="120 mm", **disc).position
+    0.12
+    """
 
     position: float = quantity("m", "Coordinate z of the disc.", low=-100, high=100, example=0.3)
     mass: float = quantity("kg", "Mass.", above=0, high=1e6, example=1.5)
@@ -84,7 +115,14 @@ class Disc(Part):
 
 
 class LinearBearing(Part):
-    """A spring and damper between shaft and ground."""
+    """A spring and damper between shaft and ground.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.LinearBearing(kind="linear", position="0 mm", kxx="1 MN/m").kxx
+    1000000.0
+    """
 
     kind: Literal["linear"] = Field(description="Always 'linear'.")
     position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100, example=0.05)
@@ -101,7 +139,14 @@ class LinearBearing(Part):
 
 
 class Probe(Part):
-    """Where the displacement of the shaft is measured."""
+    """Where the displacement of the shaft is measured.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Probe(position="150 mm").position
+    0.15
+    """
 
     position: float = quantity(
         "m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100, example=0.3

@@ -82,12 +82,24 @@ class Plant(Shown):
         return assemble(self.machine)
 
     def equilibrium(self, speed: float = 0.0, pressure: float = 0.0) -> Equilibrium:
-        """Static equilibrium at a speed [rad/s] and gauge pressure [Pa]; raises NoLiftOffError where there is none."""
+        """Static equilibrium at a speed [rad/s] and gauge pressure [Pa]; raises NoLiftOffError where there is none.
+
+        Examples
+        --------
+        >>> plant.equilibrium(300.0, 0.5e6).disc.shape
+        (2,)
+        """
         speed, pressure = _point(speed, pressure)
         return describe(self.assembly, settle(self.assembly, speed, pressure))
 
     def linearise(self, speed: float = 0.0, pressure: float = 0.0) -> LinearPlant:
-        """Linear model about the equilibrium at a speed [rad/s] and gauge pressure [Pa]."""
+        """Linear model about the equilibrium at a speed [rad/s] and gauge pressure [Pa].
+
+        Examples
+        --------
+        >>> plant.linearise(300.0, 0.5e6).wn.size > 0
+        True
+        """
         speed, pressure = _point(speed, pressure)
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
@@ -119,7 +131,15 @@ class Plant(Shown):
         return plant_system(self.start(*_point(speed, pressure), seed))
 
     def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
-        """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise."""
+        """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise.
+
+        Examples
+        --------
+        >>> simulation = plant.start(300.0, 0.5e6)
+        >>> rows, _ = plant.inputs(0.01, speed=300.0, pressure=0.5e6)
+        >>> simulation.advance(rows).shape[0]
+        50
+        """
         if not 0 <= seed < 2**53 or seed != int(seed):
             raise DataError(f"seed = {seed}: give a whole number from 0 to 2^53 - 1")
         return Simulation.at_equilibrium(self.assembly, *_point(speed, pressure), seed)

@@ -54,7 +54,15 @@ list = {values}
 
 @dataclass(frozen=True)
 class Layout:
-    """Grid of speeds [rad/s] and pressures [Pa], duration of a record [s]; the thesis' by default."""
+    """Grid of speeds [rad/s] and pressures [Pa], duration of a record [s]; the thesis' by default.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> layout = rs.reproduction.Layout(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
+    >>> [name for name, text in layout.texts()][:2]
+    ['grid', 'centres']
+    """
 
     speeds: tuple[float, ...] = tuple(1000 * RPM * k for k in range(7))
     pressures: tuple[float, ...] = (0.3e6, 0.4e6, 0.5e6, 0.6e6, 0.7e6)
@@ -112,6 +120,12 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
         If another signal did, or records are missing at its end.
     StoreError
         If a folder holds a campaign of another plan or machine.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> layout = rs.reproduction.Layout(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
+    >>> folders = rs.reproduction.run(machine, layout, Path("study"), workers=2)  # doctest: +SKIP
     """
     folders = []
     for name, plan in plans(machine, layout).items():

@@ -23,7 +23,15 @@ class Deceleration:
 
 
 def deceleration_of(record: xr.Dataset) -> Deceleration:
-    """Deceleration in at most 200 stretches, of the size of the speed whichever way the shaft turns."""
+    """Deceleration in at most 200 stretches, of the size of the speed whichever way the shaft turns.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> down = rs.experiments.coastdown(plant, start=300.0, stop=280.0, rate=100.0, pressure=0.5e6)
+    >>> float(rs.signals.deceleration_of(down).rate.mean().round(1))
+    100.0
+    """
     data = envelopes(record, ["speed"], BINS)["speed"]
     need(data.time.size >= 5, "The record is too short for a deceleration.")
     speed = np.abs(data.mean)

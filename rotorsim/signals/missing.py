@@ -6,7 +6,7 @@ from rotorsim.base.errors import RotorsimError
 
 
 class MissingError(RotorsimError):
-    """A record holds nothing for a figure; the message is a sentence for the reader of the report."""
+    """Raised where a record holds nothing for a figure; the message is a sentence for the reader of the report."""
 
 
 def need(held: bool, sentence: str) -> None:

@@ -38,6 +38,13 @@ def runout_of(record: xr.Dataset, name: str, revolutions: float, bins: int = BIN
     """Runout profile of a variable (time, axis) [m] over `angle`, in one pass; empty bins are NaN.
 
     Test: ``test_signals.py::test_a_runout_of_known_harmonics_is_found``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> slow = rs.experiments.slow_roll(plant, speed=60.0, pressure=0.5e6, revolutions=2)
+    >>> rs.signals.runout_of(slow, "disc", revolutions=2.0).mean.shape
+    (131, 2)
     """
     need(revolutions >= 1, f"The shaft turns {revolutions:.2g} revolutions; a runout takes a whole one.")
     bins = int(np.clip(record.sizes["time"] / (4 * revolutions), 2 * HARMONICS + 2, bins))

@@ -81,6 +81,13 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
     ------
     DataError
         If a variable is missing, the experiment never rests or no axis of the reference rests at three levels.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> steps = rs.experiments.staircase(plant, pressure=0.5e6, axis="x", step=1.0, hold=0.2)
+    >>> rs.signals.static_gain_map(steps)["gain"].dims
+    ('output', 'input')
     """
     import xarray as xr
 

@@ -69,6 +69,12 @@ def welch_transfer(record: xr.Dataset, inputs: tuple[int, ...], drive: str, outp
     -------
     Transfer
         Test: ``test_signals.py::test_a_known_two_by_two_system_is_found_with_its_noise_in_the_coherence``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.signals.welch_transfer(record, (0, 1), "reference", "disc", 500.0).H.shape[1:]
+    (2, 2)
     """
     dt, n = sampling_time(record), record.sizes["time"]
     length = round(min(LONGEST, max(LEAST, n * dt / 8)) / dt)

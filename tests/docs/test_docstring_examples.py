@@ -35,6 +35,17 @@ def examples():
 EXAMPLES = examples()
 
 
+def conditions():
+    """1X vectors at 3000 rpm of six conditions with known unbalance in one plane and of one without."""
+    unbalance = 1e-5 * np.array([[0.0], [0.0], [1.0], [2.0], [1j], [2j], [np.nan]]) + 0j
+    vectors = 1e-6 + 0.1 * np.nan_to_num(unbalance, nan=1.5e-5) * [1.0, -1j]
+    vectors += 1e-9 * np.random.default_rng(0).normal(size=vectors.shape)
+    probes = rs.balance.Reading("X", 0.2, 0.0), rs.balance.Reading("Y", 0.2, 0.5 * np.pi)
+    disc = rs.balance.Plane("disc", 0.3, 0.03, 16)
+    speed = np.full((7, 1), 314.2)
+    return rs.balance.Conditions(tuple("abcdefg"), ("3000 rpm",), speed, vectors[:, None], unbalance, probes, (disc,))
+
+
 @pytest.fixture(scope="module")
 def at_hand(tmp_path_factory):
     """Names and files that the examples use."""
@@ -47,7 +58,11 @@ def at_hand(tmp_path_factory):
     rs.identification.save(record, folder / "run.csv")
     lpv.save(folder / "model.json")
     law.save(folder / "law.json")
+    shaft = [rs.fe_shaft.ShaftElement(0.25, 0.0, 0.05) for _ in range(6)]
+    bearings = [rs.fe_shaft.BearingElement(n, 1e6, 100.0) for n in (0, 6)]
     names = {
+        "rotor": rs.fe_shaft.Rotor(shaft, bearing_elements=bearings), "conditions": conditions(),
+        "bearing": rs.reynolds.GasBearing(0.02, 0.04, 25e-6, n_theta=32, n_z=8),
         "rs": rs, "np": np, "Path": Path, "plant": plant, "machine": plant.machine, "record": record, "lpv": lpv,
         "law": law, "turning": rs.experiments.steady(plant, 300.0, 0.5e6, duration=2.0),
         "runup": rs.experiments.runup(plant, 50.0, 250.0, 50.0, 0.5e6),

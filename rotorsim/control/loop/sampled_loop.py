@@ -84,7 +84,17 @@ def frequency_axis(Ts: float, lowest: float = 0.5) -> np.ndarray:
 
 
 def loop_of(plant: System, controller: System, Ts: float, frequency: np.ndarray | None = None) -> Loop:
-    """Frequency responses of a sampled loop."""
+    """Frequency responses of a sampled loop.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> from rotorsim.control.numerics.systems import System
+    >>> lag = System(0.5 * np.eye(2), np.eye(2), 0.5 * np.eye(2), np.zeros((2, 2)))
+    >>> damper = System(0.5 * np.eye(2), np.eye(2), -0.1 * np.eye(2), np.zeros((2, 2)))
+    >>> rs.control.loop_of(lag, damper, 2e-4).disk_margin > 0.5
+    True
+    """
     f = frequency_axis(Ts) if frequency is None else np.asarray(frequency, float)
     z = np.exp(2j * np.pi * f * Ts)
     G, K = response(plant, z), response(controller, z)

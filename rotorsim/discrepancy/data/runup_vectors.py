@@ -62,6 +62,12 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     DataError
         For a record without angle or displacement, one whose speed does not sweep, and a sampling too coarse for an
         order. Test: ``test_runup_vectors.py``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.discrepancy.runup_vectors(runup, turns=4)["amplitude"].dims
+    ('speed', 'order', 'axis')
     """
     name = str(record.attrs.get("record", "record"))
     angle, speed, time, backward = _turning(record, name)

@@ -32,7 +32,15 @@ class Scene:
 
 
 def load_scene(path: Path) -> Scene:
-    """Read a scene; raises DataError with one sentence."""
+    """Read a scene; raises DataError with one sentence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.live.Scene(machine.text, {"pressure": 0.5e6}).save(Path("scene.json"))
+    >>> rs.live.load_scene(Path("scene.json")).values["pressure"]
+    500000.0
+    """
     if not path.is_file():
         raise DataError(f"{path}: is not a file; give a scene that was saved on a live rig")
     if path.stat().st_size > MOST:

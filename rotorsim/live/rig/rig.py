@@ -56,7 +56,16 @@ class Hit:
 
 
 class Rig:
-    """Plant with every effect, its settings and the last seconds of samples."""
+    """Plant with every effect, its settings and the last seconds of samples.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rig = rs.live.Rig(machine, rs.live.read_laws([], machine))  # doctest: +SKIP
+    >>> rig.put("pressure", 0.5e6)  # doctest: +SKIP
+    >>> rig.advance(500).shape[0]  # doctest: +SKIP
+    500
+    """
 
     def __init__(self, machine: Machine, laws: Mapping[str, Any], seed: int = 0) -> None:
         self.plant = Plant(equip(machine))

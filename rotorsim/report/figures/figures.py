@@ -68,12 +68,26 @@ def orbits(record: xr.Dataset) -> go.Figure:
 
 
 def probe_orbits(record: xr.Dataset) -> go.Figure:
-    """Orbits [um] at each plane where two displacement probes see x and y, at the resonances and at the end."""
+    """Orbits [um] at each plane where two displacement probes see x and y, at the resonances and at the end.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> record = rs.experiments.runup("probes.toml", stop=300.0)  # doctest: +SKIP
+    >>> figure = rs.report.probe_orbits(record)  # doctest: +SKIP
+    """
     return _figure(record, sections.PLANES)
 
 
 def probe_readings(record: xr.Dataset) -> go.Figure:
-    """Envelopes of the readings of all probes against time [s]."""
+    """Envelopes of the readings of all probes against time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> record = rs.experiments.runup("probes.toml", stop=300.0)  # doctest: +SKIP
+    >>> figure = rs.report.probe_readings(record)  # doctest: +SKIP
+    """
     return _figure(record, sections.READ)
 
 
@@ -125,12 +139,26 @@ def ring_down(record: xr.Dataset) -> go.Figure:
 
 
 def static_gain(record: xr.Dataset) -> go.Figure:
-    """Rests of the disc [um] over the reference [V] of a staircase, with line and deviations."""
+    """Rests of the disc [um] over the reference [V] of a staircase, with line and deviations.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> steps = rs.experiments.staircase(plant, pressure=0.5e6, axis="x", step=1.0, hold=0.2)
+    >>> figure = rs.report.static_gain(steps)
+    """
     return _figure(record, sections.GAIN)
 
 
 def hysteresis_loops(record: xr.Dataset) -> go.Figure:
-    """Rests of the pins [um] over the reference [V] of a staircase."""
+    """Rests of the pins [um] over the reference [V] of a staircase.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> steps = rs.experiments.staircase(plant, pressure=0.5e6, axis="x", step=1.0, hold=0.2)
+    >>> figure = rs.report.hysteresis_loops(steps)
+    """
     return _figure(record, sections.LOOPS)
 
 
@@ -157,7 +185,14 @@ def filtered_orbits(record: xr.Dataset) -> go.Figure:
 
 
 def runout_profile(record: xr.Dataset) -> go.Figure:
-    """Runout [um] over the shaft angle [deg] of a slow roll, and its harmonics."""
+    """Runout [um] over the shaft angle [deg] of a slow roll, and its harmonics.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> slow = rs.experiments.slow_roll(plant, speed=60.0, pressure=0.5e6, revolutions=2)
+    >>> figure = rs.report.runout_profile(slow)
+    """
     return _figure(record, sections.RUNOUT)
 
 
@@ -173,10 +208,25 @@ def sensor_noise(record: xr.Dataset) -> go.Figure:
 
 
 def deceleration_curve(record: xr.Dataset) -> go.Figure:
-    """Speed [rpm] and deceleration [rpm/s] of a coast-down against time [s]."""
+    """Speed [rpm] and deceleration [rpm/s] of a coast-down against time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> down = rs.experiments.coastdown(plant, start=300.0, stop=280.0, rate=100.0, pressure=0.5e6)
+    >>> figure = rs.report.deceleration_curve(down)
+    """
     return _figure(record, sections.COAST)
 
 
 def film_pressure(record: xr.Dataset) -> go.Figure:
-    """Film pressure [MPa absolute] over angle and length at the snapshots of a run."""
+    """Film pressure [MPa absolute] over angle and length at the snapshots of a run.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> steady = rs.experiments.Steady(speed=300.0, pressure=0.5e6, duration=0.1)
+    >>> outcome = rs.record(plant, steady, "film.nc")
+    >>> figure = rs.report.film_pressure(rs.open_record("film.nc"))
+    """
     return _figure(record, sections.FILM_MAPS)

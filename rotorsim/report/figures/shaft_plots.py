@@ -22,7 +22,13 @@ def _need(found: xr.Dataset, figure: str, *names: str) -> None:
 
 
 def shaft_campbell(found: xr.Dataset) -> go.Figure:
-    """Natural frequencies and logarithmic decrements over speed; triangles up whirl forward, down backward."""
+    """Natural frequencies and logarithmic decrements over speed; triangles up whirl forward, down backward.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.shaft_campbell(rotor.run_campbell([0.0, 100.0, 200.0]).dataset())
+    """
     _need(found, "shaft_campbell", "speed", "wn", "log_dec", "whirl")
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
     speed = found["speed"].values * TO_RPM
@@ -46,7 +52,13 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
 
 
 def critical_speed_map(found: xr.Dataset) -> go.Figure:
-    """Undamped critical speeds over the stiffness of the bearings, both logarithmic."""
+    """Undamped critical speeds over the stiffness of the bearings, both logarithmic.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.critical_speed_map(rotor.run_ucs(num=5).dataset())
+    """
     _need(found, "critical_speed_map", "stiffness", "wn")
     figure = go.Figure()
     for k in range(found.sizes["mode"]):
@@ -59,7 +71,14 @@ def critical_speed_map(found: xr.Dataset) -> go.Figure:
 
 
 def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) -> go.Figure:
-    """Half axis and phase of the whirl over speed at `nodes`; without them at the one that moves most."""
+    """Half axis and phase of the whirl over speed at `nodes`; without them at the one that moves most.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> whirl = rotor.run_unbalance_response(3, 1e-5, 0.0, np.linspace(10.0, 200.0, 20))
+    >>> figure = rs.report.unbalance_response(whirl.dataset())
+    """
     _need(found, "unbalance_response", "frequency", "major", "x", "z")
     chosen = nodes or (int(found["major"].values.max(axis=1).argmax()),)
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
@@ -78,7 +97,13 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
 
 
 def sag(found: xr.Dataset) -> go.Figure:
-    """The bent shaft at rest in x and y."""
+    """The bent shaft at rest in x and y.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.sag(rotor.run_static().dataset())
+    """
     _need(found, "sag", "x", "y", "z")
     figure = go.Figure()
     for axis, colour in zip("xy", PIN_COLOURS, strict=False):

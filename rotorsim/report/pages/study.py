@@ -18,7 +18,14 @@ from rotorsim.report.pages import html
 
 @dataclass(frozen=True)
 class Block:
-    """A section: title, sentence, and a table (heads and rows) or a figure."""
+    """A section: title, sentence, and a table (heads and rows) or a figure.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.Block("Modes", "Natural frequencies.", heads=("speed", "wn"), rows=[(100.0, 630.0)]).title
+    'Modes'
+    """
 
     title: str
     text: str = ""
@@ -28,7 +35,14 @@ class Block:
 
 
 def save_study_page(title: str, description: str, blocks: Sequence[Block], path: Path) -> None:
-    """Write the page, complete or not at all; raises WriteError."""
+    """Write the page, complete or not at all; raises WriteError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> table = rs.report.Block("Modes", heads=("speed", "wn"), rows=[(100.0, 630.0)])
+    >>> rs.report.save_study_page("Study", "Modes of a rotor.", [table], Path("study.html"))
+    """
     write_text(path, study_page(title, description, blocks))
 
 

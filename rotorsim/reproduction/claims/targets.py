@@ -24,7 +24,14 @@ class Target:
 
 
 def targets(study: Study) -> list[Target]:
-    """All figures that the study's records yield."""
+    """All figures that the study's records yield.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.reproduction.study(plant, rs.reproduction.sources_of(["study"]))  # doctest: +SKIP
+    >>> all(target.met for target in rs.reproduction.targets(found))  # doctest: +SKIP
+    """
     return [*_fits(study), *_knee(study), *_runout(study), *_physics(study), *_surfaces(study)]
 
 

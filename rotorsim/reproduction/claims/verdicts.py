@@ -17,7 +17,14 @@ HEADS = ("figure", "thesis", "here", f"{MET} in", f"{NEAR} in", "verdict")
 
 
 def verdicts(ours: Numbers, letters: str = "IC") -> list[Judged]:
-    """Verdicts on the claims whose number begins with one of the letters."""
+    """Verdicts on the claims whose number begins with one of the letters.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> {one.verdict for one in rs.reproduction.verdicts({}, "I")}
+    {'not met'}
+    """
     return [judge(claim, ours.get(claim.number, {})) for claim in claims() if claim.number[0] in letters]
 
 

@@ -1,0 +1,34 @@
+"""The functions made of the experiments' dataclasses: signature and documentation of every declared parameter."""
+
+from inspect import Signature, getdoc, signature
+
+import pytest
+
+from rotorsim import experiments as ex
+from rotorsim.experiments.parameters import parameters
+
+MADE = [name for name in ex.EXPERIMENTS if name not in ("runup", "controlled")]
+"""The others are written by hand."""
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_function_has_the_parameters_types_and_defaults_of_its_dataclass(name):
+    made, kind = signature(getattr(ex, name)), signature(ex.EXPERIMENTS[name])
+    own = list(made.parameters.values())
+    assert [p.name for p in (own[0], *own[-2:])] == ["plant", "seed", "progress"]
+    assert Signature(own[1:-2]).parameters == kind.parameters and made.return_annotation == "xr.Dataset"
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_its_documentation_states_type_default_unit_and_meaning_of_each_parameter(name):
+    text = getdoc(getattr(ex, name))
+    for entry, known in parameters(ex.EXPERIMENTS[name]):
+        line, meaning = text.partition(f"\n{entry.name} : ")[2].splitlines()[:2]
+        assert ("optional" in line) if entry.default is None else line.partition("default ")[2]
+        assert known.doc.removesuffix(".") in meaning and (known.unit == "1" or f"[{known.unit}]" in meaning)
+
+
+def test_its_example_is_that_of_the_dataclass_run_on_a_plant():
+    assert 'rs.experiments.impact(plant, pressure=0.5e6, peak=20.0, hits=2, spacing=0.1).sizes["time"]' in getdoc(
+        ex.impact
+    )
