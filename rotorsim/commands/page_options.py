@@ -1,4 +1,4 @@
-"""Options of every command that writes an HTML page: its figures as files, and the page opened in the browser."""
+"""Options of every command that writes an HTML page: units, figures as files, the page opened in the browser."""
 
 from __future__ import annotations
 
@@ -10,13 +10,16 @@ from typing import Annotated
 import typer
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_text
 from rotorsim.report.export.browser import open_page
+from rotorsim.report.export.display_units import check_units
 
 
 @dataclass(frozen=True)
 class PageOptions:
     """What is done with a page that a command writes."""
 
+    units: Annotated[str, typer.Option(help="Units of the page: metric or imperial.")] = "metric"
     figures: Annotated[str | None, typer.Option(help="Every figure of the page as a file too: png, svg or csv.")] = None
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the default browser.")] = False
 
@@ -25,18 +28,25 @@ class PageOptions:
         for option, given in (("figures", self.figures is not None), ("open", self.open_page)):
             if given and not report:
                 raise DataError(f"--{option}: no page is written; leave --no-report out, or add --report")
+        check_units(self.units)
         if self.figures is not None:
             from rotorsim.report.export.figure_files import check_kind
 
             check_kind(self.figures)
 
     def finish(self, page: str | Path) -> dict[str, str]:
-        """Write the figures of a complete page and open it; returns the pattern of their paths for the summary.
+        """Convert the units of a complete page, write its figures and open it.
+
+        Returns the pattern of the paths of figures for the summary.
 
         What fails here is a sentence on stderr: the page is complete.
         """
         files: dict[str, str] = {}
         page = Path(page)
+        if self.units != "metric":
+            from rotorsim.report.export.page_units import in_units
+
+            write_text(page, in_units(page.read_text(encoding="utf-8"), self.units))
         if self.figures is not None:
             from rotorsim.report.export.figure_files import save_figures
 

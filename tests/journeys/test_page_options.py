@@ -17,7 +17,7 @@ WITH_PAGE = [one.words for one in COMMANDS if any(name.endswith(".html") for nam
 
 @pytest.mark.parametrize("words", WITH_PAGE, ids=" ".join)
 def test_every_command_that_writes_a_page_opens_it_and_writes_its_figures(words):
-    assert {"--open", "--figures"} <= {name for p in FOUND[words].params for name in p.opts}
+    assert {"--open", "--figures", "--units"} <= {name for p in FOUND[words].params for name in p.opts}
 
 
 @pytest.fixture
@@ -58,12 +58,19 @@ def test_tables_of_the_figures_are_named_in_the_summary(run, tmp_path):
     assert (tmp_path / "run" / "steady_spectra.csv").read_text().startswith("panel,curve,x axis")
 
 
+def test_page_and_tables_are_in_the_units_that_were_asked_for(run, tmp_path):
+    code, _, err = run(*STEADY, "--units", "imperial", "--figures", "csv")
+    assert (code, err) == (0, "")
+    assert "mil 0-pk" in (tmp_path / "run" / "steady_spectra.csv").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
         (("--figures", "pdf"), "--figures: 'pdf' is not known; known are png, svg, csv"),
         (("--no-report", "--figures", "csv"), "--figures: no page is written; leave --no-report out, or add --report"),
         (("--no-report", "--open"), "--open: no page is written; leave --no-report out, or add --report"),
+        (("--units", "inches"), "--units: 'inches' is not known; known are metric, imperial"),
         (("--figures", "png"), "no Chrome, Chromium or Edge to draw figures; install one or set BROWSER_PATH"),
     ],
 )

@@ -68,8 +68,8 @@ def test_labels_in_two_lines_and_bars_are_written():
 
 def test_every_figure_of_a_page_is_found_under_its_title(page):
     found = figures_of(page.read_text(encoding="utf-8"))
-    assert [title for title, _ in found] == ["One: <two> panels", "Map", "Map"]
-    assert found[0][1]["layout"]["height"] == 300
+    assert [one.title for one in found] == ["One: <two> panels", "Map", "Map"]
+    assert found[0].figure["layout"]["height"] == 300
 
 
 def test_tables_lie_next_to_the_page_with_the_names_of_its_figures(page):

@@ -53,8 +53,8 @@ def save_figures(page: str | Path, kind: str) -> list[Path]:
         found = figures_of(page.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise DataError(f"{page}: cannot be read as the page of a report; name one that a command wrote") from error
-    paths = _paths(page, [title for title, _ in found], kind)
-    figures = [figure for _, figure in found]
+    paths = _paths(page, [one.title for one in found], kind)
+    figures = [one.figure for one in found]
     if kind == "csv":
         for path, figure in zip(paths, figures, strict=True):
             write_text(path, figure_csv(figure))

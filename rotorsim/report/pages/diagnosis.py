@@ -148,8 +148,9 @@ def _gap_table(d: Diagnosis) -> str:
                 (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
                  f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
             )  # fmt: skip
-    head = ("role", "record", "point", "channel", "nominal", "re-calibrated", "with effect", "scatter")
-    return f"<details><summary>The gap as numbers, um rms</summary>{html.table(rows, (head,))}</details>"
+    sizes = (f"{name} [um rms]" for name in ("nominal", "re-calibrated", "with effect", "scatter"))
+    head = ("role", "record", "point", "channel", *sizes)
+    return f"<details><summary>The gap as numbers</summary>{html.table(rows, (head,))}</details>"
 
 
 def _unknown(d: Diagnosis) -> str:

@@ -12,7 +12,7 @@ from rotorsim.report.pages.run import analyse
 from rotorsim.signals.record_blocks import open_record
 
 
-def write_report(record: xr.Dataset | str | Path, html_path: str | Path) -> None:
+def write_report(record: xr.Dataset | str | Path, html_path: str | Path, units: str = "metric") -> None:
     """Write the report of a record as one HTML file, complete or not at all.
 
     The attribute `experiment` chooses the figures; what cannot be made of the record is named with the reason. A record
@@ -24,11 +24,13 @@ def write_report(record: xr.Dataset | str | Path, html_path: str | Path) -> None
         Record of the schema (`identification.records.schema`) or its NetCDF file; read in blocks, however long.
     html_path : path
         The page; with plotly.js inside some 6 MB.
+    units : {"metric", "imperial"}
+        Of its texts, tables and figures: µm, MPa, N or mil, psi, lbf.
 
     Raises
     ------
     DataError
-        If the record cannot be read, has no displacement of the disc, or the page cannot be written.
+        If the record cannot be read, has no displacement of the disc, or the page cannot be written; for other units.
 
     Examples
     --------
@@ -36,4 +38,4 @@ def write_report(record: xr.Dataset | str | Path, html_path: str | Path) -> None
     >>> rs.write_report("run.nc", "report.html")
     """
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
-        save_page(analyse(opened), html_path)
+        save_page(analyse(opened), html_path, units)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from html import escape, unescape
 from importlib.resources import files
 from typing import Any
@@ -61,19 +62,37 @@ def drawn(figure: go.Figure) -> str:
     return f'<div class="figure">{pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS)}</div>'
 
 
-def figures_of(page: str) -> list[tuple[str, dict[str, Any]]]:
-    """Title of the section, and data and layout, of every figure that `drawn` put into a page."""
+@dataclass(frozen=True)
+class Drawn:
+    """A figure in a page: title of its section, data and layout, and where these stand in the page's text."""
+
+    title: str
+    figure: dict[str, Any]
+    begin: int
+    end: int
+
+
+def figures_of(page: str) -> list[Drawn]:
+    """Every figure that `drawn` put into a page, in order."""
     found = []
-    for at in re.finditer(r"Plotly\.newPlot\(\s*(?=\")", page):
-        parts: list[Any] = []
-        end = at.end()
-        while len(parts) < 3:  # name of the element, data, layout
-            part, end = json.JSONDecoder().raw_decode(page, end)
-            parts.append(part)
-            end = re.compile(r"[\s,]*").match(page, end).end()  # type: ignore[union-attr]
-        title = re.findall(r"<h2>(.*?)</h2>", page[max(0, at.start() - FAR) : at.start()], re.DOTALL)
-        found.append((unescape(title[-1]) if title else "figure", {"data": parts[1], "layout": parts[2]}))
+    for at in re.finditer(r'Plotly\.newPlot\(\s*"[^"]*",\s*', page):
+        data, end = json.JSONDecoder().raw_decode(page, at.end())
+        layout, end = json.JSONDecoder().raw_decode(page, page.index("{", end))
+        titles = re.findall(r"<h2>(.*?)</h2>", page[max(0, at.start() - FAR) : at.start()], re.DOTALL)
+        title = unescape(titles[-1]) if titles else "figure"
+        found.append(Drawn(title, {"data": data, "layout": layout}, at.end(), end))
     return found
+
+
+def redrawn(page: str, change: Callable[[dict[str, Any]], dict[str, Any]]) -> str:
+    """The page with every figure changed."""
+    pieces, at = [], 0
+    for one in figures_of(page):
+        figure = change(one.figure)
+        text = f"{json.dumps(figure['data'])}, {json.dumps(figure['layout'])}".replace("<", "\\u003c")
+        pieces += [page[at : one.begin], text]
+        at = one.end
+    return "".join([*pieces, page[at:]])
 
 
 def table(rows: Iterable[Sequence[str]], heads: Iterable[Sequence[str]] = ()) -> str:

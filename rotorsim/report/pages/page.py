@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 
 from rotorsim.base.files import write_text
+from rotorsim.report.export.page_units import in_units
 from rotorsim.report.pages import html
 from rotorsim.report.pages.figure_lists import Found, found_sections
 from rotorsim.report.pages.run import RUNS, Run
@@ -24,9 +25,9 @@ NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random ex
          "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
 
 
-def save_page(run: Run, html_path: str | Path) -> None:
+def save_page(run: Run, html_path: str | Path, units: str = "metric") -> None:
     """Write the report of an analysed run, complete or not at all; raises WriteError."""
-    write_text(html_path, page(run))
+    write_text(html_path, in_units(page(run), units))
 
 
 def page(run: Run) -> str:

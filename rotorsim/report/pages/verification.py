@@ -21,7 +21,13 @@ def page(result: Verification) -> str:
     """The page's text."""
     words = {True: "pass", False: "FAIL", None: "not judged"}
     rows = [
-        (r.check, f"{r.measured:.4g} {r.unit}", "" if r.bound is None else f"{r.bound:.4g}", words[r.passed], r.remark)
+        (
+            r.check,
+            f"{r.measured:.4g} {r.unit}",
+            "" if r.bound is None else f"{r.bound:.4g} {r.unit}",
+            words[r.passed],
+            r.remark,
+        )
         for r in result.rows
     ]
     verdict = "passed" if result.passed else "FAILED"

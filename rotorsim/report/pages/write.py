@@ -11,6 +11,7 @@ import xarray as xr
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.discrepancy import Diagnosis
+from rotorsim.report.export.page_units import in_units
 from rotorsim.report.pages import diagnosis, verification
 from rotorsim.report.pages.page import page
 from rotorsim.report.pages.run import analyse
@@ -21,10 +22,11 @@ PAGES: Mapping[type, Callable[[Any], str]] = {Diagnosis: diagnosis.page, Verific
 """Types of results and what makes their pages."""
 
 
-def write(result: Diagnosis | Verification | xr.Dataset, path: str | Path) -> Path:
+def write(result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric") -> Path:
     """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
 
-    Raises DataError for any other type, WriteError for a path that cannot be written.
+    `units` are "metric" or "imperial". Raises DataError for others and for any other type, WriteError for a path that
+    cannot be written.
 
     Examples
     --------
@@ -36,5 +38,5 @@ def write(result: Diagnosis | Verification | xr.Dataset, path: str | Path) -> Pa
     if make is None:
         given = type(result).__name__
         raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
-    write_text(Path(path), make(result))
+    write_text(Path(path), in_units(make(result), units))
     return Path(path)
