@@ -20,8 +20,8 @@ from rotorsim.report.pages.html import figures_of
 PINT = {
     "mil": "thou", "mil/V": "thou/volt", "mil/lbf": "thou/force_pound", "V/mil": "volt/thou",
     "V/lbf": "volt/force_pound", "klbf/in": "kiloforce_pound/inch",
-    "lbf": "force_pound", "lbf s/in": "force_pound*second/inch", "lbf/in": "force_pound/inch", "in": "inch", "psi": "psi",
-    "lb/h": "pound/hour", "oz in": "ounce*inch", "oz": "ounce",
+    "lbf": "force_pound", "lbf s/in": "force_pound*second/inch", "lbf/in": "force_pound/inch",
+    "in": "inch", "psi": "psi", "lb/h": "pound/hour", "oz in": "ounce*inch", "oz": "ounce",
     "kN s/m": "kN*s/m", "g mm": "g*mm", "µm": "µm",
 }  # fmt: skip
 LEFT = re.compile(r"µm|\bum\b|\bMPa\b|\bmg/s\b|\bNl/min\b|\bkN\b|\d mm\b|\[N\]|g mm")
