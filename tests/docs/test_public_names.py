@@ -62,7 +62,7 @@ def untyped(one):
 def has_example(one):
     """Whether the docstring of a name itself (an inherited one does not count) has an example."""
     text = vars(one).get("__doc__") if inspect.isclass(one) else one.__doc__
-    return ">>> " in (text or "") and "Examples\n" in text
+    return bool(re.search(r"Examples\n\s*-+\n(.*\n)*\s*>>> (?!import |from )", text or ""))
 
 
 def shown_classes():
