@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -41,6 +43,7 @@ myst_dmath_double_inline = True
 default_role = "literal"  # docstrings write code in single backticks
 nitpicky = False
 autodoc_typehints = "signature"
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "Signal")}  # their names instead of all they stand for
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "imported-members": True, "undoc-members": False}
 
@@ -51,3 +54,15 @@ linkcheck_ignore = [r"http://127\.0\.0\.1.*", r"http://localhost.*"]
 linkcheck_anchors = False
 
 write_pages()
+
+
+def setup(app: Any) -> None:
+    """Signatures with the plain names of types."""
+    app.connect("autodoc-process-signature", plain_types)
+
+
+def plain_types(
+    app: Any, what: str, name: str, one: Any, options: Any, signature: str | None, returned: str | None
+) -> Any:
+    """Signature and returned type without the class that Sphinx shows around an alias in a union."""
+    return tuple(text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) for text in (signature, returned))

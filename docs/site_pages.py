@@ -69,7 +69,9 @@ def _put(path: Path, text: str) -> None:
 def _api(module: str, about: str) -> str:
     """Page of a module: every name of its `__all__` with its docstring."""
     again = "\n   :no-index:" if module == "rotorsim" else ""  # its names are those of other pages
-    values = "".join(f"\n.. py:data:: {module}.{name}\n\n   {text}\n" for name, text in constants(module).items())
+    values = "".join(
+        f"\n.. py:data:: {name}\n   :module: {module}\n\n   {text}\n" for name, text in constants(module).items()
+    )
     return f"# {module}\n\n{about}.\n\n```{{eval-rst}}\n.. automodule:: {module}{again}\n{values}```\n"
 
 

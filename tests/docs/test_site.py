@@ -57,3 +57,9 @@ def test_an_example_has_a_page_with_its_text_picture_and_script():
 def test_the_bibliography_has_every_reference_and_links_a_doi():
     text = site_pages.bibliography()
     assert "(nelson_1980)=" in text and "](https://doi.org/10.1016/j.ymssp.2015.09.016)" in text
+
+
+def test_a_page_of_the_reference_lists_the_values_that_other_files_define():
+    assert site_pages.constants("rotorsim.bench").keys() == {"PARTS"}
+    assert ".. py:data:: PARTS\n   :module: rotorsim.bench\n\n   Benchmarks" in site_pages._api("rotorsim.bench", "")
+    assert site_pages.constants("rotorsim.experiments") == {}, "autodoc lists those of the package's own file"
