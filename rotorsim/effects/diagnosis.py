@@ -30,6 +30,7 @@ class CandidateForm:
     with_weight : forms that make nearly the same response in a rotor with a weight share this name
     from_value : parameter and value; a form that is found with at least that much of it may be another one of them
     axes_only : known for sensors along x and y alone
+    alone_of : forms of the same kind of force share this name and are not combined
     """
 
     parameter: str
@@ -43,6 +44,7 @@ class CandidateForm:
     with_weight: str = ""
     from_value: tuple[str, float] = ("", math.inf)
     axes_only: bool = False
+    alone_of: str = ""
 
 
 @dataclass(frozen=True)

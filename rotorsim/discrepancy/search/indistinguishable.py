@@ -42,6 +42,12 @@ def same_class(a: str, b: str) -> bool:
     return bool(signature) and _signature(a) == _signature(b)
 
 
+def of_one_force(a: str, b: str) -> bool:
+    """Whether two keys are forms of one kind of force, of which a diagnosis names one alone."""
+    first, second = _form(a), _form(b)
+    return first is not None and second is not None and first.alone_of == second.alone_of != ""
+
+
 def resembles(key: str) -> str:
     """Known cause with the same signature that is no effect of the catalogue; empty if there is none."""
     form = _form(key)

@@ -16,7 +16,7 @@ from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import same_class
+from rotorsim.discrepancy.search.indistinguishable import of_one_force, same_class
 from rotorsim.discrepancy.search.projection import Screen, screen
 from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
 
@@ -312,8 +312,11 @@ class Search:
 
 
 def _apart(forms: Sequence[Form]) -> bool:
-    """Whether all forms are of different effects and classes."""
-    return all(a.effect != b.effect and not same_class(a.key, b.key) for a, b in combinations(forms, 2))
+    """Whether all forms are of different effects, classes and kinds of force."""
+    return not any(
+        a.effect == b.effect or same_class(a.key, b.key) or of_one_force(a.key, b.key)
+        for a, b in combinations(forms, 2)
+    )
 
 
 def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, ...]]:

@@ -26,5 +26,5 @@ class InternalDamping(Effect):
     kernel = internal_damping
     cites = ("genta_2005", "kimball_1924")
     single = True
-    forms = (CandidateForm("time", 1e-5, signed=False),)
+    forms = (CandidateForm("time", 1e-5, signed=False, alone_of="circulatory"),)
     time: float = param("s", bounds=(0.0, 1e-2), doc="Ratio of damping to stiffness.")

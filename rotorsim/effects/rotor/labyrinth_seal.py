@@ -35,8 +35,10 @@ class LabyrinthSeal(Effect):
     cites = ("childs_1993",)
     in_benchmark = False
     forms = (
-        CandidateForm("damping", 5.0, options=(("swirl", (0.5,)),), refine=(("swirl", 0.1),), signed=False),
-        CandidateForm("cross_stiffness", 1e3),
+        CandidateForm(
+            "damping", 5.0, options=(("swirl", (0.5,)),), refine=(("swirl", 0.1),), signed=False, alone_of="circulatory"
+        ),
+        CandidateForm("cross_stiffness", 1e3, alone_of="circulatory"),
     )
     damping: float = param("N*s/m", bounds=(0.0, 1e6), doc="Direct damping C.")
     swirl: float = param("1", default=0.5, bounds=(-2.0, 2.0), doc="Mean swirl of the gas over the shaft's speed.")
