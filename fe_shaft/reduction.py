@@ -1,7 +1,7 @@
 r"""Modal reduction of the rotor to a few modes per plane, for time simulation with a gas film.
 
-The modes are those of the undamped rotor at rest, held at `node` by an extra isotropic spring of about the
-gas film's stiffness k, so that the few kept modes already bend as the supported shaft does; the spring is
+The modes are those of the undamped rotor at rest, held at the gas bearings by extra isotropic springs of about
+the films' stiffness k, so that the few kept modes already bend as the supported shaft does; the springs are
 then taken out again:
 
 .. math:: (K_p + k\, e e')\,\phi_i = \omega_i^2 M_p \phi_i, \quad
@@ -21,6 +21,7 @@ Cites: benfield_1971.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,7 +74,7 @@ class ReducedRotor:
 
 
 def modal_reduction(
-    rotor: Rotor, node: int | None, support_stiffness: float, n_modes: int, damping_ratio: float
+    rotor: Rotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float
 ) -> ReducedRotor:
     """Reduce `rotor` to `n_modes` modes of each plane.
 
@@ -81,10 +82,8 @@ def modal_reduction(
     ----------
     rotor : Rotor
         Its linear bearings stay part of it.
-    node : int or None
-        Where the gas bearing will act; None for a rotor on its linear bearings alone.
-    support_stiffness : float
-        Nominal stiffness of the gas bearing [N/m]; unused without a node.
+    springs : mapping of int to float
+        Nominal stiffness [N/m] of every gas bearing by its node; empty for a rotor on its linear bearings alone.
     n_modes : int
         Modes kept in each plane.
     damping_ratio : float
@@ -93,19 +92,19 @@ def modal_reduction(
     Raises
     ------
     ShaftError
-        If `node` is not on the shaft or the planes have not `n_modes` modes.
+        If a node is not on the shaft or the planes have not `n_modes` modes.
 
     Examples
     --------
     >>> import fe_shaft
-    >>> fe_shaft.modal_reduction(rotor, 6, 4e6, n_modes=4, damping_ratio=0.01).K.shape
+    >>> fe_shaft.modal_reduction(rotor, {6: 4e6}, n_modes=4, damping_ratio=0.01).K.shape
     (8, 8)
     """
-    _check(rotor, node, n_modes)
+    _check(rotor, springs, n_modes)
     M, K, C, G = rotor.M(), rotor.K(), rotor.C(), rotor.G()
     held = K.copy()
-    if node is not None:
-        held[4 * node : 4 * node + 2, 4 * node : 4 * node + 2] += support_stiffness * np.eye(2)
+    for node, stiffness in springs.items():
+        held[4 * node : 4 * node + 2, 4 * node : 4 * node + 2] += stiffness * np.eye(2)
     planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes) for dofs in ((0, 3), (1, 2))]
     omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
     modal_damping = np.diag(2 * damping_ratio * omega)
@@ -135,9 +134,11 @@ def _signs(deflection: Matrix) -> Matrix:
     return np.where(deflection[first, np.arange(deflection.shape[1])] < 0, -1.0, 1.0)
 
 
-def _check(rotor: Rotor, node: int | None, n_modes: int) -> None:
-    if node is not None and not 0 <= node < rotor.n_nodes:
-        raise ShaftError(f"reduction: node {node}, but the shaft has nodes 0 to {rotor.n_nodes - 1}; choose another.")
+def _check(rotor: Rotor, nodes: Iterable[int], n_modes: int) -> None:
+    for node in nodes:
+        if not 0 <= node < rotor.n_nodes:
+            last = rotor.n_nodes - 1
+            raise ShaftError(f"reduction: node {node}, but the shaft has nodes 0 to {last}; choose another.")
     if not 1 <= n_modes <= 2 * rotor.n_nodes:
         raise ShaftError(
             f"reduction: {n_modes} modes a plane, but {rotor.n_nodes} nodes have 1 to {2 * rotor.n_nodes}; "

@@ -114,6 +114,7 @@ class Layout(NamedTuple):
     source_cell: int
     reader_start: int
     reader_cell: int
+    n_integers: int
     journal: int
     journal_a: int
     journal_b: int
@@ -190,9 +191,9 @@ class Grid:
 
 
 def make_layout(
-    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], base: int = 0, rarefied: bool = False
+    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False
 ) -> Layout:
-    """Lay the film's arrays out from offset `base`; sizes are the footprint cells of each injector.
+    """Lay the film's arrays out; sizes are the footprint cells of each injector.
 
     A `rarefied` film slips at the walls by w[slip]; mu and slip stand in the workspace because effects change them.
     """
@@ -212,13 +213,14 @@ def make_layout(
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
     }  # fmt: skip
-    offsets, at = {}, base
+    offsets, at = {}, 0
     for name, size in sizes.items():
         offsets[name], at = at, _round(at + max(size, 1))
     starts = n_inj + 1
     integers = {
         "source_start": 0, "source_cell": starts, "reader_start": starts + sum(source_sizes),
         "reader_cell": 2 * starts + sum(source_sizes),
+        "n_integers": 2 * starts + sum(source_sizes) + sum(reader_sizes) + 1,
     }  # fmt: skip
     return Layout(
         n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, rarefied=int(rarefied),

@@ -39,6 +39,14 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     return numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
 
 
+def view(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A part of an array as one expression, which `specialise` writes where it is called.
+
+    A kernel that manages no memory can use such a part, but not return it.
+    """
+    return inlined(function)
+
+
 def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """A function of a generated module that only its entry points call, merged into its callers with `inline`."""
 

@@ -6,7 +6,8 @@ The stage's equations are the film's residual, the plena (eliminated analyticall
 
 where A = I, B = W (compliance of the rotor over a stage) in time, A = K, B = I for a static shaft and B = 0 for a
 journal held in place. The film's ring is bordered by one unknown per injector (its change of flow) and the two of the
-journal. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the film's
+journal. Several films on one rotor are corrected each by itself (`read_ring`, `finish_correction`); their borders meet
+in one small system. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the film's
 stiffness in these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
 
 Cites: golub_2013, kelley_1998.
@@ -115,8 +116,8 @@ def border_column(w, ix, F, L, U, iadt, c, column):
 
 
 @inlined
-def build_small(w, ix, L):
-    """Matrix of the border system: changes of the film flows, as scaled rows see them, and journal displacement."""
+def flow_rows(w, ix, L):
+    """Rows of the border system for the changes of the film flows, as scaled rows see them."""
     nb = L.n_border
     for i in range(L.n_inj):
         cell = ix[L.source_cell + ix[L.source_start + i]]
@@ -124,6 +125,12 @@ def build_small(w, ix, L):
         for c in range(nb):
             w[L.small_matrix + c * nb + i] = -w[L.gain_q + i] * w[L.border_reader + i * nb + c]
         w[L.small_matrix + i * nb + i] += ratio * ratio * ratio
+
+
+@inlined
+def journal_rows(w, L):
+    """Rows of the border system for the journal's displacement."""
+    nb = L.n_border
     for row in range(2):
         r = L.n_inj + row
         b = L.journal_b + 2 * row
@@ -172,16 +179,26 @@ def scale_rows(w, L):
 
 
 @inlined
-def solve_borders(w, ix, L):
-    """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
-    build_small(w, ix, L)
-    nb, ni = L.n_border, L.n_inj
+def read_ring(w, ix, L):
+    """What injectors and journal read of the ring's solution in r: changes of the flows into w[small + n_border], and
+    the film force [N] with it."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.dp + k] = w[L.p + k] + w[L.r + k] * w[L.two_p + k]
     fx, fy = two_dots(w, L.dp + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
-    o = L.small + nb
-    for i in range(ni):
+    o = L.small + L.n_border
+    for i in range(L.n_inj):
         w[o + i] = w[L.defect + i] + w[L.gain_q + i] * read_footprint(w, ix, L, i, L.r)
+    return fx, fy
+
+
+@inlined
+def solve_borders(w, ix, L):
+    """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
+    flow_rows(w, ix, L)
+    journal_rows(w, L)
+    fx, fy = read_ring(w, ix, L)
+    nb, ni = L.n_border, L.n_inj
+    o = L.small + nb
     for row in range(2):
         a, b = L.journal_a + 2 * row, L.journal_b + 2 * row
         w[o + ni + row] = (
@@ -252,26 +269,74 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
             return n
         if n == most:
             return STALE_FACTORS
-        scale_rows(w, L)
-        open_solve(w, L, L.r)
-        close_ring(w, L, L.r)
+        solve_ring(w, L)
         solve_borders(w, ix, L)
         add_borders(w, L)
         size = update(w, ix, F, L)
         n += 1
         w[L.convergence + ITERATIONS] += 1.0
-        if not size < 1e6:
-            return NOT_CONVERGED
-        rate = w[L.convergence + RATE]
-        known = w[L.convergence + AGE] < MAX_AGE
-        if n > 1:
-            rate = size / before
-            w[L.convergence + RATE] = max(rate, 0.02)
-            w[L.convergence + AGE] = 0.0
-            known = True
-        done = size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate))
-        if done:
-            w[L.convergence + AGE] += 1.0
-        elif n > 3 and rate > 0.5:
-            return STALE_FACTORS
+        verdict = judge_correction(w, L.convergence, n, size, before, tolerance)
+        if verdict < 0:
+            return verdict
+        done = verdict > 0
         before = size
+
+
+@inlined
+def solve_ring(w, L):
+    """Solution of the ring alone, without borders, for the residual in r."""
+    scale_rows(w, L)
+    open_solve(w, L, L.r)
+    close_ring(w, L, L.r)
+
+
+@inlined
+def judge_correction(w, c, n, size, before, tolerance):
+    """1 if what is left after the n-th correction is small enough, 0 if not, or a negative status.
+
+    `size` and `before` are those of this correction and of the last one; w[c:] is the film's memory of convergence.
+    """
+    if not size < 1e6:
+        return NOT_CONVERGED
+    rate = w[c + RATE]
+    known = w[c + AGE] < MAX_AGE
+    if n > 1:
+        rate = size / before
+        w[c + RATE] = max(rate, 0.02)
+        w[c + AGE] = 0.0
+        known = True
+    if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
+        w[c + AGE] += 1.0
+        return 1
+    return STALE_FACTORS if n > 3 and rate > 0.5 else 0
+
+
+@inlined
+def begin_correction(w, ix, F, L, U, iadt, careful):
+    """Residual of a film at the present state, into r."""
+    wide_vectors()
+    w[L.convergence + CAREFUL] = 1.0 if careful else 0.0
+    residual(w, ix, F, L, U, iadt)
+
+
+@inlined
+def read_correction(w, ix, L):
+    """What a film has to say in the common system of several films: its rows, its flows and its force.
+
+    Expects the residual in r and leaves the ring's solution there, the rows of its injectors in w[small_matrix] and the
+    right-hand side in w[small + n_border], with the film force [N] where the journal's rows begin.
+    """
+    wide_vectors()
+    solve_ring(w, L)
+    flow_rows(w, ix, L)
+    fx, fy = read_ring(w, ix, L)
+    o = L.small + L.n_border + L.n_inj
+    w[o], w[o + 1] = fx, fy
+
+
+@inlined
+def finish_correction(w, ix, F, L):
+    """Apply the changes of flows and journal in w[small]; returns the size of the correction as `update` does."""
+    wide_vectors()
+    add_borders(w, L)
+    return update(w, ix, F, L)

@@ -13,11 +13,13 @@ Cites: hamrock_2004, thesis.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
 from reynolds import kernels
@@ -27,7 +29,10 @@ from reynolds.workspace import FilmModel
 
 @dataclass(frozen=True)
 class LinearFilm:
-    """Matrices of the perturbed film: S (n,), J (n, n) sparse, S_X, J_X (n, 2), J_u (n, n_inj + 1), F_y (2, n)."""
+    """Matrices of the perturbed film: S (n,), J (n, n) sparse, S_X, J_X (n, 2), J_u (n, n_inj + 1), F_y (2, n).
+
+    Of several films side by side: two columns of S_X and J_X and two rows of F_y for each, one supply pressure.
+    """
 
     S: np.ndarray
     J: Any
@@ -68,6 +73,21 @@ def linear_film(model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray,
     read = 0.5 * float(F["area"]) * film(layout.weight) / film(layout.p)
     F_y = np.hstack([-np.stack([read * film(layout.cos), read * film(layout.sin)]), np.zeros((2, ni))])
     return LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
+
+
+def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
+    """Several films as one, which only the supply pressure has in common."""
+    if len(films) == 1:
+        return films[0]
+    supply = np.concatenate([film.J_u[:, -1:] for film in films])
+    return LinearFilm(
+        np.concatenate([film.S for film in films]),
+        sparse.block_diag([film.J for film in films], format="csc"),
+        block_diag(*[film.S_X for film in films]),
+        block_diag(*[film.J_X for film in films]),
+        np.hstack([block_diag(*[film.J_u[:, :-1] for film in films]), supply]),
+        block_diag(*[film.F_y for film in films]),
+    )
 
 
 def _ring_matrix(layout: Layout, w: np.ndarray) -> Any:

@@ -24,13 +24,19 @@ MOST_STEPS = 200
 
 
 @inlined
-def begin_pseudo_step(w, F, L, iadt, damping):
-    """Right-hand sides of an implicit Euler step of 1/iadt from the present state; iadt = 0 is the steady equation."""
+def begin_pseudo_film(w, F, L):
+    """Right-hand sides of an implicit Euler step of the film from the present state."""
     thickness(w, F, L)
     for k in range(L.length):
         w[L.m_rhs + k] = w[L.p + k] * w[L.h + k]
     for i in range(L.n_inj):
         w[L.plenum_rhs + i] = w[L.plenum + i]
+
+
+@inlined
+def begin_pseudo_step(w, F, L, iadt, damping):
+    """Those of film and journal for a step of 1/iadt; iadt = 0 is the steady equation."""
+    begin_pseudo_film(w, F, L)
     for e in range(4):
         w[L.journal_a + e] = w[L.static_a + e]
     for a in range(2):

@@ -89,19 +89,17 @@ class FilmModel:
         """Every injector on the grid."""
         return [footprint(self.grid, injector) for injector in self.injectors]
 
-    def build(self, base: int = 0) -> tuple[Layout, np.ndarray, np.ndarray]:
-        """Layout from offset `base`, the workspace (float64) with constants filled in, and the index array (int64)."""
-        prints = self.footprints()
-        sources, readers = [len(p.source) for p in prints], [len(p.reader) for p in prints]
-        rarefied = self.rarefied or self.gas.mean_free_path > 0
-        layout = make_layout(self.grid, self.law, sources, readers, base, rarefied)
-        w = np.zeros(layout.size)
+    def build(self) -> tuple[Layout, np.ndarray, np.ndarray]:
+        """Layout, the workspace (float64) with constants filled in, and the index array (int64)."""
+        return build_films([self])
+
+    def fill(self, w: np.ndarray, ix: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> None:
+        """Write the film's constants into its parts of workspace and index array."""
         w[layout.mu] = self.gas.viscosity
         w[layout.slip] = 6 * self.gas.mean_free_path * self.gas.ambient_pressure
         self._fill_geometry(w, layout)
-        ix = self._fill_footprints(w, layout, prints)
+        self._fill_footprints(w, ix, layout, prints)
         self._fill_injectors(w, layout)
-        return layout, w, ix
 
     def _fill_geometry(self, w: np.ndarray, layout: Layout) -> None:
         grid = self.grid
@@ -127,7 +125,7 @@ class FilmModel:
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
         fill(w, layout.h, layout, np.full(shape, self.clearance), self.clearance)
 
-    def _fill_footprints(self, w: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> np.ndarray:
+    def _fill_footprints(self, w: np.ndarray, ix: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> None:
         index = cells(layout)
         sources, readers = [p.source for p in prints], [p.reader for p in prints]
         for lists, offset in (
@@ -142,20 +140,60 @@ class FilmModel:
         for k, entries in enumerate(sources):
             w[layout.inj_cos + k] = share * sum(v * np.cos(self.grid.theta[i]) for i, _, v in entries)
             w[layout.inj_sin + k] = share * sum(v * np.sin(self.grid.theta[i]) for i, _, v in entries)
-        parts = []
-        for lists in (sources, readers):
-            parts += [np.cumsum([0] + [len(entries) for entries in lists])]
-            parts += [np.array([index[i, j] for entries in lists for i, j, _ in entries])]
-        return np.concatenate([np.asarray(part, np.int64) for part in parts] + [np.zeros(1, np.int64)])
+        for lists, begin, cell in (
+            (sources, layout.source_start, layout.source_cell),
+            (readers, layout.reader_start, layout.reader_cell),
+        ):
+            ends = np.cumsum([0] + [len(entries) for entries in lists])
+            # an injector that is not there has no cells
+            ix[begin : begin + layout.n_inj + 1] = np.concatenate([ends, np.full(layout.n_inj - len(lists), ends[-1])])
+            ix[cell : cell + ends[-1]] = [index[i, j] for entries in lists for i, j, _ in entries]
 
     def _fill_injectors(self, w: np.ndarray, layout: Layout) -> None:
         gas = self.gas
         table = nozzle_coefficients(gas.heat_capacity_ratio, gas.gas_constant, gas.temperature)
         w[layout.nozzle : layout.nozzle + table.size] = table
         rt = gas.gas_constant * gas.temperature
+        p = gas.ambient_pressure
+        # where another film has an injector that this one lacks: a closed chamber at ambient pressure
+        w[layout.capacity : layout.capacity + layout.n_inj] = 1e-15
+        w[layout.pin_conductance : layout.pin_conductance + layout.n_inj] = 1e-15
+        for offset in (layout.plenum, layout.supply, layout.plenum_1, layout.plenum_2, layout.plenum_3):
+            w[offset : offset + layout.n_inj] = p
         for k, injector in enumerate(self.injectors):
             w[layout.curtain + k] = injector.curtain_discharge * np.pi * injector.orifice_diameter
             w[layout.capacity + k] = injector.plenum_volume / (injector.polytropic_exponent * rt)
             w[layout.pin_conductance + k] = injector.conductance(injector.pin)
-            for offset in (layout.plenum, layout.supply, layout.plenum_1, layout.plenum_2, layout.plenum_3):
-                w[offset + k] = gas.ambient_pressure
+
+
+def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndarray]:
+    """Layout that all films share, their workspace (float64), film after film, and their index array (int64).
+
+    Raises FilmError for films whose grids or laws are of different kinds.
+    """
+    first = films[0]
+    if len({(f.grid.n_theta, f.grid.n_rows, f.grid.half) for f in films}) > 1:
+        raise FilmError("films: all must have grids of the same size")
+    laws = {f.law for f in films if f.injectors}
+    if len(laws) > 1:
+        raise FilmError("injectors: all must have the same law")
+    prints = [film.footprints() for film in films]
+    count = max(len(p) for p in prints)
+    sizes = [_largest([[len(one.source) for one in p] for p in prints], count),
+             _largest([[len(one.reader) for one in p] for p in prints], count)]  # fmt: skip
+    rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
+    layout = make_layout(first.grid, max(laws, default=0), *sizes, rarefied)
+    w = np.zeros(len(films) * layout.size)
+    ix = np.zeros(len(films) * layout.n_integers, np.int64)
+    for k, (film, own) in enumerate(zip(films, prints, strict=True)):
+        part = slice(k * layout.size, (k + 1) * layout.size)
+        film.fill(w[part], ix[k * layout.n_integers : (k + 1) * layout.n_integers], layout, own)
+    return layout, w, ix
+
+
+def _largest(sizes: Sequence[Sequence[int]], count: int) -> list[int]:
+    """Sizes of `count` injectors with room for each film's own, whose sums may differ."""
+    if len(sizes) == 1:
+        return list(sizes[0])
+    largest = max(map(sum, sizes))
+    return [largest, *[0] * (count - 1)] if count else []

@@ -31,7 +31,7 @@ class MachineTables(Part):
     description: str = Field("", description="A sentence about the machine.")
     shaft: Shaft = Field(description="The elastic shaft.")
     discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
-    bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings; at most one of them a gas film.")
+    bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films and linear ones.")
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
     injectors: tuple[Injector, ...] = Field((), description="The injectors of the gas film.")
@@ -45,9 +45,23 @@ class MachineTables(Part):
     unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 
     @property
+    def films(self) -> tuple[GasFilm, ...]:
+        """The gas films, in the order of the bearings."""
+        return tuple(b for b in self.bearings if isinstance(b, GasFilm))
+
+    @property
     def film(self) -> GasFilm | None:
-        """The gas film, if there is one."""
-        return next((b for b in self.bearings if isinstance(b, GasFilm)), None)
+        """The first gas film, if there is one."""
+        return next(iter(self.films), None)
+
+    @property
+    def pinned_film(self) -> int | None:
+        """Number from 0, among the films, of the one that the injectors with pins feed."""
+        return 0 if self.injectors else None
+
+    def film_number(self, effect: Effect) -> int | None:
+        """Number from 0, among the films, of the one that an effect is about; None for all films, or none."""
+        return None
 
     @property
     def mass(self) -> float:

@@ -11,12 +11,13 @@ import numpy as np
 
 from reynolds.grid import Grid, Layout, make_layout
 from reynolds.injector import Injector
-from reynolds.workspace import FilmModel, Gas
+from reynolds.workspace import FilmModel, Gas, build_films
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.compose import FILM_ENTRIES, Call, compose, is_compiled
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
 from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
@@ -34,7 +35,7 @@ class Assembly:
 
     machine: Machine
     mesh: Mesh
-    film_model: FilmModel | None
+    films: tuple[FilmModel, ...]
     film: Layout
     rotor: RotorLayout
     rig: RigLayout
@@ -43,6 +44,29 @@ class Assembly:
     ix: np.ndarray
     record: np.recarray
     module: KernelModule
+
+    @property
+    def film_model(self) -> FilmModel | None:
+        """The first film, None for a machine without."""
+        return self.films[0] if self.films else None
+
+    @property
+    def columns(self) -> int:
+        """Columns of the sample table: those of all machines, pins, probes, further films."""
+        further = FILM_COLUMNS * max(len(self.films) - 1, 0)
+        return len(COLUMNS) + self.rig.n_pin + self.rig.n_probe + further
+
+    def film_part(self, w: np.ndarray, number: int) -> np.ndarray:
+        """View of a film's part of a workspace, laid out as `film`."""
+        return w[number * self.film.size : (number + 1) * self.film.size]
+
+    def film_indices(self, number: int) -> np.ndarray:
+        """View of a film's part of the index array."""
+        return self.ix[number * self.film.n_integers : (number + 1) * self.film.n_integers]
+
+    def film_constants(self, number: int) -> Any:
+        """Record of a film's constants."""
+        return getattr(self.P, f"film_{number}")
 
     @property
     def P(self) -> Any:
@@ -60,7 +84,8 @@ class Assembly:
             return ""
         parts, seconds = [], 3.0 + 0.15 * len(self.calls)
         if self.film_model is not None:
-            solver = is_compiled(sys.modules[self.module.newton.__module__], FILM_ENTRIES)
+            entries = film_entries(len(self.films))
+            solver = is_compiled(sys.modules[self.module.newton.__module__], entries)
             parts, seconds = [] if solver else ["film"], seconds + (5.0 if solver else 9.0)
         parts += ["rotor", f"{len(self.calls)} effects"]
         return f"compiling {self.machine.name} ({', '.join(parts)}): about {seconds:.0f} s, once"
@@ -69,59 +94,77 @@ class Assembly:
 def assemble(machine: Machine) -> Assembly:
     """Lay out and fill everything for a machine, and compose its kernels."""
     mesh = Mesh(machine)
-    film_model = make_film(machine)
-    film, w, ix = _no_film() if film_model is None else _build(film_model)
+    films = make_films(machine)
+    film, w, ix = _build(films) if films else _no_film()
     effects = [
         (f"{name}_{i}", e)
         for name, es in machine.effects.items()
         for i, e in enumerate(es)
-        if film_model is not None or e.port not in FILM_PORTS
+        if films or e.port not in FILM_PORTS
     ]
     ports = {port: sum(e.port == port for _, e in effects) for port in PORTS}
     rotor = make_rotor_layout(
-        mesh.reduced.Phi.shape[1], film.size, len(effects), film_model is not None, ports["contact"], ports["support"],
+        mesh.reduced.Phi.shape[1], film, len(effects), len(films), ports["contact"], ports["support"],
         ports["rotating"] > 0,
     )  # fmt: skip
-    calls = _number(effects, rotor)
-    rig = _rig(machine, rotor, film.n_inj, ports, calls)
-    w = np.concatenate([w, np.zeros(rig.size - film.size)])
+    calls = _number(machine, effects, rotor)
+    rig = _rig(machine, rotor, film.n_inj * len(films), ports, calls)
+    w = np.concatenate([w, np.zeros(rig.size - w.size)])
     _fill_rotor(w, rotor, mesh, calls)
     rows = probe_rows(mesh, rotor.n_shaft)
     w[rig.probe : rig.probe + rows.size] = rows.ravel()
-    record = make_parameters(machine, mesh, film_model, film, effects)
+    record = make_parameters(machine, mesh, films, film, effects)
     module = compose(film, rotor, rig, calls)
-    return Assembly(machine, mesh, film_model, film, rotor, rig, calls, w, ix, record, module)
+    return Assembly(machine, mesh, films, film, rotor, rig, calls, w, ix, record, module)
 
 
-def _number(effects: list[tuple[str, Effect]], rotor: RotorLayout) -> tuple[Call, ...]:
-    """Give every effect its place among those of its port, its shape rows and its states."""
+def _number(machine: Machine, effects: list[tuple[str, Effect]], rotor: RotorLayout) -> tuple[Call, ...]:
+    """Give every effect its place among those of its port, its shape rows, its states and its film."""
     seen: dict[str, int] = {}
     states = {"actuator": 0, "": 0}
     calls = []
     for k, (record, e) in enumerate(effects):
         kind = e.port if e.port == "actuator" else ""
-        calls.append(Call(e, record, rotor.shapes + 2 * rotor.n * k, states[kind], seen.get(e.port, 0)))
+        at = rotor.shapes + 2 * rotor.n * k
+        calls.append(Call(e, record, at, states[kind], seen.get(e.port, 0), machine.film_number(e)))
         seen[e.port] = seen.get(e.port, 0) + 1
         states[kind] += e.states
     return tuple(calls)
 
 
 def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int], calls: tuple[Call, ...]) -> RigLayout:
-    driven = int(n_inj > 0 and machine.actuators is not None and machine.actuators.mode != "ideal")
+    driven = int(bool(machine.injectors) and machine.actuators is not None and machine.actuators.mode != "ideal")
     stroke_states = sum(c.effect.states for c in calls if c.effect.port == "actuator")
     states = sum(c.effect.states for c in calls if c.effect.port != "actuator")
     return make_rig_layout(
-        rotor.size, n_inj, driven, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports, stroke_states, states,
-        len(machine.probes), rotor.n_shaft,
+        rotor.size, rotor.n_films, n_inj, len(machine.injectors), driven, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports,
+        stroke_states, states, len(machine.probes), rotor.n_shaft,
     )  # fmt: skip
 
 
-def make_film(machine: Machine) -> FilmModel | None:
-    """The film part of a machine as `reynolds` takes it."""
-    film, gas, common = machine.film, machine.gas, machine.injection
-    if film is None:
-        return None
-    injectors = () if common is None else tuple(
+def make_films(machine: Machine) -> tuple[FilmModel, ...]:
+    """The films of a machine as `reynolds` takes them, all with one kind of grid."""
+    gas = machine.gas
+    air = Gas(gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio)
+    fed = [_injectors(machine, number) for number in range(len(machine.films))]
+    symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
+    half = machine.grid.symmetry == "auto" and symmetric and all(i.offset == 0 for one in fed for i in one)
+    rarefied = any(e.port == "gas" for es in machine.effects.values() for e in es)
+    return tuple(
+        FilmModel(
+            Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half), film.clearance, air,
+            injectors, machine.solver.minimum_film, rarefied,
+        )
+        for film, injectors in zip(machine.films, fed, strict=True)
+    )  # fmt: skip
+
+
+def _injectors(machine: Machine, number: int) -> tuple[Injector, ...]:
+    """Injectors of a film: those with pins, which feed the first one, or its own orifices."""
+    common = machine.injection
+    if common is None or number != machine.pinned_film:
+        return ()
+    return tuple(
         Injector(
             angle=i.angle, offset=i.offset, law=common.law, pin=common.pin_bias, seat_gap=common.seat_gap,
             minimum_gap=common.minimum_gap, pin_diameter=common.pin_diameter,
@@ -132,17 +175,11 @@ def make_film(machine: Machine) -> FilmModel | None:
         )
         for i in machine.injectors
     )  # fmt: skip
-    symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
-    half = machine.grid.symmetry == "auto" and symmetric and all(i.offset == 0 for i in injectors)
-    grid = Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half)
-    air = Gas(gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio)
-    rarefied = any(e.port == "gas" for es in machine.effects.values() for e in es)
-    return FilmModel(grid, film.clearance, air, injectors, machine.solver.minimum_film, rarefied)
 
 
-def _build(model: FilmModel) -> tuple[Layout, np.ndarray, np.ndarray]:
+def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray]:
     try:
-        return model.build()
+        return build_films(films)
     except ValueError as error:
         raise MachineFileError(f"injectors: {error}; move it inwards or refine the grid") from error
 
@@ -162,9 +199,8 @@ def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call
         padded = np.zeros((n, n))
         padded[: rotor.n_shaft, : rotor.n_shaft] = matrix.T
         w[offset : offset + n**2] = padded.ravel()
-    film = mesh.machine.film
     rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, influence(mesh, c.effect)) for c in calls]
-    rows += [] if film is None else [(rotor.journal, mesh.shape(film.position))]
+    rows += [(rotor.journal + 2 * n * k, mesh.shape(film.position)) for k, film in enumerate(mesh.machine.films)]
     for offset, shape in rows:
         padded = np.zeros((2, n))
         padded[:, : rotor.n_shaft] = shape

@@ -32,6 +32,7 @@ from rotorsim.plant.kernels import (
     entry,
     equilibrium_kernel,
     film_gap,
+    films,
     lu,
     modal_rotor,
     motion_forces,
@@ -48,9 +49,10 @@ from rotorsim.plant.ports import FUNCTIONS
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (film, forces, injector, lanes, residual, ring, newton, transient, steady)
 FILM_ENTRIES = ("newton", "refresh")
-"""Kernels of the film that are compiled once for a grid, whatever the effects are."""
+SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "refresh")
+"""Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
 SOURCES = (
-    lu, modal_rotor, motion_forces, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel, cosimulation,
+    lu, modal_rotor, motion_forces, films, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel, cosimulation,
 )  # fmt: skip
 KERNELS = ("kernel", "foundation")
 """Kernels that an effect can have."""
@@ -67,18 +69,22 @@ class Call:
     state: int
     order: int
     """Its number among the effects of its port."""
+    film: int | None = None
+    """The film that it is about; None: all, where it is about films."""
 
 
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
+    ports.append(_film_constants(rotor.n_films))
+    entries = film_entries(rotor.n_films)
     kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
-    film_name = f"rotorsim_film_{key_of(repr(layout), _sources_hash(()))[:16]}"
+    film_name = f"rotorsim_film_{key_of(repr(layout), entries, _sources_hash(()))[:16]}"
     name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
 
     def film_text() -> str:
         functions = [f for m in FILM_SOURCES for f in kernel_functions(m)]
-        return write_module(functions, {"L": layout}, FILM_SOURCES, FILM_ENTRIES, decorator="shared")
+        return write_module(functions, {"L": layout}, FILM_SOURCES, entries, decorator="shared")
 
     def text() -> str:
         layouts = dict.fromkeys(("L", "FL", "FILM"), layout) | {"R": rotor, "ROTOR": rotor, "RIG": rig}
@@ -89,6 +95,17 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
 
     load_module(film_name, film_text)
     return cast(KernelModule, load_module(name, text))
+
+
+def film_entries(n_films: int) -> tuple[str, ...]:
+    """Kernels of the films' module that are compiled by themselves."""
+    return SEVERAL_ENTRIES if n_films > 1 else FILM_ENTRIES
+
+
+def _film_constants(n_films: int) -> str:
+    """Source of the function that finds a film's record by its number."""
+    lines = [line for f in range(1, n_films) for line in (f"    if f == {f}:", f"        return P.film_{f}")]
+    return "\n".join(["@inlined", "def film_constants(P, f):", *lines, "    return P.film_0"])
 
 
 def _taken(call: Call, kind: str) -> Sequence[str]:
@@ -111,6 +128,8 @@ def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
         "old": f"RIG.old + {own}",
         "new": f"RIG.new + {own}",
         "dof": rotor.n_shaft + 2 * call.order,
+        "film": call.film,
+        "journal": call.film or 0,
     }
 
 

@@ -19,7 +19,11 @@ SLOW = 1e-6
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Where the machine rests: disc, journal (2,) [m], film force (2,) [N], flows (n_inj,) [kg/s], h_min [m]."""
+    """Where the machine rests: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
+
+    journal (2,) [m], film force (2,) [N] and eccentricity ratio are those of the first film; `journals` (films, 2),
+    `forces` (films, 2) and `eccentricity_ratios` (films,) those of all.
+    """
 
     disc: np.ndarray
     journal: np.ndarray
@@ -27,6 +31,9 @@ class Equilibrium:
     force: np.ndarray
     mass_flow: np.ndarray
     h_min: float
+    journals: np.ndarray
+    forces: np.ndarray
+    eccentricity_ratios: np.ndarray
 
 
 def matrix(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:
@@ -85,12 +92,12 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     status = a.module.settle(w, a.w, a.ix, a.P, float(speed), pressure + a.machine.gas.ambient_pressure)
     if status == BEYOND_STROKE:
         raise MachineFileError(
-            f"injection.pin_bias: '{a.P.pin_bias[0] * TO_UM:.4g} um' is beyond the stroke of the actuators between "
+            f"injection.pin_bias: '{max(a.P.pin_bias) * TO_UM:.4g} um' is beyond the stroke of the actuators between "
             f"{a.P.volt_low:g} V and {a.P.volt_high:g} V; change it or actuators.sensitivity"
         )
     if status == NO_LIFT_OFF:
         remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
-        load = np.hypot(*w[a.film.static_rhs : a.film.static_rhs + 2])
+        load = sum(np.hypot(*pair) for pair in w[a.rotor.static_rhs :][: 2 * len(a.films)].reshape(-1, 2))
         raise NoLiftOffError(
             f"no lift-off: at {pressure / MPA:.3g} MPa gauge and {speed * TO_RPM:.0f} rpm the film does not carry "
             f"the {load:.1f} N on it; {remedy}"
@@ -107,14 +114,15 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
 def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     """Read an equilibrium out of a workspace that `settle` returned."""
     L, R = a.film, a.rotor
-    q = w[R.q : R.q + R.n]
-    disc = rows(a, R.disc, w) @ q
-    film = a.machine.film
-    if film is None:
-        nothing = np.full(2, np.nan)
-        return Equilibrium(disc, nothing, np.nan, nothing, np.zeros(0), np.nan)
-    X = w[L.journal : L.journal + 2].copy()
-    e = float(np.hypot(*X))
-    flow = w[L.film_flow : L.film_flow + L.n_inj].copy()
+    disc = rows(a, R.disc, w) @ w[R.q : R.q + R.n]
+    if not a.films:
+        nothing, none = np.full(2, np.nan), np.zeros((0, 2))
+        return Equilibrium(disc, nothing, np.nan, nothing, np.zeros(0), np.nan, none, none, np.zeros(0))
+    parts = [a.film_part(w, k) for k in range(len(a.films))]
+    journals = np.array([v[L.journal : L.journal + 2] for v in parts])
+    forces = np.array([v[L.force : L.force + 2] for v in parts])
+    flows = [v[L.film_flow : L.film_flow + len(f.injectors)] for v, f in zip(parts, a.films, strict=True)]
+    ratios = np.hypot(*journals.T) / [f.clearance for f in a.films]
     gap = float(a.module.narrowest(w, a.P))
-    return Equilibrium(disc, X, e / film.clearance, w[L.force : L.force + 2].copy(), flow, gap)
+    first = journals[0], float(ratios[0]), forces[0]
+    return Equilibrium(disc, *first, np.concatenate(flows), gap, journals, forces, ratios)

@@ -24,7 +24,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
-from reynolds.perturbation import LinearFilm, linear_film
+from reynolds.perturbation import LinearFilm, linear_film, side_by_side
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.notebook import Card, Shown
@@ -39,7 +39,7 @@ OUTPUTS = ("disc_x", "disc_y")
 
 @dataclass(frozen=True, eq=False)
 class LinearRotor:
-    """Modal stiffness, damping (m, m) at speed, rows of the journal Bf (2, m)."""
+    """Modal stiffness, damping (m, m) at speed, rows of the journals Bf (2 films, m)."""
 
     stiffness: np.ndarray
     damping: np.ndarray
@@ -249,7 +249,7 @@ def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
     rotor, Bd = _rotor(a, w, speed)
     m, near = len(rotor.stiffness), a.mesh.reduced.frequencies.min()
-    film = None if a.film_model is None else linear_film(a.film_model, a.film, w, a.ix, a.P.film, speed)
+    film = linear_films(a, w, speed) if a.films else None
     n = 0 if film is None else len(film.S)
     E = np.zeros((n + 2 * m, 5))
     E[n + m :, 2:4] = Bd.T
@@ -261,13 +261,23 @@ def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     return LinearPlant(S, E, H, near, rotor, film)
 
 
+def linear_films(a: Assembly, w: np.ndarray, speed: float) -> LinearFilm:
+    """Linear model of all films side by side: X and F hold the journals one after the other."""
+    return side_by_side(
+        [
+            linear_film(model, a.film, a.film_part(w, k), a.film_indices(k), a.film_constants(k), speed)
+            for k, model in enumerate(a.films)
+        ]
+    )
+
+
 def _pin_gains(a: Assembly) -> np.ndarray:
-    """Change of each pin's conductance per volt of reference (n_inj, 2)."""
-    L, common = a.film, a.machine.injection
-    gains = np.zeros((L.n_inj, 2))
-    if common is None or a.film_model is None:
+    """Change of each injector's conductance per volt of reference (injectors of all films, 2)."""
+    n, first = a.film.n_inj, a.machine.pinned_film
+    gains = np.zeros((n * len(a.films), 2))
+    if first is None:
         return gains
-    for k, injector in enumerate(a.film_model.injectors):
+    for k, injector in enumerate(a.films[first].injectors, first * n):
         step = 1e-9
         slope = (_conductance(a, k, injector, step) - _conductance(a, k, injector, -step)) / (2 * step)
         gains[k] = slope * a.P.pin_x[k], slope * a.P.pin_y[k]
@@ -282,14 +292,17 @@ def _conductance(a: Assembly, k: int, injector: Injector, step: float) -> float:
     for call in a.calls:
         if call.effect.port == "injector":
             kernel = type(call.effect).kernel
-            opening, _ = getattr(kernel, "py_func", kernel)(0.0, k, opening, 0.0, getattr(a.P, call.record))
+            j = k % a.film.n_inj
+            opening, _ = getattr(kernel, "py_func", kernel)(0.0, j, opening, 0.0, getattr(a.P, call.record))
     return injector.conductance((1 - opening) * common.seat_gap)
 
 
 def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[LinearRotor, np.ndarray]:
     """The rotor and rows of the disc (2, m); a support that does not move the film is left out."""
     Bd = rows(a, a.rotor.disc, w)
-    Bf = np.zeros_like(Bd) if a.film_model is None else rows(a, a.rotor.journal, w)
+    n = a.rotor.n
+    journals = [rows(a, a.rotor.journal + 2 * n * k, w) for k in range(len(a.films))]
+    Bf = np.concatenate(journals) if journals else np.zeros_like(Bd)
     moves = (np.arange(a.rotor.n) < a.rotor.n_shaft) | Bf.any(axis=0)
     moves[a.rotor.n_shaft :] = np.repeat(moves[a.rotor.n_shaft :].reshape(-1, 2).any(axis=1), 2)
     kept = np.ix_(moves, moves)

@@ -104,24 +104,22 @@ class Mesh:
             cyx=bearing.cyx,
         )
 
-    def _loose(self, node: int | None, stiffness: float) -> str:
-        """Which rigid-body motions bearings and nominal film do not resist."""
-        held = [b for b in self.rotor.bearing_elements if b.n != node]
-        if node is not None:
-            held.append(BearingElement(node, stiffness, 0.0))
+    def _loose(self, springs: dict[int, float]) -> str:
+        """Which rigid-body motions bearings and nominal films do not resist."""
+        held = [b for b in self.rotor.bearing_elements if b.n not in springs]
+        held += [BearingElement(node, stiffness, 0.0) for node, stiffness in springs.items()]
         return ", ".join(loose_motions(replace(self.rotor, bearing_elements=held))) or "hardly held"
 
     @cached_property
     def reduced(self) -> ReducedRotor:
         """The modes the time simulation uses."""
-        machine, film = self.machine, self.machine.film
-        node = None if film is None else self.node(film.position)
-        stiffness = 0.0 if film is None else film.nominal_stiffness
+        machine = self.machine
+        springs = {self.node(film.position): film.nominal_stiffness for film in machine.films}
         modes = min(machine.solver.modes_per_plane, 2 * len(self.nodes))
-        reduced = modal_reduction(self.rotor, node, stiffness, modes, machine.shaft.damping_ratio)
+        reduced = modal_reduction(self.rotor, springs, modes, machine.shaft.damping_ratio)
         if reduced.frequencies.min() < 1e-4 * reduced.frequencies.max():
             raise MachineFileError(
-                f"bearings: they leave the shaft free to fall or to tilt ({self._loose(node, stiffness)}); "
+                f"bearings: they leave the shaft free to fall or to tilt ({self._loose(springs)}); "
                 "add a bearing or stiffness"
             )
         return reduced
@@ -141,8 +139,8 @@ class Mesh:
 
     def residual_compliance(self, z: float) -> float:
         """Static compliance at z [m/N], mean of both planes, that the modes left out would add."""
-        film, stiffness = self.machine.film, self.rotor.K().copy()
-        if film is not None:
+        stiffness = self.rotor.K().copy()
+        for film in self.machine.films:
             held = [4 * self.node(film.position), 4 * self.node(film.position) + 1]
             stiffness[held, held] += film.nominal_stiffness
         at = 4 * self.node(z) + np.arange(2)

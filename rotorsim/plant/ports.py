@@ -2,7 +2,8 @@
 
 In a call, {kernel}, {foundation} and {p} are the effect's kernels and parameter record, {shape} the offset of its
 (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new} of its states in
-actuator k, {dof} of its modal coordinates.
+actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an argument `f`, the
+number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations
@@ -33,9 +34,17 @@ class Function:
 
     def write(self, calls: list[dict[str, object]]) -> str:
         """Source of the function for the effects whose names and offsets are in `calls`."""
-        lines = [*self.begin, *(line.format(**names) for names in calls for line in self.call)]
+        lines = [*self.begin, *(line for names in calls for line in self._of(names))]
         lines += [self.end] if self.end else []
         return "\n".join(["@inlined", f"def {self.signature}:", *(f"    {line}" for line in lines or ["pass"])])
+
+
+    def _of(self, names: dict[str, object]) -> list[str]:
+        """Lines for one effect."""
+        lines = [line.format(**names) for line in self.call]
+        if "(f, " not in self.signature or names["film"] is None:
+            return lines
+        return [f"if f == {names['film']}:", *(f"    {line}" for line in lines)]
 
 
 FUNCTIONS = (
@@ -58,10 +67,10 @@ FUNCTIONS = (
     ),
     Function(
         "contact",
-        "contact_forces(clearance, x, y, vx, vy, surface_speed, P)",
+        "contact_forces(f, clearance, x, y, vx, vy, surface_speed, P)",
         (
-            "a, b, c, d, e, f = {kernel}(clearance, x, y, vx, vy, surface_speed, {p})",
-            "fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + f",
+            "a, b, c, d, e, g = {kernel}(clearance, x, y, vx, vy, surface_speed, {p})",
+            "fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + g",
         ),
         ("fx, fy, kxx, kxy, kyx, kyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0",),
         "return fx, fy, kxx, kxy, kyx, kyy",
@@ -119,25 +128,25 @@ FUNCTIONS = (
     ),
     Function(
         "film",
-        "film_shape(t, angle, speed, theta, P)",
+        "film_shape(f, t, angle, speed, theta, P)",
         ("a, b = {kernel}(t, angle, speed, theta, {p})", "height, slope = height + a, slope + b"),
         ("height, slope = 0.0, 0.0",),
         "return height, slope",
     ),
     Function(
         "gas",
-        "gas_state(t, speed, P)",
+        "gas_state(f, t, speed, path, P)",
         ("a, b = {kernel}(t, speed, {p})", "factor, path = factor * a, path + b"),
-        ("factor, path = 1.0, P.film.mean_free_path",),
+        ("factor = 1.0",),
         "return factor, path",
     ),
     Function(
         "injector",
-        "inject(t, k, opening, supply, P)",
+        "inject(f, t, k, opening, supply, P)",
         ("opening, supply = {kernel}(t, k, opening, supply, {p})",),
         end="return opening, supply",
     ),
-    Function("plenum", "plenum_factor(k, P)", ("factor *= {kernel}(k, {p})",), ("factor = 1.0",), "return factor"),
+    Function("plenum", "plenum_factor(f, k, P)", ("factor *= {kernel}(k, {p})",), ("factor = 1.0",), "return factor"),
     Function(
         "supply",
         "supply_line(w, P, h, supply, flow)",
@@ -174,7 +183,7 @@ FUNCTIONS = (
     Function(
         "support",
         "build_supports(w, P)",
-        ("omega, zeta, gain = {kernel}({p})", "build_support(w, ROTOR, {dof}, omega, zeta, gain)"),
+        ("omega, zeta, gain = {kernel}({p})", "build_support(w, ROTOR, {journal}, {dof}, omega, zeta, gain)"),
     ),
     Function("rotating", "rotating_damping(P)", ("time += {kernel}({p})",), ("time = 0.0",), "return time"),
 )

@@ -12,7 +12,7 @@ from reynolds.newton import FACTORISATIONS, ITERATIONS
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import ConvergenceError, DataError
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.equilibrium import settle
 
 INPUTS = ("supply pressure", "reference x", "reference y", "disc force x", "disc force y")
@@ -41,7 +41,7 @@ class Simulation:
     @property
     def columns(self) -> int:
         """Columns of the sample table."""
-        return len(COLUMNS) + self.assembly.film.n_inj + self.assembly.rig.n_probe
+        return self.assembly.columns
 
     def advance(self, inputs: np.ndarray) -> np.ndarray:
         """Advance by one sample (0.2 ms) per row of inputs; returns the state BEFORE each as (n, columns).
@@ -73,19 +73,19 @@ class Simulation:
         """Take back a saved state."""
         self.w[:] = saved
 
-    def film_pressure(self) -> np.ndarray:
-        """Film pressure (n_theta, n_z) [Pa, absolute] now."""
-        model = self.assembly.film_model
-        assert model is not None
-        return interval_pressure(model, self.assembly.film, self.w)
+    def film_pressure(self, number: int = 0) -> np.ndarray:
+        """Pressure (n_theta, n_z) [Pa, absolute] of a film now."""
+        a = self.assembly
+        return interval_pressure(a.films[number], a.film, a.film_part(self.w, number))
 
     @property
     def counters(self) -> dict[str, float]:
         """Newton iterations, factorisations and parts of steps so far."""
-        c = self.assembly.film.convergence
+        a = self.assembly
+        counts = sum(a.film_part(self.w, k)[a.film.convergence :][:8] for k in range(max(len(a.films), 1)))
         return {
-            "iterations": float(self.w[c + ITERATIONS]),
-            "factorisations": float(self.w[c + FACTORISATIONS]),
+            "iterations": float(counts[ITERATIONS]),
+            "factorisations": float(counts[FACTORISATIONS]),
             "substeps": float(self.w[self.assembly.rotor.substeps]),
         }
 
@@ -115,12 +115,24 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     values: dict[str, Any] = {name: pair(name) for name in ("disc", "disc_measured")}
     values |= {name: table[:, at[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
     values |= {"disc_force": inputs[:, 4:6]}
-    pins = len(COLUMNS) + a.film.n_inj
+    pins = len(COLUMNS) + a.rig.n_pin
+    probes = pins + a.rig.n_probe
     if a.rig.n_probe:
-        values["probe_measured"] = table[:, pins : pins + a.rig.n_probe]
-    if a.film_model is not None:
+        values["probe_measured"] = table[:, pins:probes]
+    if a.films:
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
         values |= {name: table[:, at[name]] for name in scalars}
         values |= {"pin": table[:, len(COLUMNS) : pins], "reference": inputs[:, 2:4]}
+    if len(a.films) > 1:
+        values |= _of_each_film(a, table[:, probes:], values)
     return values
+
+
+def _of_each_film(a: Assembly, table: np.ndarray, values: dict[str, Any]) -> dict[str, Any]:
+    """Journals and forces (time, film, axis) of all films; those of the first are among `values`."""
+    further = table.reshape(len(table), len(a.films) - 1, FILM_COLUMNS)
+    return {
+        "film_journal": np.concatenate([values["journal"][:, None], further[:, :, :2]], axis=1),
+        "force_of_film": np.concatenate([values["film_force"][:, None], further[:, :, 2:4]], axis=1),
+    }

@@ -112,9 +112,9 @@ def test_two_discs_on_one_node_add_up():
             lambda: table_rotor().run_time_response(9.0, None, [0.0, 1e-3], unbalance=[Unbalance(7, 1e-5)]),
             "unbalance at node 7",
         ),
-        (lambda: modal_reduction(Rotor(shaft()), 9, 4e6, 2, 0.0), "reduction: node 9"),
-        (lambda: modal_reduction(Rotor(shaft()), 1, 4e6, 9, 0.0), "9 modes a plane"),
-        (lambda: modal_reduction(Rotor(shaft()), 1, 4e6, 2, 0.0).shape(4), "node 4 is not among 0 to 3"),
+        (lambda: modal_reduction(Rotor(shaft()), {9: 4e6}, 2, 0.0), "reduction: node 9"),
+        (lambda: modal_reduction(Rotor(shaft()), {1: 4e6}, 9, 0.0), "9 modes a plane"),
+        (lambda: modal_reduction(Rotor(shaft()), {1: 4e6}, 2, 0.0).shape(4), "node 4 is not among 0 to 3"),
     ],
 )
 def test_impossible_input_is_refused_with_a_sentence_that_names_it(build, sentence):

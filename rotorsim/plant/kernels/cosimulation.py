@@ -8,12 +8,13 @@ from __future__ import annotations
 from reynolds.forces import friction_torque
 from reynolds.jit import inlined, kernel
 from reynolds.newton import NOT_CONVERGED
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.kernels.entry import set_inputs
 from rotorsim.plant.kernels.equilibrium_kernel import settle
+from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.outputs import write_sample
 from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR
+from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, film_constants
 
 SETTLE, ADVANCE, LOOK = 0, 1, 2
 """Tasks of `serve`."""
@@ -24,13 +25,13 @@ def observe(w, P, out):
     """Row 0 of `out`: the columns of a record, then friction torque [N m] and pin travel along x and y [m]."""
     w[RIG.line] = w[RIG.line_end]
     write_sample(w, P, out, 0)
-    extra = len(COLUMNS) + FILM.n_inj + RIG.n_probe
+    extra = len(COLUMNS) + RIG.n_pin + RIG.n_probe + FILM_COLUMNS * max(ROTOR.n_films - 1, 0)
     out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
-    if ROTOR.has_film == 1:
-        out[0, extra] = friction_torque(w, P.film, FILM, w[ROTOR.speed])
-        for k in range(FILM.n_inj):
-            out[0, extra + 1] += P.sign_x[k] * w[RIG.pin + k]
-            out[0, extra + 2] += P.sign_y[k] * w[RIG.pin + k]
+    for f in range(ROTOR.n_films):
+        out[0, extra] += friction_torque(film_part(w, f), film_constants(P, f), FILM, w[ROTOR.speed])
+    for k in range(RIG.n_inj):
+        out[0, extra + 1] += P.sign_x[k] * w[RIG.pin + k]
+        out[0, extra + 2] += P.sign_y[k] * w[RIG.pin + k]
 
 
 @inlined

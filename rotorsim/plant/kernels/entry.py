@@ -8,12 +8,21 @@ from __future__ import annotations
 from reynolds.forces import friction_torque
 from reynolds.jit import inlined, kernel
 from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
+from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import add_force
 from rotorsim.plant.kernels.outputs import write_sample
 from rotorsim.plant.kernels.piezo import rest_piezos
 from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, build_supports, shaft_torque, supply_line
-from rotorsim.plant.kernels.supply import feed_sample, open_injector, set_plena
+from rotorsim.plant.kernels.stubs import (
+    FILM,
+    RIG,
+    ROTOR,
+    build_supports,
+    film_constants,
+    shaft_torque,
+    supply_line,
+)
+from rotorsim.plant.kernels.supply import feed_sample, open_injectors, set_plena
 
 
 @kernel
@@ -26,10 +35,11 @@ def prepare(w, P, speed, supply, flow):
     w[ROTOR.speed] = speed
     w[RIG.command] = speed
     within = 1
-    if ROTOR.has_film == 1:
+    if ROTOR.n_films > 0:
         set_plena(w, P)
-        set_gas(w, P, 0.0, speed)
-        shape_gap(w, P, 0.0, 0.0, speed)
+        for f in range(ROTOR.n_films):
+            set_gas(w, P, f, 0.0, speed)
+            shape_gap(w, P, f, 0.0, 0.0, speed)
         for s in range(RIG.size - RIG.states):
             w[RIG.states + s] = 0.0
         _, w[RIG.line] = supply_line(w, P, 1e9, supply, flow)
@@ -37,10 +47,9 @@ def prepare(w, P, speed, supply, flow):
         if RIG.driven > 0:
             within = rest_piezos(w, P)
         else:
-            for k in range(FILM.n_inj):
+            for k in range(RIG.n_inj):
                 w[RIG.pin + k] = P.pin_bias[k]
-        for k in range(FILM.n_inj):
-            open_injector(w, P, k, 0.0, w[RIG.line], False)
+        open_injectors(w, P, 0.0, w[RIG.line], False)
     return within
 
 
@@ -51,8 +60,8 @@ def coasting(w, P):
     torque = shaft_torque(w[ROTOR.time], w[ROTOR.angle], speed, P) - P.viscous_drag * speed
     if speed > 0.0:
         torque -= P.dry_drag
-    if ROTOR.has_film == 1:
-        torque -= friction_torque(w, P.film, FILM, speed)
+    for f in range(ROTOR.n_films):
+        torque -= friction_torque(film_part(w, f), film_constants(P, f), FILM, speed)
     # dry drag stops the shaft and does not turn it round
     return max(torque / P.inertia, -speed / P.sample) if speed >= 0.0 else torque / P.inertia
 
@@ -82,9 +91,10 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
         add_force(w, ROTOR, ROTOR.disc, jump_x, jump_y, ROTOR.a_old)
         w[ROTOR.disc_fx] = fx
         w[ROTOR.disc_fy] = fy
-    if ROTOR.has_film == 1:
-        if RIG.n_gas > 0:
-            set_gas(w, P, w[ROTOR.time], w[ROTOR.speed])
+    if ROTOR.n_films > 0:
+        for f in range(ROTOR.n_films):
+            if RIG.n_gas > 0:
+                set_gas(w, P, f, w[ROTOR.time], w[ROTOR.speed])
         feed_sample(w, P, supply, ref_x, ref_y)
 
 

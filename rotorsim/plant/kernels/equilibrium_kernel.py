@@ -1,7 +1,7 @@
 r"""Static equilibrium of rotor, film and plena.
 
-With K_s = K + k_n Phi_b' Phi_b (k_n the nominal spring, which makes K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
-X_f = Phi_b K_s^-1 f, the journal's equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The film is settled
+With K_s = K + k_n Phi_b' Phi_b (k_n the nominal springs, which make K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
+X_f = Phi_b K_s^-1 f, the journals' equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The films are settled
 by pseudo-transient continuation (reynolds.steady). Forces that depend on the motion (a bearing's clearance, a rub)
 enter with their tangent, which is updated until the rotor rests: first without them, then with it. A bearing within
 its clearance carries nothing, and its tangent leads far off: such a pass is repeated with the rotor held to where it
@@ -20,13 +20,24 @@ import math
 
 from reynolds.film import force
 from reynolds.jit import inlined, kernel
-from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_step
+from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
 from reynolds.transient import take_back
 from rotorsim.plant.kernels.entry import prepare
+from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
 from rotorsim.plant.kernels.modal_rotor import add_force, project
 from rotorsim.plant.kernels.step import factorise, solve_film
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, first_forces, motion_tangent, rotating_damping, steady_forces
+from rotorsim.plant.kernels.stubs import (
+    FILM,
+    RIG,
+    ROTOR,
+    film_constants,
+    first_forces,
+    motion_tangent,
+    rotating_damping,
+    steady_forces,
+)
+from rotorsim.plant.kernels.supply import flow_of_injectors
 
 DAMPING = 2e3
 """Damper [N s/m] on the journal while it settles."""
@@ -56,79 +67,184 @@ def static_terms(w, P, speed, moving):
         motion_tangent(w, P, speed)
 
 
-@kernel
-def narrowest(w, P):
-    """Smallest distance [m] between journal and sleeve where they stand."""
-    x, y = w[FILM.journal], w[FILM.journal + 1]
-    if w[RIG.uneven] == 0.0:
-        return P.film.clearance - math.sqrt(x * x + y * y)
+@inlined
+def narrowest_of(w, P, f):
+    """Smallest distance [m] between journal f and its sleeve where they stand."""
+    v = film_part(w, f)
+    x, y = v[FILM.journal], v[FILM.journal + 1]
+    if w[RIG.uneven + f] == 0.0:
+        return film_constants(P, f).clearance - math.sqrt(x * x + y * y)
     low = 1e300
     for i in range(FILM.n_theta):
         line = FILM.first + i * FILM.stride
         for j in range(FILM.half - 1, FILM.stride + FILM.half - 1):
             k = line + j
-            low = min(low, w[FILM.clearance + k] - x * w[FILM.cos + k] - y * w[FILM.sin + k])
+            low = min(low, v[FILM.clearance + k] - x * v[FILM.cos + k] - y * v[FILM.sin + k])
+    return low
+
+
+@kernel
+def narrowest(w, P):
+    """Smallest distance [m] between journals and sleeves where they stand."""
+    low = narrowest_of(w, P, 0)
+    for f in range(1, ROTOR.n_films):
+        low = min(low, narrowest_of(w, P, f))
     return low
 
 
 @inlined
-def journal_statics(w, P):
-    """Condense the rotor to the journal: static_a and static_rhs; the factors of K_s stay in T, v_mid."""
+def stand_apart(w, P):
+    """Whether every film is thicker than twice its least; written so that NaN does not count as a gap."""
+    for f in range(ROTOR.n_films):
+        if not narrowest_of(w, P, f) > 2.0 * film_constants(P, f).h_min:
+            return False
+    return True
+
+
+@inlined
+def nominal_springs(w, P):
+    """K_s into T: the rotor's stiffness with the nominal spring of every film."""
     n = ROTOR.n
-    B = ROTOR.journal
-    k = P.nominal_stiffness
     for c in range(n):
         for r in range(n):
-            spring = k * (w[B + r] * w[B + c] + w[B + n + r] * w[B + n + c])
-            w[ROTOR.T + c * n + r] = w[ROTOR.KT + c * n + r] + spring
-    factor_matrix(w, ROTOR.T, ROTOR.v_mid, n)
+            value = w[ROTOR.KT + c * n + r]
+            for f in range(ROTOR.n_films):
+                B = ROTOR.journal + 2 * n * f
+                value = value + P.nominal_stiffness[f] * (w[B + r] * w[B + c] + w[B + n + r] * w[B + n + c])
+            w[ROTOR.T + c * n + r] = value
+
+
+@inlined
+def condense_one(w, P):
+    """static_a and static_rhs of a single journal, from the modal force solved in v_rhs."""
+    n = ROTOR.n
+    B = ROTOR.journal
+    k = P.nominal_stiffness[0]
     for m in range(n):
         w[ROTOR.q_mid + m] = w[B + m]
         w[ROTOR.q_rhs + m] = w[B + n + m]
-        w[ROTOR.v_rhs + m] = w[ROTOR.f + m]
     solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q_mid, n)
     solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q_rhs, n)
-    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.v_rhs, n)
     cxx, cyx = project(w, ROTOR, B, ROTOR.q_mid)
     cxy, cyy = project(w, ROTOR, B, ROTOR.q_rhs)
     x, y = project(w, ROTOR, B, ROTOR.v_rhs)
     inverse = 1.0 / (cxx * cyy - cxy * cyx)
     hxx, hxy, hyx, hyy = cyy * inverse, -cxy * inverse, -cyx * inverse, cxx * inverse
-    a, b = FILM.static_a, FILM.journal_b
+    a = ROTOR.static_a
     w[a], w[a + 1], w[a + 2], w[a + 3] = hxx - k, hxy, hyx, hyy - k
-    w[b], w[b + 1], w[b + 2], w[b + 3] = 1.0, 0.0, 0.0, 1.0
-    w[FILM.static_rhs], w[FILM.static_rhs + 1] = hxx * x + hxy * y, hyx * x + hyy * y
+    w[ROTOR.static_rhs], w[ROTOR.static_rhs + 1] = hxx * x + hxy * y, hyx * x + hyy * y
 
 
 @inlined
-def keep_film(w):
-    """Note pressures and plena before a step that may fail."""
-    for k in range(FILM.length):
-        w[FILM.p_1 + k] = w[FILM.p + k]
-    for k in range(FILM.n_inj):
-        w[FILM.plenum_1 + k] = w[FILM.plenum + k]
+def condense_journals(w, P):
+    """static_a and static_rhs of several journals, from the modal force solved in v_rhs.
+
+    With C the compliance of all journals on K_s, H X = H X_f is solved for X_f, and H = C^-1 column by column.
+    """
+    n, m = ROTOR.n, 2 * ROTOR.n_films
+    for col in range(m):
+        for e in range(n):
+            w[ROTOR.q_mid + e] = w[ROTOR.journal + col * n + e]
+        solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q_mid, n)
+        for row in range(m):
+            value = 0.0
+            for e in range(n):
+                value += w[ROTOR.journal + row * n + e] * w[ROTOR.q_mid + e]
+            w[ROTOR.journal_a + col * m + row] = value
+    factor_matrix(w, ROTOR.journal_a, ROTOR.journal_rhs, m)
+    for col in range(m):
+        for row in range(m):
+            w[ROTOR.compliance + row] = 1.0 if row == col else 0.0
+        solve_matrix(w, ROTOR.journal_a, ROTOR.journal_rhs, ROTOR.compliance, m)
+        for row in range(m):
+            w[ROTOR.static_a + m * row + col] = w[ROTOR.compliance + row]
+    for row in range(m):
+        value = 0.0
+        for e in range(n):
+            value += w[ROTOR.journal + row * n + e] * w[ROTOR.v_rhs + e]
+        w[ROTOR.static_rhs + row] = value
+    solve_matrix(w, ROTOR.journal_a, ROTOR.journal_rhs, ROTOR.static_rhs, m)
+    for row in range(m):
+        w[ROTOR.static_a + m * row + row] -= P.nominal_stiffness[row // 2]
 
 
 @inlined
-def rest_film(w):
-    """Give the film a past at rest and no rates."""
-    for k in range(FILM.length):
-        w[FILM.p_1 + k] = w[FILM.p_2 + k] = w[FILM.p_3 + k] = w[FILM.p + k]
-        w[FILM.m_old + k] = w[FILM.p + k] * w[FILM.h + k]
-        w[FILM.rate + k] = 0.0
-    for k in range(FILM.n_inj):
-        plenum = w[FILM.plenum + k]
-        w[FILM.plenum_1 + k] = w[FILM.plenum_2 + k] = w[FILM.plenum_3 + k] = w[FILM.plenum_old + k] = plenum
-    for k in range(8):
-        w[FILM.convergence + k] = 0.0
+def journal_statics(w, P):
+    """Condense the rotor to its journals: static_a and static_rhs; the factors of K_s stay in T, v_mid."""
+    n, m = ROTOR.n, 2 * ROTOR.n_films
+    nominal_springs(w, P)
+    factor_matrix(w, ROTOR.T, ROTOR.v_mid, n)
+    for e in range(n):
+        w[ROTOR.v_rhs + e] = w[ROTOR.f + e]
+    solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.v_rhs, n)
+    if ROTOR.n_films == 1:
+        condense_one(w, P)
+    else:
+        condense_journals(w, P)
+    for e in range(m * m):
+        w[ROTOR.compliance + e] = 0.0
+    for row in range(m):
+        w[ROTOR.compliance + m * row + row] = 1.0
+
+
+@inlined
+def begin_pseudo_steps(w, P, iadt):
+    """Right-hand sides of an implicit Euler step of 1/iadt from the present state, for all films and journals."""
+    m = 2 * ROTOR.n_films
+    for f in range(ROTOR.n_films):
+        begin_pseudo_film(film_part(w, f), film_constants(P, f), FILM)
+    for e in range(m * m):
+        w[ROTOR.journal_a + e] = w[ROTOR.static_a + e]
+    for row in range(m):
+        place = film_part(w, row // 2)[FILM.journal + row % 2]
+        w[ROTOR.journal_a + m * row + row] += DAMPING * iadt
+        w[ROTOR.journal_rhs + row] = w[ROTOR.static_rhs + row] + DAMPING * iadt * place
+
+
+@inlined
+def keep_films(w):
+    """Note pressures, plena and journals before a step that may fail."""
+    for f in range(ROTOR.n_films):
+        v, s = film_part(w, f), ROTOR.journal_before + 2 * f
+        for k in range(FILM.length):
+            v[FILM.p_1 + k] = v[FILM.p + k]
+        for k in range(FILM.n_inj):
+            v[FILM.plenum_1 + k] = v[FILM.plenum + k]
+        w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
+
+
+@inlined
+def restore_films(w):
+    """Take a step that failed back."""
+    for f in range(ROTOR.n_films):
+        v, s = film_part(w, f), ROTOR.journal_before + 2 * f
+        take_back(v, FILM)
+        v[FILM.journal], v[FILM.journal + 1] = w[s], w[s + 1]
+
+
+@inlined
+def rest_films(w):
+    """Give the films a past at rest and no rates."""
+    for f in range(ROTOR.n_films):
+        v = film_part(w, f)
+        for k in range(FILM.length):
+            v[FILM.p_1 + k] = v[FILM.p_2 + k] = v[FILM.p_3 + k] = v[FILM.p + k]
+            v[FILM.m_old + k] = v[FILM.p + k] * v[FILM.h + k]
+            v[FILM.rate + k] = 0.0
+        for k in range(FILM.n_inj):
+            plenum = v[FILM.plenum + k]
+            v[FILM.plenum_1 + k] = v[FILM.plenum_2 + k] = v[FILM.plenum_3 + k] = v[FILM.plenum_old + k] = plenum
+        for k in range(8):
+            v[FILM.convergence + k] = 0.0
 
 
 @inlined
 def lift_rotor(w, P):
-    """Add the force of the film, and of the nominal spring that K_s has too much, to q."""
-    k = P.nominal_stiffness
-    fx, fy = w[FILM.force] + k * w[FILM.journal], w[FILM.force + 1] + k * w[FILM.journal + 1]
-    add_force(w, ROTOR, ROTOR.journal, fx, fy, ROTOR.q)
+    """Add the forces of the films, and of the nominal springs that K_s has too much, to q."""
+    for f in range(ROTOR.n_films):
+        v, k = film_part(w, f), P.nominal_stiffness[f]
+        fx, fy = v[FILM.force] + k * v[FILM.journal], v[FILM.force + 1] + k * v[FILM.journal + 1]
+        add_force(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, fx, fy, ROTOR.q)
 
 
 @inlined
@@ -136,8 +252,7 @@ def place_rotor(w, P):
     """Put the rotor where steady forces and film hold it, by the factors of its stiffness."""
     for m in range(ROTOR.n):
         w[ROTOR.q + m] = w[ROTOR.f + m]
-    if ROTOR.has_film == 1:
-        lift_rotor(w, P)
+    lift_rotor(w, P)
     solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
 
 
@@ -199,28 +314,26 @@ def rests(w, flow, before):
 
 
 @kernel
-def march_film(w, ix, P, speed):
-    """March film and journal to rest in growing pseudo-steps; whether the film then carries the journal."""
+def march_films(w, ix, P, speed):
+    """March films and journals to rest in growing pseudo-steps; whether the films then carry the rotor."""
     step, converged = FIRST_STEP, False
     for _ in range(MOST_STEPS):
         last = step >= LAST_STEP
         iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, ROUGH)
-        x, y = w[FILM.journal], w[FILM.journal + 1]
-        keep_film(w)
-        begin_pseudo_step(w, P.film, FILM, iadt, DAMPING)
+        keep_films(w)
+        begin_pseudo_steps(w, P, iadt)
         factorise(w, ix, P, speed, iadt)
         converged = solve_film(w, ix, P, speed, iadt, tolerance) > 0
-        force(w, FILM)
+        for f in range(ROTOR.n_films):
+            force(film_part(w, f), FILM)
         if last:
             break
         if converged:
             step *= GROWTH
         else:
-            take_back(w, FILM)
-            w[FILM.journal], w[FILM.journal + 1] = x, y
+            restore_films(w)
             step *= RETREAT
-    # written so that NaN does not count as a gap
-    return step >= LAST_STEP and converged and narrowest(w, P) > 2.0 * P.film.h_min
+    return step >= LAST_STEP and converged and stand_apart(w, P)
 
 
 @kernel
@@ -240,14 +353,14 @@ def settle(w, initial, ix, P, speed, supply):
         if hold > 0.0:
             hold_rotor(w, hold)
         carries = True
-        if ROTOR.has_film == 0:
+        if ROTOR.n_films == 0:
             free_statics(w)
         else:
             journal_statics(w, P)
-            carries = march_film(w, ix, P, speed)
+            carries = march_films(w, ix, P, speed)
             if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
                 return NO_LIFT_OFF
-            rest_film(w)
+            rest_films(w)
         place_rotor(w, P)
         if not carries or (RIG.n_motion > 0 and led_off(w)):
             fallen = fallen or not carries
@@ -258,9 +371,7 @@ def settle(w, initial, ix, P, speed, supply):
             copy_displacement(w, ROTOR.q_old, ROTOR.q)
             continue
         hold = LOOSER * hold if hold > FAINT else 0.0
-        through, flow = flow, 0.0
-        for k in range(FILM.n_inj):
-            flow += w[FILM.film_flow + k]
+        through, flow = flow, flow_of_injectors(w, FILM.film_flow)
         if hold == 0.0 and rests(w, flow, through) and (number > 0 or RIG.n_motion == 0):
             copy_displacement(w, ROTOR.q, ROTOR.q_old)
             # the acceleration with which what turns with the shaft starts to act

@@ -6,7 +6,8 @@ This file is a template as `step` is.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from rotorsim.plant.kernels.stubs import FILM, RIG, film_shape, gas_state
+from rotorsim.plant.kernels.films import film_part
+from rotorsim.plant.kernels.stubs import FILM, RIG, film_constants, film_shape, gas_state
 
 
 @inlined
@@ -16,45 +17,46 @@ def axial(F, row):
 
 
 @inlined
-def shape_gap(w, P, t, angle, speed):
-    """Write c + effects into the film's clearance, ghosts and edges too; keeps the mean."""
-    F = P.film
+def shape_gap(w, P, f, t, angle, speed):
+    """Write c + effects into the clearance of film f, ghosts and edges too; keeps the mean."""
+    F, v = film_constants(P, f), film_part(w, f)
     s = FILM.stride
     total = 0.0
     uneven = 0.0
     for i in range(FILM.n_theta):
-        height, slope = film_shape(t, angle, speed, i * (F.dy / F.radius), P)
+        height, slope = film_shape(f, t, angle, speed, i * (F.dy / F.radius), P)
         gap = F.clearance + height
         total += height
         uneven = max(uneven, abs(height) + abs(slope))
         line = FILM.clearance + FILM.first + i * s
         for j in range(FILM.n_rows + 1):
-            w[line + j] = gap + slope * axial(F, j)
+            v[line + j] = gap + slope * axial(F, j)
         if FILM.half == 0:
-            w[line - 1] = gap + slope * axial(F, -1)
+            v[line - 1] = gap + slope * axial(F, -1)
     start = FILM.clearance + FILM.first
     end = start + FILM.n_theta * s
     for j in range(FILM.half - 1, s + FILM.half - 1):
-        w[start - s + j] = w[end - s + j]
-        w[end + j] = w[start + j]
-    w[RIG.clearance] = F.clearance + total / FILM.n_theta
-    w[RIG.uneven] = uneven
+        v[start - s + j] = v[end - s + j]
+        v[end + j] = v[start + j]
+    w[RIG.clearance + f] = F.clearance + total / FILM.n_theta
+    w[RIG.uneven + f] = uneven
 
 
 @inlined
-def set_gas(w, P, t, speed):
-    """Viscosity and slip of the film."""
-    factor, path = gas_state(t, speed, P)
-    w[FILM.mu] = P.film.mu * factor
-    w[FILM.slip] = 6.0 * path * P.film.pa
+def set_gas(w, P, f, t, speed):
+    """Viscosity and slip of film f."""
+    F, v = film_constants(P, f), film_part(w, f)
+    factor, path = gas_state(f, t, speed, F.mean_free_path, P)
+    v[FILM.mu] = F.mu * factor
+    v[FILM.slip] = 6.0 * path * F.pa
 
 
 @inlined
-def smallest_gap(w):
-    """Smallest film thickness [m] over all nodes, edges included."""
+def smallest_gap(v):
+    """Smallest thickness [m] of a film over all nodes, edges included; v: its part of the workspace."""
     low = 1e300
     for i in range(FILM.n_theta):
         line = FILM.h + FILM.first + i * FILM.stride
         for j in range(FILM.n_rows + 1):
-            low = min(low, w[line + j])
+            low = min(low, v[line + j])
     return low

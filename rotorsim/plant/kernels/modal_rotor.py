@@ -1,4 +1,4 @@
-r"""Modal rotor in an implicit step, condensed exactly to the journal's 2 x 2 compliance.
+r"""Modal rotor in an implicit step, condensed exactly to the compliance of its journals, 2 x 2 for one film.
 
 In modal coordinates (mass matrix I, 2n modes; see fe_shaft.reduction)  q' = v,  v' = f + Phi_b' F - (C + Omega G) v -
 K q. A stage of TR-BDF2 is  q = q_r + a dt v,  v = v_r + a dt v'  with right-hand sides q_r, v_r, hence with T = (I +
@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from reynolds.grid import Layout
 from reynolds.jit import inlined
 from reynolds.ring import invert_block
 from reynolds.transient import MID, OLD, TO_MID
@@ -30,8 +31,14 @@ VECTORS = ("q", "v", "q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rh
 MATRICES = ("K", "C", "G", "T", "TK", "KT", "KS", "N")
 SCALARS = (
     "time", "angle", "turns", "speed", "acceleration", "order", "matrix_speed", "matrix_step",
-    "disc_fx", "disc_fy", "contact", "touched", "contact_fx", "contact_fy", "substeps",
+    "disc_fx", "disc_fy", "touched", "substeps",
 )  # fmt: skip
+PAIRS = ("journal_start", "journal_free", "journal_before", "journal_force", "contact_push")
+"""x, y of every journal: what the stage starts from, where it goes without a force, where it was before a correction,
+the force on it, the contact's part of it at no displacement."""
+FILM_MATRICES = {"compliance": "journal_b", "journal_a": "journal_a", "static_a": "static_a"}
+FILM_PAIRS = {"journal_rhs": "journal_rhs", "static_rhs": "static_rhs"}
+"""Matrices (2f, 2f) and right-hand sides (2f) of all journals; those of a single film lie in the film's own part."""
 
 
 class RotorLayout(NamedTuple):
@@ -39,7 +46,7 @@ class RotorLayout(NamedTuple):
 
     n: int
     n_shaft: int
-    has_film: int
+    n_films: int
     n_contact: int
     turning: int
     q: int
@@ -74,58 +81,72 @@ class RotorLayout(NamedTuple):
     matrix_step: int
     disc_fx: int
     disc_fy: int
-    contact: int
     touched: int
-    contact_fx: int
-    contact_fy: int
     substeps: int
+    contact: int
     contact_k: int
+    journal_start: int
+    journal_free: int
+    journal_before: int
+    journal_force: int
+    contact_push: int
     shapes: int
+    compliance: int
+    journal_a: int
+    static_a: int
+    journal_rhs: int
+    static_rhs: int
+    small: int
+    small_matrix: int
     size: int
 
 
 def make_rotor_layout(
     n_modes: int,
-    base: int,
+    film: Layout,
     n_shapes: int,
-    has_film: bool,
+    n_films: int,
     n_contact: int,
     n_supports: int = 0,
     turning: bool = False,
 ) -> RotorLayout:
-    """Layout from offset `base`; n_modes counts both planes, `shapes` holds (2, n) rows for each effect.
+    """Layout behind `n_films` films laid out as `film` (one that is not used, without films).
 
-    Every resonance of a support adds two modal coordinates behind the shaft's; `turning`: the shaft has damping in its
-    own frame.
+    n_modes counts both planes, `shapes` holds (2, n) rows for each effect. Every resonance of a support adds two modal
+    coordinates behind the shaft's; `turning`: the shaft has damping in its own frame.
     """
     n_shaft, n_modes = n_modes, n_modes + 2 * n_supports
+    journals, borders = max(n_films, 1), n_films * film.n_border
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
-    sizes |= {"to_journal": 2 * n_modes, "journal": 2 * n_modes, "disc": 2 * n_modes}
-    sizes |= dict.fromkeys(SCALARS, 1) | {
-        "contact_k": 4,
-        "shapes": 2 * n_modes * max(n_shapes, 1),
-    }
-    offsets, at = {}, base
+    sizes |= {"to_journal": 2 * n_modes * journals, "journal": 2 * n_modes * journals, "disc": 2 * n_modes}
+    sizes |= dict.fromkeys(SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
+    sizes |= {"contact": journals, "contact_k": 4 * journals, "shapes": 2 * n_modes * max(n_shapes, 1)}
+    own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}
+    if n_films > 1:
+        own = {}
+        sizes |= dict.fromkeys(FILM_MATRICES, 4 * n_films**2) | dict.fromkeys(FILM_PAIRS, 2 * n_films)
+    sizes |= {"small": borders, "small_matrix": borders**2} if n_films > 1 else {"small": 0, "small_matrix": 0}
+    offsets, at = {}, journals * film.size
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
-    flags = {"has_film": int(has_film), "n_contact": n_contact, "turning": int(turning)}
-    return RotorLayout(n=n_modes, n_shaft=n_shaft, size=at, **flags, **offsets)
+    flags = {"n_films": n_films, "n_contact": n_contact, "turning": int(turning)}
+    return RotorLayout(n=n_modes, n_shaft=n_shaft, size=at, **flags, **offsets, **own)
 
 
 @inlined
-def build_support(w, R, dof, omega, zeta, gain):
-    """Modal coordinates dof (x) and dof + 1 (y) of a resonance under the sleeve, which moves by `gain` times them."""
+def build_support(w, R, f, dof, omega, zeta, gain):
+    """Modal coordinates dof (x) and dof + 1 (y) of a resonance under sleeve f, which moves by `gain` times them."""
     n = R.n
     for axis in range(2):
         d = dof + axis
         w[R.K + d * n + d] = omega * omega
         w[R.C + d * n + d] = 2.0 * zeta * omega
-        w[R.journal + axis * n + d] = -gain
+        w[R.journal + (2 * f + axis) * n + d] = -gain
 
 
 @inlined
-def form_matrix(w, R, FL, speed, beta, adt):
-    """Form T, a dt T K, the journal's columns a dt T Phi_b' and W (into the film's journal_b)."""
+def form_matrix(w, R, speed, beta, adt):
+    """Form T, a dt T K, the journals' columns a dt T Phi_b' and W."""
     n = R.n
     for e in range(n * n):
         w[R.KT + e] = w[R.K + e]
@@ -145,19 +166,18 @@ def form_matrix(w, R, FL, speed, beta, adt):
             for m in range(n):
                 value += w[R.T + m * n + r] * w[R.KT + c * n + m]
             w[R.TK + c * n + r] = adt * value
-    for b in range(2):
+    for b in range(2 * R.n_films):
         for r in range(n):
             value = 0.0
             for m in range(n):
                 value += w[R.T + m * n + r] * w[R.journal + b * n + m]
             w[R.to_journal + b * n + r] = adt * value
-    if R.has_film == 1:
-        for a in range(2):
-            for b in range(2):
-                value = 0.0
-                for m in range(n):
-                    value += w[R.journal + a * n + m] * w[R.to_journal + b * n + m]
-                w[FL.journal_b + 2 * a + b] = adt * value
+    for a in range(2 * R.n_films):
+        for b in range(2 * R.n_films):
+            value = 0.0
+            for m in range(n):
+                value += w[R.journal + a * n + m] * w[R.to_journal + b * n + m]
+            w[R.compliance + 2 * R.n_films * a + b] = adt * value
     w[R.matrix_speed] = speed
     w[R.matrix_step] = adt
 
@@ -206,10 +226,13 @@ def free_velocity(w, R, adt):
 
 
 @inlined
-def move_rotor(w, R, adt, fx, fy):
-    """Velocity and displacement at the stage's end for the journal force (fx, fy) [N]."""
+def move_rotor(w, R, adt):
+    """Velocity and displacement at the stage's end for the forces on the journals in w[journal_force]."""
     for m in range(R.n):
-        v = w[R.free + m] + fx * w[R.to_journal + m] + fy * w[R.to_journal + R.n + m]
+        v = w[R.free + m]
+        for f in range(R.n_films):
+            to = R.to_journal + 2 * f * R.n + m
+            v = v + w[R.journal_force + 2 * f] * w[to] + w[R.journal_force + 2 * f + 1] * w[to + R.n]
         w[R.v + m] = v
         w[R.q + m] = w[R.q_rhs + m] + adt * v
 

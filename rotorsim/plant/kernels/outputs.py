@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 
 from reynolds.jit import inlined
-from rotorsim.plant.columns import COLUMNS, READ
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, READ
 from rotorsim.plant.kernels.film_gap import smallest_gap
+from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import project
 from rotorsim.plant.kernels.rig_layout import AROUND
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, foundation, sense
+from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, film_constants, foundation, sense
+from rotorsim.plant.kernels.supply import flow_of_injectors
 
 
 @inlined
@@ -44,29 +46,61 @@ def read_probes(w, P, out, i):
             value += w[row + m] * w[ROTOR.q + m]
         for m in range(AROUND):
             value += w[row + ROTOR.n_shaft + m] * w[RIG.around + m]
-        out[i, len(COLUMNS) + FILM.n_inj + k] = value
+        out[i, len(COLUMNS) + RIG.n_pin + k] = value
+
+
+@inlined
+def gap_of(w, P, f):
+    """Smallest thickness [m] of film f."""
+    v, row = film_part(w, f), ROTOR.journal + 2 * ROTOR.n * f
+    x, y = project(w, ROTOR, row, ROTOR.q)
+    uneven = RIG.n_film > 0 and w[RIG.uneven + f] > 0.0
+    return smallest_gap(v) if uneven else film_constants(P, f).clearance - math.sqrt(x * x + y * y)
+
+
+@inlined
+def write_films(w, P, out, i):
+    """Journals, forces, gaps and flows of the films: of the first and of all together, then of the others."""
+    v = film_part(w, 0)
+    out[i, 2], out[i, 3] = project(w, ROTOR, ROTOR.journal, ROTOR.q)
+    out[i, 6] = w[RIG.line] - P.film_0.pa
+    out[i, 7], out[i, 8] = v[FILM.force], v[FILM.force + 1]
+    low = gap_of(w, P, 0)
+    column = len(COLUMNS) + RIG.n_pin + RIG.n_probe
+    for f in range(1, ROTOR.n_films):
+        v = film_part(w, f)
+        gap = gap_of(w, P, f)
+        out[i, column], out[i, column + 1] = project(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, ROTOR.q)
+        out[i, column + 2], out[i, column + 3] = v[FILM.force], v[FILM.force + 1]
+        out[i, column + 4] = gap
+        low = min(low, gap)
+        column += FILM_COLUMNS
+    out[i, 9] = low
+    out[i, 10] = flow_of_injectors(w, FILM.film_flow)
+    out[i, 11] = w[ROTOR.touched]
+    w[ROTOR.touched] = 0.0
+
+
+@inlined
+def write_pins(w, P, out, i):
+    """Pins behind the columns that all machines have."""
+    column = len(COLUMNS)
+    for k in range(RIG.n_inj):
+        if P.pinned[k] > 0.0:
+            out[i, column] = w[RIG.pin + k]
+            column += 1
 
 
 @inlined
 def write_sample(w, P, out, i):
-    """Write the present state into row i of out (n, len(COLUMNS) + n_inj + n_probe) and read the sensors."""
+    """Write the present state into row i of `out` (see `plant.columns`) and read the sensors."""
     out[i, 0], out[i, 1] = project(w, ROTOR, ROTOR.disc, ROTOR.q)
     out[i, 4] = w[ROTOR.angle] + 2.0 * math.pi * w[ROTOR.turns]
     out[i, 5] = w[ROTOR.speed]
-    if ROTOR.has_film == 1:
-        x, y = project(w, ROTOR, ROTOR.journal, ROTOR.q)
-        out[i, 2], out[i, 3] = x, y
-        out[i, 6] = w[RIG.line] - P.film.pa
-        out[i, 7], out[i, 8] = w[FILM.force], w[FILM.force + 1]
-        uneven = RIG.n_film > 0 and w[RIG.uneven] > 0.0
-        out[i, 9] = smallest_gap(w) if uneven else P.film.clearance - math.sqrt(x * x + y * y)
-        flow = 0.0
-        for k in range(FILM.n_inj):
-            flow += w[FILM.film_flow + k]
-            out[i, len(COLUMNS) + k] = w[RIG.pin + k]
-        out[i, 10] = flow
-        out[i, 11] = w[ROTOR.touched]
-        w[ROTOR.touched] = 0.0
+    if ROTOR.n_films > 0:
+        write_films(w, P, out, i)
+    if RIG.n_pin > 0:
+        write_pins(w, P, out, i)
     if RIG.n_probe > 0:
         read_probes(w, P, out, i)
     for n in range(2):

@@ -89,6 +89,8 @@ def rest_piezos(w, P):
     """Bring every actuator to rest with its pin at the bias; returns 0 if a bias is beyond the amplifier's limits."""
     within = 1
     for k in range(RIG.n_inj):
+        if P.pinned[k] == 0.0:
+            continue
         for s in range(RIG.n_stroke_states):
             w[RIG.old + k * RIG.n_stroke_states + s] = 0.0
         bias = P.pin_bias[k]
@@ -155,7 +157,8 @@ def drive_piezo(w, P, k, reference):
 def drive_piezos(w, P, ref_x, ref_y):
     """Advance all actuators over the coming sample."""
     for k in range(RIG.n_inj):
-        drive_piezo(w, P, k, w[RIG.rest + k] + P.sign_x[k] * ref_x + P.sign_y[k] * ref_y)
+        if P.pinned[k] > 0.0:
+            drive_piezo(w, P, k, w[RIG.rest + k] + P.sign_x[k] * ref_x + P.sign_y[k] * ref_y)
 
 
 @inlined

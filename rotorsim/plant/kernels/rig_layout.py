@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "clearance", "uneven", "held_x", "held_y")
+SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "held_x", "held_y")
 READINGS = 5
 """Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa]."""
 
@@ -16,11 +16,12 @@ class RigLayout(NamedTuple):
     """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port; `driven`: piezos move the pins.
 
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
-    supply pressure [Pa, absolute] at both ends of the sample; clearance [m], mean gap of the film; uneven,
-    whether effects shape it; held: reference [V].
+    supply pressure [Pa, absolute] at both ends of the sample; clearance [m], mean gap of each film; uneven,
+    whether effects shape it; held: reference [V]. n_inj injectors of all films, n_pin of them with a pin.
     """
 
     n_inj: int
+    n_pin: int
     driven: int
     substeps: int
     n_motion: int
@@ -64,7 +65,9 @@ class RigLayout(NamedTuple):
 
 def make_rig_layout(
     base: int,
+    n_films: int,
     n_inj: int,
+    n_pin: int,
     driven: int,
     substeps: int,
     ports: dict[str, int],
@@ -80,6 +83,7 @@ def make_rig_layout(
     """
     n = max(n_inj, 1)
     sizes = dict.fromkeys(SCALARS, 1) | dict.fromkeys(("pin", "volt", "stroke", "lead", "travel", "rest"), n)
+    sizes |= dict.fromkeys(("clearance", "uneven"), max(n_films, 1))
     sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
     sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
     sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (n_shaft + AROUND)}
@@ -89,7 +93,7 @@ def make_rig_layout(
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
     counts = {f"n_{port}": ports[port] for port in ("motion", "film", "gas", "injector", "plenum", "supply", "sensor")}
     return RigLayout(
-        n_inj=n_inj, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe,
+        n_inj=n_inj, n_pin=n_pin, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe,
         size=(at + 7) // 8 * 8,
         **counts, **offsets,
     )  # fmt: skip

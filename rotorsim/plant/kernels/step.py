@@ -1,4 +1,4 @@
-"""The coupled step: film, plena and rotor in one implicit TR-BDF2 step.
+"""The coupled step: films, plena and rotor in one implicit TR-BDF2 step.
 
 This file is both a module (with the stand-ins of `neutral`) and a template from which `compose` writes a machine's
 own module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects. A
@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 
 from reynolds.film import force
-from reynolds.jit import kernel
+from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.kernels.film_gap import shape_gap
+from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
 from rotorsim.plant.kernels.modal_rotor import (
     SPEED_STEP,
     add_force,
@@ -33,6 +34,7 @@ from rotorsim.plant.kernels.stubs import (
     add_motion,
     contact_forces,
     correct_motion,
+    film_constants,
     form_motion,
     guess_motion,
     missed_motion,
@@ -46,93 +48,139 @@ PARTS = 1024
 
 @kernel
 def factorise(w, ix, P, speed, iadt):
-    """Factorise the film at the present state."""
-    refresh(w, ix, P.film, FILM, speed * P.film.radius, iadt)
+    """Factorise the films at the present state."""
+    for f in range(ROTOR.n_films):
+        F = film_constants(P, f)
+        refresh(film_part(w, f), film_indices(ix, f), F, FILM, speed * F.radius, iadt)
 
 
 @kernel
 def form(w, P, speed, adt):
     """Form the rotor's stage matrix."""
-    form_matrix(w, ROTOR, FILM, speed, rotating_damping(P), adt)
+    form_matrix(w, ROTOR, speed, rotating_damping(P), adt)
     form_motion(w, adt)
 
 
 @kernel
 def solve_film(w, ix, P, speed, iadt, tolerance):
-    """Newton's method for film, plena and journal, with a new factorisation when the old one has gone stale."""
+    """Newton's method for films, plena and journals, with new factorisations when the old ones have gone stale."""
     for attempt in range(6):
-        n = newton(w, ix, P.film, FILM, speed * P.film.radius, iadt, tolerance, 20, attempt > 0)
+        if ROTOR.n_films == 1:
+            n = newton(w, ix, P.film_0, FILM, speed * P.film_0.radius, iadt, tolerance, 20, attempt > 0)
+        else:
+            n = iterate_films(w, ix, P, speed, iadt, tolerance, 20, attempt > 0)
         if n != STALE_FACTORS:
             return n
         factorise(w, ix, P, speed, iadt)
     return NOT_CONVERGED
 
 
+@inlined
+def touch(w, P, f, speed, adt):
+    """Contact force on journal f where it is, with its negative derivative."""
+    v = film_part(w, f)
+    x, y = v[FILM.journal], v[FILM.journal + 1]
+    s = ROTOR.journal_start + 2 * f
+    vx, vy = (x - w[s]) / adt, (y - w[s + 1]) / adt
+    return contact_forces(f, w[RIG.clearance + f], x, y, vx, vy, speed * film_constants(P, f).radius, P)
+
+
 @kernel
-def journal_equation(w, P, x0, y0, vx, vy, speed):
-    """Set X - W (F + F_c) = X_0 with the contact force linearised at the present journal; returns if it touches."""
-    x, y = w[FILM.journal], w[FILM.journal + 1]
-    fx, fy, kxx, kxy, kyx, kyy = contact_forces(w[RIG.clearance], x, y, vx, vy, speed * P.film.radius, P)
-    touching = fx != 0.0 or fy != 0.0
-    b = FILM.journal_b
-    # force without displacement: F_c + K_c X
-    gx = fx + kxx * x + kxy * y
-    gy = fy + kyx * x + kyy * y
-    for row in range(2):
-        u, v = w[b + 2 * row], w[b + 2 * row + 1]
-        w[FILM.journal_a + 2 * row] = u * kxx + v * kyx
-        w[FILM.journal_a + 2 * row + 1] = u * kxy + v * kyy
-        w[FILM.journal_rhs + row] = u * gx + v * gy
-    w[FILM.journal_a] += 1.0
-    w[FILM.journal_a + 3] += 1.0
-    w[FILM.journal_rhs] += x0
-    w[FILM.journal_rhs + 1] += y0
-    w[ROTOR.contact] = 1.0 if touching else 0.0
-    if touching:
-        w[ROTOR.touched] = 1.0
-    w[ROTOR.contact_fx] = gx
-    w[ROTOR.contact_fy] = gy
-    w[ROTOR.contact_k] = kxx
-    w[ROTOR.contact_k + 1] = kxy
-    w[ROTOR.contact_k + 2] = kyx
-    w[ROTOR.contact_k + 3] = kyy
-    return touching
+def journal_equation(w, P, speed, adt):
+    """Set X - W (F + F_c) = X_0 with the contact forces linearised at the present journals."""
+    for f in range(ROTOR.n_films):
+        v = film_part(w, f)
+        x, y = v[FILM.journal], v[FILM.journal + 1]
+        fx, fy, kxx, kxy, kyx, kyy = touch(w, P, f, speed, adt)
+        # force without displacement: F_c + K_c X
+        w[ROTOR.contact_push + 2 * f] = fx + kxx * x + kxy * y
+        w[ROTOR.contact_push + 2 * f + 1] = fy + kyx * x + kyy * y
+        k = ROTOR.contact_k + 4 * f
+        w[k], w[k + 1], w[k + 2], w[k + 3] = kxx, kxy, kyx, kyy
+        w[ROTOR.contact + f] = 1.0 if fx != 0.0 or fy != 0.0 else 0.0
+        if w[ROTOR.contact + f] != 0.0:
+            w[ROTOR.touched] = 1.0
+    n = 2 * ROTOR.n_films
+    for row in range(n):
+        push = 0.0
+        for f in range(ROTOR.n_films):
+            b = ROTOR.compliance + n * row + 2 * f
+            a = ROTOR.journal_a + n * row + 2 * f
+            k = ROTOR.contact_k + 4 * f
+            g = ROTOR.contact_push + 2 * f
+            w[a] = w[b] * w[k] + w[b + 1] * w[k + 2]
+            w[a + 1] = w[b] * w[k + 1] + w[b + 1] * w[k + 3]
+            push += w[b] * w[g] + w[b + 1] * w[g + 1]
+        w[ROTOR.journal_a + n * row + row] += 1.0
+        w[ROTOR.journal_rhs + row] = push + w[ROTOR.journal_free + row]
+
+
+@inlined
+def free_journals(w, adt):
+    """Where the journals start in a stage, and where they go without forces on them."""
+    for f in range(ROTOR.n_films):
+        s = 2 * f
+        rows = ROTOR.journal + 2 * ROTOR.n * f
+        w[ROTOR.journal_start + s], w[ROTOR.journal_start + s + 1] = project(w, ROTOR, rows, ROTOR.q_rhs)
+        vx, vy = project(w, ROTOR, rows, ROTOR.free)
+        w[ROTOR.journal_free + s] = w[ROTOR.journal_start + s] + adt * vx
+        w[ROTOR.journal_free + s + 1] = w[ROTOR.journal_start + s + 1] + adt * vy
+
+
+@inlined
+def guess_journals(w):
+    """Journals where the present film forces take them; a journal in contact stays where it is."""
+    n = 2 * ROTOR.n_films
+    for f in range(ROTOR.n_films):
+        force(film_part(w, f), FILM)
+    for f in range(ROTOR.n_films):
+        if w[ROTOR.contact + f] == 0.0:
+            v = film_part(w, f)
+            for axis in range(2):
+                place = w[ROTOR.journal_free + 2 * f + axis]
+                for g in range(ROTOR.n_films):
+                    b = ROTOR.compliance + n * (2 * f + axis) + 2 * g
+                    u = film_part(w, g)
+                    place = place + w[b] * u[FILM.force] + w[b + 1] * u[FILM.force + 1]
+                v[FILM.journal + axis] = place
+
+
+@inlined
+def contacts_agree(w, P, speed, adt):
+    """Whether every contact is as it was linearised: it moved less than the tolerance, or is open still."""
+    for f in range(ROTOR.n_films):
+        v, s = film_part(w, f), ROTOR.journal_before + 2 * f
+        if w[ROTOR.contact + f] != 0.0:
+            moved = abs(v[FILM.journal] - w[s]) + abs(v[FILM.journal + 1] - w[s + 1])
+            if not moved < P.tolerance * film_constants(P, f).clearance:
+                return False
+        else:
+            fx, fy, _, _, _, _ = touch(w, P, f, speed, adt)
+            if fx != 0.0 or fy != 0.0:
+                return False
+    return True
 
 
 @kernel
 def solve_stage(w, ix, P, speed, adt):
-    """Film, plena, journal and contact of a stage: the contact's linearisation is repeated until it holds."""
-    xr, yr = project(w, ROTOR, ROTOR.journal, ROTOR.q_rhs)
-    vx, vy = project(w, ROTOR, ROTOR.journal, ROTOR.free)
-    x0, y0 = xr + adt * vx, yr + adt * vy
-    force(w, FILM)
-    b = FILM.journal_b
-    if w[ROTOR.contact] == 0.0:
-        w[FILM.journal] = x0 + w[b] * w[FILM.force] + w[b + 1] * w[FILM.force + 1]
-        w[FILM.journal + 1] = y0 + w[b + 2] * w[FILM.force] + w[b + 3] * w[FILM.force + 1]
+    """Films, plena, journals and contacts of a stage: the contacts' linearisation is repeated until it holds."""
+    free_journals(w, adt)
+    guess_journals(w)
     for _ in range(30):
-        x, y = w[FILM.journal], w[FILM.journal + 1]
-        touching = journal_equation(w, P, x0, y0, (x - xr) / adt, (y - yr) / adt, speed)
+        for f in range(ROTOR.n_films):
+            v, s = film_part(w, f), ROTOR.journal_before + 2 * f
+            w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
+        journal_equation(w, P, speed, adt)
         if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance) < 0:
             return NOT_CONVERGED
-        if ROTOR.n_contact == 0:
+        if ROTOR.n_contact == 0 or contacts_agree(w, P, speed, adt):
             return 1
-        moved = abs(w[FILM.journal] - x) + abs(w[FILM.journal + 1] - y)
-        if touching:
-            if moved < P.tolerance * P.film.clearance:
-                return 1
-        else:
-            x, y = w[FILM.journal], w[FILM.journal + 1]
-            vx, vy = (x - xr) / adt, (y - yr) / adt
-            fx, fy, _, _, _, _ = contact_forces(w[RIG.clearance], x, y, vx, vy, speed * P.film.radius, P)
-            if fx == 0.0 and fy == 0.0:
-                return 1
     return NOT_CONVERGED
 
 
 @kernel
 def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
-    """Rotor and film at a stage's end, repeated until forces that depend on the motion agree with it."""
+    """Rotor and films at a stage's end, repeated until forces that depend on the motion agree with it."""
     guess_motion(w, tau)
     for _ in range(30):
         for m in range(ROTOR.n):
@@ -141,32 +189,55 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
         add_forces(w, P, t, angle, speed, acceleration)
         add_motion(w, P, t, angle, speed, adt)
         free_velocity(w, ROTOR, adt)
-        fx = 0.0
-        fy = 0.0
-        if ROTOR.has_film == 1:
+        if ROTOR.n_films > 0:
             if solve_stage(w, ix, P, speed, adt) < 0:
                 return NOT_CONVERGED
-            force(w, FILM)
-            fx, fy = journal_force(w)
-        move_rotor(w, ROTOR, adt, fx, fy)
+            journal_forces(w)
+        move_rotor(w, ROTOR, adt)
         if RIG.n_motion == 0:
             return 1
-        # a nanometre's hundredth where there is no film to compare with
-        limit = P.tolerance * P.film.clearance if ROTOR.has_film == 1 else 1e-11
-        if missed_motion(w, P, t, angle, speed, adt) < limit:
+        if missed_motion(w, P, t, angle, speed, adt) < P.motion_tolerance:
             return 1
         correct_motion(w, P, t, angle, speed, adt)
     return NOT_CONVERGED
 
 
 @kernel
-def journal_force(w):
-    """Force [N] of film and contact on the journal where it is."""
-    x, y = w[FILM.journal], w[FILM.journal + 1]
-    s = ROTOR.contact_k
-    fx = w[FILM.force] + (w[ROTOR.contact_fx] - (w[s] * x + w[s + 1] * y))
-    fy = w[FILM.force + 1] + (w[ROTOR.contact_fy] - (w[s + 2] * x + w[s + 3] * y))
-    return fx, fy
+def journal_forces(w):
+    """Force [N] of film and contact on every journal where it is, into w[journal_force]."""
+    for f in range(ROTOR.n_films):
+        v, s = film_part(w, f), ROTOR.contact_k + 4 * f
+        force(v, FILM)
+        x, y = v[FILM.journal], v[FILM.journal + 1]
+        g = 2 * f
+        w[ROTOR.journal_force + g] = v[FILM.force] + (w[ROTOR.contact_push + g] - (w[s] * x + w[s + 1] * y))
+        w[ROTOR.journal_force + g + 1] = v[FILM.force + 1] + (
+            w[ROTOR.contact_push + g + 1] - (w[s + 2] * x + w[s + 3] * y)
+        )
+
+
+@inlined
+def start_stage(w, P, t, angle, speed, stage, order, adt):
+    """Gaps, supply, starting values and right-hand sides of the films in a stage."""
+    for f in range(ROTOR.n_films):
+        if RIG.n_film > 0:
+            shape_gap(w, P, f, t, angle, speed)
+    feed_stage(w, P, t)
+    for f in range(ROTOR.n_films):
+        v = film_part(w, f)
+        predict(v, FILM, stage, order)
+        stage_rhs(v, FILM, stage, adt)
+
+
+@inlined
+def take_films_back(w):
+    """Put films and journals back to the step's start."""
+    for f in range(ROTOR.n_films):
+        v = film_part(w, f)
+        take_back(v, FILM)
+        rows = ROTOR.journal + 2 * ROTOR.n * f
+        v[FILM.journal], v[FILM.journal + 1] = project(w, ROTOR, rows, ROTOR.q_old)
+        w[ROTOR.contact + f] = 0.0
 
 
 @kernel
@@ -184,24 +255,17 @@ def try_step(w, ix, P, dt):
         if adt != w[ROTOR.matrix_step] or abs(speed - w[ROTOR.matrix_speed]) > SPEED_STEP:
             new_step = adt != w[ROTOR.matrix_step]
             form(w, P, speed, adt)
-            if ROTOR.has_film == 1 and new_step:
+            if new_step:
                 factorise(w, ix, P, speed, 1.0 / adt)
         rotor_rhs(w, ROTOR, stage, adt)
-        if ROTOR.has_film == 1:
-            if RIG.n_film > 0:
-                shape_gap(w, P, t, angle, speed)
-            feed_stage(w, P, t)
-            predict(w, FILM, stage, order)
-            stage_rhs(w, FILM, stage, adt)
+        if ROTOR.n_films > 0:
+            start_stage(w, P, t, angle, speed, stage, order, adt)
         if solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt) < 0:
-            if ROTOR.has_film == 1:
-                take_back(w, FILM)
-                w[FILM.journal], w[FILM.journal + 1] = project(w, ROTOR, ROTOR.journal, ROTOR.q_old)
-            w[ROTOR.contact] = 0.0
+            take_films_back(w)
             w[ROTOR.matrix_step] = 0.0
             return NOT_CONVERGED
-        if ROTOR.has_film == 1:
-            end_stage(w, FILM, stage, adt)
+        for f in range(ROTOR.n_films):
+            end_stage(film_part(w, f), FILM, stage, adt)
         end_rotor_stage(w, ROTOR, stage, adt)
     w[ROTOR.order] = min(order + 1, 3)
     advance_clock(w, dt)

@@ -9,8 +9,14 @@ from rotorsim.plant.kernels.modal_rotor import make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import make_rig_layout
 
 FILM = make_layout(Grid(0.02, 0.04, 8, 4), 0, [], [])
-ROTOR = make_rotor_layout(4, FILM.size, 0, True, 0)
-RIG = make_rig_layout(ROTOR.size, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
+ROTOR = make_rotor_layout(4, FILM, 0, 1, 0)
+RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
+
+
+@inlined
+def film_constants(P, f):
+    """Record of the constants of film f."""
+    return P.film_0
 
 
 @inlined
@@ -34,8 +40,8 @@ def motion_tangent(w, P, speed):
 
 
 @inlined
-def contact_forces(clearance, x, y, vx, vy, surface_speed, P):
-    """Sum of all contact effects: force on the journal and its negative derivative."""
+def contact_forces(f, clearance, x, y, vx, vy, surface_speed, P):
+    """Sum of all contact effects of film f: force on the journal and its negative derivative."""
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
@@ -66,26 +72,26 @@ def correct_motion(w, P, t, angle, speed, adt):
 
 
 @inlined
-def film_shape(t, angle, speed, theta, P):
-    """Increase of the gap at theta [m], and per length along the shaft [1]."""
+def film_shape(f, t, angle, speed, theta, P):
+    """Increase of the gap of film f at theta [m], and per length along the shaft [1]."""
     return 0.0, 0.0
 
 
 @inlined
-def gas_state(t, speed, P):
-    """Factor on the viscosity and mean free path [m] at ambient pressure."""
-    return 1.0, 0.0
+def gas_state(f, t, speed, path, P):
+    """Factor on the viscosity of film f, and its mean free path [m] at ambient pressure, `path` without effects."""
+    return 1.0, path
 
 
 @inlined
-def inject(t, k, opening, supply, P):
-    """Opening and supply pressure of injector k."""
+def inject(f, t, k, opening, supply, P):
+    """Opening and supply pressure of injector k of film f."""
     return opening, supply
 
 
 @inlined
-def plenum_factor(k, P):
-    """Factor on the volume of plenum k."""
+def plenum_factor(f, k, P):
+    """Factor on the volume of plenum k of film f."""
     return 1.0
 
 

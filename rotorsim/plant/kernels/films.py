@@ -1,0 +1,113 @@
+"""Several films on one rotor: their parts of the workspace, and Newton's method for all of them at once.
+
+Every film has its own part of the workspace, laid out alike. A correction of a film is that of `reynolds.newton`, up to
+its border; the borders of all films, the flows of their injectors and the displacements of their journals, meet in one
+small system through the rotor's compliance, which couples every journal with every film's force.
+
+This file is a template as `step` is.
+
+Cites: golub_2013.
+"""
+
+from __future__ import annotations
+
+from reynolds.jit import inlined, kernel, view
+from reynolds.newton import (
+    ITERATIONS,
+    STALE_FACTORS,
+    begin_correction,
+    eliminate_small,
+    finish_correction,
+    judge_correction,
+    read_correction,
+)
+from rotorsim.plant.kernels.stubs import FILM, ROTOR, film_constants
+
+
+@view
+def film_part(w, f):
+    """Part of the workspace that belongs to film f."""
+    return w if ROTOR.n_films == 1 else w[f * FILM.size : (f + 1) * FILM.size]
+
+
+@view
+def film_indices(ix, f):
+    """Part of the index array that belongs to film f."""
+    return ix if ROTOR.n_films == 1 else ix[f * FILM.n_integers : (f + 1) * FILM.n_integers]
+
+
+@inlined
+def gather_borders(w, f):
+    """Put the rows of film f, which `read_correction` left, into the common system."""
+    v = film_part(w, f)
+    nb, ni = FILM.n_border, FILM.n_inj
+    n = ROTOR.n_films * nb
+    M, x = ROTOR.small_matrix, ROTOR.small
+    o = FILM.small + nb
+    for c in range(nb):
+        for i in range(ni):
+            w[M + (f * nb + c) * n + f * nb + i] = v[FILM.small_matrix + c * nb + i]
+        # the force of film f moves every journal
+        fx, fy = v[FILM.border_force + 2 * c], v[FILM.border_force + 2 * c + 1]
+        for row in range(2 * ROTOR.n_films):
+            b = ROTOR.compliance + 2 * ROTOR.n_films * row + 2 * f
+            w[M + (f * nb + c) * n + row // 2 * nb + ni + row % 2] = -(w[b] * fx + w[b + 1] * fy)
+    for i in range(ni):
+        w[x + f * nb + i] = v[o + i]
+    for row in range(2 * ROTOR.n_films):
+        b = ROTOR.compliance + 2 * ROTOR.n_films * row + 2 * f
+        a = ROTOR.journal_a + 2 * ROTOR.n_films * row + 2 * f
+        r = row // 2 * nb + ni + row % 2
+        for col in range(2):
+            w[M + (f * nb + ni + col) * n + r] += w[a + col]
+        w[x + r] += (
+            w[b] * v[o + ni] + w[b + 1] * v[o + ni + 1] - w[a] * v[FILM.journal] - w[a + 1] * v[FILM.journal + 1]
+        )
+
+
+@kernel
+def correct_films(w, ix, P):
+    """One correction of all films and journals from the residuals; returns its size, all films together."""
+    nb, ni = FILM.n_border, FILM.n_inj
+    n = ROTOR.n_films * nb
+    for e in range(n * n):
+        w[ROTOR.small_matrix + e] = 0.0
+    for row in range(2 * ROTOR.n_films):
+        w[ROTOR.small + row // 2 * nb + ni + row % 2] = w[ROTOR.journal_rhs + row]
+    for f in range(ROTOR.n_films):
+        read_correction(film_part(w, f), film_indices(ix, f), FILM)
+        gather_borders(w, f)
+    eliminate_small(w, ROTOR.small_matrix, ROTOR.small, n)
+    size = 0.0
+    for f in range(ROTOR.n_films):
+        v = film_part(w, f)
+        for a in range(nb):
+            v[FILM.small + a] = w[ROTOR.small + f * nb + a]
+        size += finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM)
+    return size
+
+
+@kernel
+def iterate_films(w, ix, P, speed, iadt, tolerance, most, careful):
+    """Newton's method for all films and journals; as `reynolds.newton.newton` for one."""
+    before = 0.0
+    n = 0
+    done = False
+    first = film_part(w, 0)
+    while True:
+        for f in range(ROTOR.n_films):
+            F = film_constants(P, f)
+            v, numbers = film_part(w, f), film_indices(ix, f)
+            begin_correction(v, numbers, F, FILM, speed * F.radius, iadt, careful or n >= 4)
+        if done:
+            return n
+        if n == most:
+            return STALE_FACTORS
+        size = correct_films(w, ix, P)
+        n += 1
+        first[FILM.convergence + ITERATIONS] += 1.0
+        verdict = judge_correction(first, FILM.convergence, n, size, before, tolerance)
+        if verdict < 0:
+            return verdict
+        done = verdict > 0
+        before = size
