@@ -32,7 +32,6 @@ def cross_check(machine: MachineTables) -> Problems:
 
 def decisive(machine: MachineTables) -> Iterator[Problems]:
     """Checks of what a machine is made of."""
-    yield _one_film(machine)
     yield _injection(machine)
     yield _actuators(machine)
     yield _places(machine)
@@ -81,13 +80,6 @@ def _bearings_apart(machine: MachineTables) -> Problems:
                     f"bearings.{i}.position",
                     f"'{show(place, 'm')}' is where bearings.{k} is; move one or add its stiffness there",
                 )
-
-
-def _one_film(machine: MachineTables) -> Problems:
-    films = [i for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)]
-    for i in films[1:]:
-        first = f"bearings.{films[0]}"
-        yield f"bearings.{i}", f"is a second gas film, after {first}; keep one and write kind = 'linear' for the other"
 
 
 def _injection(machine: MachineTables) -> Problems:
