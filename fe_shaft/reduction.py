@@ -73,9 +73,7 @@ class ReducedRotor:
         return self.participation
 
 
-def modal_reduction(
-    rotor: Rotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float
-) -> ReducedRotor:
+def modal_reduction(rotor: Rotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float) -> ReducedRotor:
     """Reduce `rotor` to `n_modes` modes of each plane.
 
     Parameters

@@ -179,10 +179,10 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
         raise FilmError("injectors: all must have the same law")
     prints = [film.footprints() for film in films]
     count = max(len(p) for p in prints)
-    sizes = [_largest([[len(one.source) for one in p] for p in prints], count),
-             _largest([[len(one.reader) for one in p] for p in prints], count)]  # fmt: skip
+    sources = _largest([[len(one.source) for one in p] for p in prints], count)
+    readers = _largest([[len(one.reader) for one in p] for p in prints], count)
     rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
-    layout = make_layout(first.grid, max(laws, default=0), *sizes, rarefied)
+    layout = make_layout(first.grid, max(laws, default=0), sources, readers, rarefied)
     w = np.zeros(len(films) * layout.size)
     ix = np.zeros(len(films) * layout.n_integers, np.int64)
     for k, (film, own) in enumerate(zip(films, prints, strict=True)):

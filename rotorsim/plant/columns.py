@@ -5,7 +5,8 @@ COLUMNS = (
     "h_min", "mass_flow", "contact", "disc_measured_x", "disc_measured_y", "angle_measured", "speed_measured",
     "pressure_measured",
 )  # fmt: skip
-"""Before the pins, the probes and the further films: [m], angle [rad], speed [rad/s], gauge pressure [Pa], force [N], h_min [m], flow [kg/s], 0/1."""
+"""Before the pins, the probes and the further films: [m], angle [rad], speed [rad/s], gauge pressure [Pa], force [N],
+h_min [m], flow [kg/s], 0/1."""
 READ = COLUMNS.index("disc_measured_x")
 """The first of the columns that sensors read."""
 FILM_COLUMNS = 5

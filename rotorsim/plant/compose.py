@@ -52,7 +52,8 @@ FILM_ENTRIES = ("newton", "refresh")
 SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "refresh")
 """Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
 SOURCES = (
-    lu, modal_rotor, motion_forces, films, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel, cosimulation,
+    lu, modal_rotor, motion_forces, films, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel,
+    cosimulation,
 )  # fmt: skip
 KERNELS = ("kernel", "foundation")
 """Kernels that an effect can have."""

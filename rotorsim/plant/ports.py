@@ -38,7 +38,6 @@ class Function:
         lines += [self.end] if self.end else []
         return "\n".join(["@inlined", f"def {self.signature}:", *(f"    {line}" for line in lines or ["pass"])])
 
-
     def _of(self, names: dict[str, object]) -> list[str]:
         """Lines for one effect."""
         lines = [line.format(**names) for line in self.call]

@@ -82,7 +82,8 @@ class Simulation:
     def counters(self) -> dict[str, float]:
         """Newton iterations, factorisations and parts of steps so far."""
         a = self.assembly
-        counts = sum(a.film_part(self.w, k)[a.film.convergence :][:8] for k in range(max(len(a.films), 1)))
+        parts = [a.film_part(self.w, k)[a.film.convergence :][:8] for k in range(max(len(a.films), 1))]
+        counts = np.sum(parts, axis=0)
         return {
             "iterations": float(counts[ITERATIONS]),
             "factorisations": float(counts[FACTORISATIONS]),

@@ -95,10 +95,10 @@ def narrowest(w, P):
 @inlined
 def stand_apart(w, P):
     """Whether every film is thicker than twice its least; written so that NaN does not count as a gap."""
+    apart = True
     for f in range(ROTOR.n_films):
-        if not narrowest_of(w, P, f) > 2.0 * film_constants(P, f).h_min:
-            return False
-    return True
+        apart = apart and narrowest_of(w, P, f) > 2.0 * film_constants(P, f).h_min
+    return apart
 
 
 @inlined
