@@ -40,7 +40,8 @@ LAWS = ("orifice", "loss_factor")
 class Injector:
     """One injector: SI units; `angle` [rad] from x towards y, `offset` [m] from the bearing's centre.
 
-    `law` is "orifice" or "loss_factor"; `pin` is the extension [m] taken when none is given in a call.
+    `law` is "orifice" or "loss_factor"; `pin` is the extension [m] taken when none is given in a call. An `open_area`
+    [m^2], discharge coefficient times area, stands for a hole that is always open in place of seat and pin.
 
     Examples
     --------
@@ -64,6 +65,7 @@ class Injector:
     polytropic_exponent: float = 1.0
     loss_factor: float = 0.0
     loss_exponent: float = 1.0
+    open_area: float = 0.0
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
@@ -71,6 +73,8 @@ class Injector:
 
     def conductance(self, pin: float) -> float:
         """Pin conductance: Cd1 pi d_p g [m^2] (orifice) or l_f [kg/(s Pa^2)] at pin extension `pin` [m]."""
+        if self.open_area > 0:
+            return self.open_area
         gap = max(self.seat_gap - pin, self.minimum_gap)
         if self.law == "loss_factor":
             return self.loss_factor * (gap / self.seat_gap) ** self.loss_exponent

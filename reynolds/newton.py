@@ -8,7 +8,8 @@ where A = I, B = W (compliance of the rotor over a stage) in time, A = K, B = I 
 journal held in place. The film's ring is bordered by one unknown per injector (its change of flow) and the two of the
 journal. Several films on one rotor are corrected each by itself (`read_ring`, `finish_correction`); their borders meet
 in one small system. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the
-film's stiffness in these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
+film's stiffness in these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of
+steps.
 
 Cites: golub_2013, kelley_1998.
 """

@@ -70,6 +70,8 @@ VARIABLES = {
     "disc_force": Variable(("axis",), "N", "external force on the disc"),
     "pin": Variable(("injector",), "m", "pin position"),
     "film_force": Variable(("axis",), "N", "film force on the journal"),
+    "journals": Variable(("film", "axis"), "m", "displacements of the journals in all gas bearings"),
+    "film_forces": Variable(("film", "axis"), "N", "film forces on all journals"),
     "h_min": Variable((), "m", "smallest film thickness"),
     "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
     "contact": Variable((), "1", "journal touches the sleeve"),
@@ -104,6 +106,8 @@ def make_record(
     coords: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"}), "axis": list(AXES)}
     if "pin" in values:
         coords["injector"] = np.arange(1, values["pin"].shape[1] + 1)
+    if "journals" in values:
+        coords["film"] = np.arange(1, values["journals"].shape[1] + 1)
     if "probe_measured" in values:
         coords |= labelled(probes or {})
     return xr.Dataset(variables, coords, attrs or {})

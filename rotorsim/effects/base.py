@@ -167,6 +167,18 @@ class Effect:
         return {}
 
 
+@dataclass(frozen=True)
+class FilmEffect(Effect):
+    """Base of the effects in gas films: of one, or of all."""
+
+    bearing: float | None = param(
+        "1", default=None, bounds=(0.0, 63.0), whole=True,
+        doc="Index among the bearings, from 0, of the film that it is about; all films when not given.",
+    )  # fmt: skip
+
+
+WHERE = ("position", "bearing")
+"""Parameters that place an effect, which its kernel does not see."""
 REGISTRY: dict[str, type[Effect]] = {}
 """Every known effect by its name; `register` adds one."""
 E = TypeVar("E", bound=Effect)
@@ -210,7 +222,7 @@ def register(effect: type[E]) -> type[E]:
 def forms_of_parameters(effect: type[Effect]) -> tuple[CandidateForm, ...]:
     """Forms from the parameters alone: each that is neutral at 0, with its phase, by a thousandth of its bound."""
     known = quantities(effect)
-    numbers = [f.name for f in fields(effect) if f.name != "position" and f.default == 0.0]
+    numbers = [f.name for f in fields(effect) if f.name not in WHERE and f.default == 0.0]
     phases = {name for name in numbers if known[name].unit == "rad" and name.endswith("phase")}
     found = []
     for name in (n for n in numbers if n not in phases):
@@ -222,7 +234,7 @@ def forms_of_parameters(effect: type[Effect]) -> tuple[CandidateForm, ...]:
 
 
 def numeric_fields(effect: type[Effect]) -> tuple[str, ...]:
-    """Names of the numbers in the kernel's record: parameters (all but `position`) and what is derived.
+    """Names of the numbers in the kernel's record: parameters (all but where it acts) and what is derived.
 
     Examples
     --------
@@ -230,4 +242,4 @@ def numeric_fields(effect: type[Effect]) -> tuple[str, ...]:
     >>> rs.effects.numeric_fields(rs.effects.REGISTRY["unbalance"])
     ('me', 'phase')
     """
-    return (*(f.name for f in fields(effect) if f.name != "position"), *effect.extra)
+    return (*(f.name for f in fields(effect) if f.name not in WHERE), *effect.extra)

@@ -17,6 +17,7 @@ from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.references import references
 from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
+from rotorsim.effects.base import WHERE
 
 HEAD = """# Effects
 
@@ -121,7 +122,7 @@ def _parameter(field: Field[Any]) -> dict[str, str]:
     """Name, unit, neutral value, limits and sentence of a parameter as people write them."""
     known = quantity_of(field) or Quantity("")
     neutral = field.default if isinstance(field.default, (int, float)) else None
-    limits = (None, None) if field.name == "position" else (known.low, known.high)
+    limits = (None, None) if field.name in WHERE else (known.low, known.high)
     written = ("" if value is None else show(value, known.unit) for value in (neutral, *limits))
     shown = dict(zip(("neutral", "low", "high"), written, strict=True))
     return {"name": field.name, "unit": known.unit, **shown, "doc": known.doc}

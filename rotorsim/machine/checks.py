@@ -87,6 +87,19 @@ def _injection(machine: MachineTables) -> Problems:
         yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
         yield "injection", "missing, but there are injectors; add [injection] or remove the injectors"
+    common = machine.injection
+    if common is None or machine.film is None:
+        return
+    if common.bearing is not None and machine.film_at(common.bearing) is None:
+        yield "injection.bearing", f"{common.bearing:g} {_no_film(machine)}"
+    if machine.injectors and common.law == "loss_factor" and any(film.orifices for _, film in _films(machine)):
+        yield "injection.law", "'loss_factor' does not go with orifices, which are nozzles; write 'orifice'"
+
+
+def _no_film(machine: MachineTables) -> str:
+    """Rest of a sentence about an index that is not that of a gas film."""
+    known = [path.rpartition(".")[2] for path, _ in _films(machine)]
+    return f"is not the index of a gas film among the bearings; write {' or '.join(known)}"
 
 
 def _probes(machine: MachineTables) -> Problems:
@@ -107,44 +120,49 @@ def _probes(machine: MachineTables) -> Problems:
             )  # fmt: skip
 
 
-def _film(machine: MachineTables) -> tuple[str, GasFilm]:
-    """Path of the film and itself; the checks that need one end without."""
-    path = next((f"bearings.{i}" for i, b in enumerate(machine.bearings) if isinstance(b, GasFilm)), "")
-    return path, machine.film  # type: ignore[return-value]
+def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
+    """Paths of the gas films and themselves."""
+    for i, bearing in enumerate(machine.bearings):
+        if isinstance(bearing, GasFilm):
+            yield f"bearings.{i}", bearing
 
 
 def _floor(machine: MachineTables) -> Problems:
-    path, film = _film(machine)
-    if path and machine.solver.minimum_film >= film.clearance:
-        shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
-        yield "solver.minimum_film", f"'{shown}' is not below the clearance '{limit}'; make it smaller"
+    for _, film in _films(machine):
+        if machine.solver.minimum_film >= film.clearance:
+            shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
+            yield "solver.minimum_film", f"'{shown}' is not below the clearance '{limit}'; make it smaller"
+            return
 
 
 def _thin(machine: MachineTables) -> Problems:
-    path, film = _film(machine)
-    if path and film.clearance > film.diameter / 20:
-        limit = show(film.diameter / 20, "m")
-        yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
+    for path, film in _films(machine):
+        if film.clearance > film.diameter / 20:
+            limit = show(film.diameter / 20, "m")
+            yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
 
 
 def _reach(machine: MachineTables) -> Problems:
-    path, film = _film(machine)
     shaft = machine.shaft
-    if path and not (shaft.start - 1e-9 <= film.position - film.length / 2
-                     and film.position + film.length / 2 <= shaft.end + 1e-9):  # fmt: skip
-        yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
+    for path, film in _films(machine):
+        if not (shaft.start - 1e-9 <= film.position - film.length / 2
+                and film.position + film.length / 2 <= shaft.end + 1e-9):  # fmt: skip
+            yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
 
 
 def _offsets(machine: MachineTables) -> Problems:
-    path, film = _film(machine)
-    if not path:
-        return
-    orifice = machine.injection.orifice_diameter if machine.injection else 0.0
-    room = max((film.length - orifice) / 2, 0.0)
-    for i, injector in enumerate(machine.injectors):
-        if abs(getattr(injector, "offset", 0.0)) > room:
-            shown, limit = show(injector.offset, "m"), show(room, "m")
-            yield f"injectors.{i}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
+    """Injectors and rows of orifices stand inside their films."""
+    pinned = machine.pinned_film
+    for number, (path, film) in enumerate(_films(machine)):
+        fed = [(f"{path}.orifices.{i}", row.offset, row.mouth) for i, row in enumerate(film.orifices)]
+        if number == pinned and machine.injection is not None:
+            width = machine.injection.orifice_diameter
+            fed += [(f"injectors.{i}", getattr(x, "offset", 0.0), width) for i, x in enumerate(machine.injectors)]
+        for place, offset, width in fed:
+            room = max((film.length - width) / 2, 0.0)
+            if abs(offset) > room:
+                shown, limit = show(offset, "m"), show(room, "m")
+                yield f"{place}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
 
 
 def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
@@ -182,8 +200,11 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
-    if effect.port == "injector" and not machine.injectors:
-        return "", "acts in injectors, but there are none; add [[injectors]] or remove it"
+    bearing = getattr(effect, "bearing", None)
+    if bearing is not None and machine.film_at(bearing) is None:
+        return "bearing", f"{bearing:g} {_no_film(machine)}"
+    if effect.port == "injector" and not machine.injectors and not any(film.orifices for _, film in _films(machine)):
+        return "", "acts in injectors, but there are none; add [[injectors]] or [[bearings.orifices]], or remove it"
     if effect.port == "actuator" and machine.actuators is None:
         return "", "acts in the piezo actuators, but there are none; add [actuators] or remove it"
     if effect.port in ("force", "motion") and effect.place == "disc" and not placed and not machine.discs:

@@ -1,14 +1,48 @@
-"""Machine-file parts of the gas bearing: film, gas, common injection data, single injectors."""
+"""Machine-file parts of the gas bearings: films with their orifices, gas, injectors with pins."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import tau
 from typing import Literal
 
 from pydantic import Field
 
 from rotorsim.base.units import show
 from rotorsim.machine.part import Part, quantity
+
+
+class Orifices(Part):
+    """A row of orifices round the bearing that are always open."""
+
+    count: float = quantity("1", "Number of orifices in the row, evenly spaced.", low=1, high=64, multiple=1, example=8)
+    diameter: float = quantity("m", "Diameter of an orifice.", above=0, high=0.01, example=0.2e-3)
+    discharge: float = quantity("1", "Discharge coefficient of an orifice.", 0.8, above=0, high=2)
+    offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10, example=5e-3)
+    first_angle: float = quantity("rad", "Where the first one stands, from x towards y.", 0.0, low=-7, high=7)
+    pocket_diameter: float | None = quantity(
+        "m", "Diameter of the pocket behind which the film begins; without one the orifice ends in the film.",
+        None, above=0, high=0.1, example=2e-3)  # fmt: skip
+    curtain_discharge: float = quantity("1", "Discharge coefficient from its rim into the film.", 0.8, above=0, high=2)
+    volume: float | None = quantity(
+        "m^3", "Volume between orifice and film; that of a hole as long as it is wide when not given.",
+        None, above=0, high=1e-3, example=1e-11)  # fmt: skip
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """A pocket is wider than its orifice."""
+        if self.pocket_diameter is not None and self.pocket_diameter < self.diameter:
+            least = show(self.diameter, "m")
+            yield "pocket_diameter", f"'{show(self.pocket_diameter, 'm')}' is below the orifice's '{least}'; widen it"
+
+    @property
+    def mouth(self) -> float:
+        """Diameter [m] of the rim through which the gas enters the film."""
+        return self.diameter if self.pocket_diameter is None else self.pocket_diameter
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angles of all orifices [rad]."""
+        return tuple(self.first_angle + tau * k / self.count for k in range(int(self.count)))
 
 
 class GasFilm(Part):
@@ -31,6 +65,7 @@ class GasFilm(Part):
         "N/m", "Isotropic spring that stands for the film when the rotor's modes are chosen, nowhere else.",
         4e6, above=0, high=1e12,
     )  # fmt: skip
+    orifices: tuple[Orifices, ...] = Field((), description="Rows of orifices that feed the film without pins.")
 
 
 class Gas(Part):
@@ -59,6 +94,10 @@ class Injection(Part):
     >>> rs.load_machine("dtu_gas_bearing").injection.seat_gap
     4.02e-05
     """
+
+    bearing: float | None = quantity(
+        "1", "Index among the bearings, from 0, of the film that they feed; the first film when not given.",
+        None, low=0, high=63, multiple=1, example=1)  # fmt: skip
 
     law: Literal["orifice", "loss_factor"] = Field(
         description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."

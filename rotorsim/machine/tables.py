@@ -57,11 +57,34 @@ class MachineTables(Part):
     @property
     def pinned_film(self) -> int | None:
         """Number from 0, among the films, of the one that the injectors with pins feed."""
-        return 0 if self.injectors else None
+        if not self.injectors or self.injection is None:
+            return None
+        return 0 if self.injection.bearing is None else self.film_at(self.injection.bearing)
+
+    def film_at(self, bearing: float) -> int | None:
+        """Number from 0, among the films, of a bearing; None for one that is no gas film or not there."""
+        films = [i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm)]
+        return films.index(int(bearing)) if bearing in films else None
 
     def film_number(self, effect: Effect) -> int | None:
         """Number from 0, among the films, of the one that an effect is about; None for all films, or none."""
-        return None
+        bearing = getattr(effect, "bearing", None)
+        return None if bearing is None else self.film_at(bearing)
+
+    def film_of(self, effect: Effect) -> GasFilm | None:
+        """The film that an effect is about, the first where it is about all."""
+        number = self.film_number(effect)
+        return self.film if number is None else self.films[number]
+
+    def injector_count(self, effect: Effect) -> int:
+        """Number of injectors, orifices included, of the film that an effect is about; the largest of all films."""
+        about = self.film_number(effect)
+        counts = [
+            sum(int(row.count) for row in film.orifices) + (len(self.injectors) if k == self.pinned_film else 0)
+            for k, film in enumerate(self.films)
+            if about in (None, k)
+        ]
+        return max(counts, default=0)
 
     @property
     def mass(self) -> float:

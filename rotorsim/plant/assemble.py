@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ from reynolds.workspace import FilmModel, Gas, build_films
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
+from rotorsim.machine.film import Orifices
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
@@ -160,11 +162,9 @@ def make_films(machine: Machine) -> tuple[FilmModel, ...]:
 
 
 def _injectors(machine: Machine, number: int) -> tuple[Injector, ...]:
-    """Injectors of a film: those with pins, which feed the first one, or its own orifices."""
-    common = machine.injection
-    if common is None or number != machine.pinned_film:
-        return ()
-    return tuple(
+    """Injectors of a film: those with pins, if they feed it, then its own orifices."""
+    common, film = machine.injection, machine.films[number]
+    pinned = () if common is None or number != machine.pinned_film else tuple(
         Injector(
             angle=i.angle, offset=i.offset, law=common.law, pin=common.pin_bias, seat_gap=common.seat_gap,
             minimum_gap=common.minimum_gap, pin_diameter=common.pin_diameter,
@@ -175,6 +175,18 @@ def _injectors(machine: Machine, number: int) -> tuple[Injector, ...]:
         )
         for i in machine.injectors
     )  # fmt: skip
+    return (*pinned, *(one for row in film.orifices for one in _row(row)))
+
+
+def _row(row: Orifices) -> Iterator[Injector]:
+    """Orifices of a row."""
+    area = math.pi / 4 * row.diameter**2
+    for angle in row.angles:
+        yield Injector(
+            angle=angle, offset=row.offset, open_area=row.discharge * area, orifice_diameter=row.mouth,
+            curtain_discharge=row.curtain_discharge,
+            plenum_volume=area * row.diameter if row.volume is None else row.volume,
+        )  # fmt: skip
 
 
 def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray]:

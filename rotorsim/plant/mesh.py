@@ -56,9 +56,9 @@ class Mesh:
         position = getattr(effect, "position", None)
         if position is not None:
             return float(position)
-        film = self.machine.film
-        if effect.place == "film" and film is not None:
-            return film.position
+        films, number = self.machine.films, self.machine.film_number(effect)
+        if effect.place == "film" and films:
+            return films[number or 0].position
         if effect.place == "start":
             return self.machine.shaft.start
         if effect.place == "bearing":

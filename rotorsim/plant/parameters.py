@@ -12,6 +12,7 @@ from reynolds.grid import Layout
 from reynolds.workspace import FILM_DTYPE, FilmModel
 from rotorsim.base.constants import SAMPLE
 from rotorsim.effects import Effect, numeric_fields
+from rotorsim.effects.base import WHERE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.mesh import Mesh
 
@@ -58,7 +59,7 @@ def make_parameters(
 
 def _fill_effect(record: Any, effect: Effect, machine: Machine) -> None:
     for field in fields(effect):
-        if field.name != "position":
+        if field.name not in WHERE:
             record[field.name] = getattr(effect, field.name)
     for name, value in effect.derived(machine).items():
         record[name] = value

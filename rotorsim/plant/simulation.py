@@ -134,6 +134,6 @@ def _of_each_film(a: Assembly, table: np.ndarray, values: dict[str, Any]) -> dic
     """Journals and forces (time, film, axis) of all films; those of the first are among `values`."""
     further = table.reshape(len(table), len(a.films) - 1, FILM_COLUMNS)
     return {
-        "film_journal": np.concatenate([values["journal"][:, None], further[:, :, :2]], axis=1),
-        "force_of_film": np.concatenate([values["film_force"][:, None], further[:, :, 2:4]], axis=1),
+        "journals": np.concatenate([values["journal"][:, None], further[:, :, :2]], axis=1),
+        "film_forces": np.concatenate([values["film_force"][:, None], further[:, :, 2:4]], axis=1),
     }

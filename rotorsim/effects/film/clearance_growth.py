@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 from rotorsim.effects.film.gap_limit import closed_gap
 
@@ -26,7 +26,7 @@ def clearance_growth(t, angle, speed, theta, p):
 
 
 @register
-class ClearanceGrowth(Effect):
+class ClearanceGrowth(FilmEffect):
     """Change of the clearance with speed and temperature."""
 
     port = "film"
@@ -42,7 +42,7 @@ class ClearanceGrowth(Effect):
 
     def derived(self, machine: Any) -> dict[str, float]:
         """Expansion of the radius [m/K]."""
-        return {"radial_expansion": self.expansion * machine.film.diameter / 2}
+        return {"radial_expansion": self.expansion * machine.film_of(self).diameter / 2}
 
     def problems(self, machine: Any) -> dict[str, str]:
         """The gap stays open at 6000 rpm."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from reynolds.jit import inlined
 from rotorsim.base.constants import TO_UM
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 
 
 @inlined
@@ -45,7 +45,7 @@ def contact(clearance, x, y, vx, vy, surface_speed, p):
 
 
 @register
-class Contact(Effect):
+class Contact(FilmEffect):
     """Rub of the journal in the gas bearing."""
 
     port = "contact"
@@ -62,7 +62,7 @@ class Contact(Effect):
 
     def problems(self, machine: Any) -> dict[str, str]:
         """Surfaces do not touch at rest in the middle."""
-        clearance = machine.film.clearance
+        clearance = machine.film_of(self).clearance
         if self.asperity < clearance:
             return {}
         asperity, limit = self.asperity * TO_UM, clearance * TO_UM

@@ -16,7 +16,7 @@ def closed_gap(effect: Effect, machine: Any) -> dict[str, str]:
     if machine.film is None:
         return {}
     shares = {id(e): e.narrowing(machine) for es in machine.effects.values() for e in es if hasattr(e, "narrowing")}
-    total, clearance = sum(shares.values()), machine.film.clearance
+    total, clearance = sum(shares.values()), machine.film_of(effect).clearance
     if clearance - total >= ROOM * clearance or shares[id(effect)] < max(shares.values()):
         return {}
     return {

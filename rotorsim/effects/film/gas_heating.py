@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
 NOMINAL = 2 * math.pi * 100
@@ -31,7 +31,7 @@ def gas_heating(t, speed, p):
 
 
 @register
-class GasHeating(Effect):
+class GasHeating(FilmEffect):
     """Warmer gas: higher viscosity."""
 
     earlier_name = "viscosity"

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.film.gap_limit import closed_gap
 
 
@@ -22,7 +22,7 @@ def journal_tilt(t, angle, speed, theta, p):
 
 
 @register
-class JournalTilt(Effect):
+class JournalTilt(FilmEffect):
     """Tilt of the journal in its sleeve."""
 
     port = "film"
@@ -44,4 +44,4 @@ class JournalTilt(Effect):
 
     def narrowing(self, machine: Any) -> float:
         """Reduction of the gap at an edge [m]."""
-        return math.hypot(self.x, self.y) * float(machine.film.length) / 2
+        return math.hypot(self.x, self.y) * float(machine.film_of(self).length) / 2

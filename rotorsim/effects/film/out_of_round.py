@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.base import TURN, FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 from rotorsim.effects.film.gap_limit import closed_gap
 
@@ -24,7 +24,7 @@ def out_of_round(t, angle, speed, theta, p):
 
 
 @register
-class OutOfRound(Effect):
+class OutOfRound(FilmEffect):
     """Lobes on sleeve and journal; several tables for several orders."""
 
     port = "film"

@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
+from rotorsim.effects.base import TURN, FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
 
@@ -24,7 +24,7 @@ def pedestal(p):
 
 
 @register
-class Pedestal(Effect):
+class Pedestal(FilmEffect):
     """Resonance of the gas bearing's pedestal."""
 
     port = "support"

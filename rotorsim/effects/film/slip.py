@@ -7,7 +7,7 @@ number is a few thousandths. Source: Burgdorfer (1959), first order; lifts an as
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
 
@@ -18,7 +18,7 @@ def slip(t, speed, p):
 
 
 @register
-class Slip(Effect):
+class Slip(FilmEffect):
     """Slip of the gas at the walls."""
 
     port = "gas"

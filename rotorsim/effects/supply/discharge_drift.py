@@ -7,7 +7,7 @@ and the laminar losses of a narrow gap do. Source: Pierart & Santos (2015) for t
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter, CandidateForm
 
 
@@ -19,7 +19,7 @@ def discharge_drift(t, k, opening, supply, p):
 
 
 @register
-class DischargeDrift(Effect):
+class DischargeDrift(FilmEffect):
     """Drift of discharge coefficient and loss exponent."""
 
     port = "injector"

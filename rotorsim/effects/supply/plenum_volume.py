@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 from rotorsim.effects.supply.weak_injector import no_such_injector
 
@@ -23,7 +23,7 @@ def plenum_volume(k, p):
 
 
 @register
-class PlenumVolume(Effect):
+class PlenumVolume(FilmEffect):
     """Other volume of the plena, or of one."""
 
     port = "plenum"
@@ -42,4 +42,4 @@ class PlenumVolume(Effect):
 
     def problems(self, machine: Any) -> dict[str, str]:
         """The injector exists, or all are meant."""
-        return {} if self.injector == 0.0 else no_such_injector(self.injector, machine)
+        return {} if self.injector == 0.0 else no_such_injector(self, self.injector, machine)

@@ -9,7 +9,7 @@ so a choked seat is indistinguishable from a blocked one.
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 from rotorsim.effects.supply.weak_injector import no_such_injector
 
@@ -23,7 +23,7 @@ def unequal_pressure(t, k, opening, supply, p):
 
 
 @register
-class UnequalPressure(Effect):
+class UnequalPressure(FilmEffect):
     """Another supply pressure at one injector; several tables for several."""
 
     port = "injector"
@@ -35,4 +35,4 @@ class UnequalPressure(Effect):
 
     def problems(self, machine: Any) -> dict[str, str]:
         """The injector exists."""
-        return no_such_injector(self.injector, machine)
+        return no_such_injector(self, self.injector, machine)

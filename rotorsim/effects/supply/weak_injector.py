@@ -9,7 +9,7 @@ that follows with less travel. Source: continuity through the seat's curtain, in
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
 
@@ -22,7 +22,7 @@ def weak_injector(t, k, opening, supply, p):
 
 
 @register
-class WeakInjector(Effect):
+class WeakInjector(FilmEffect):
     """A partly blocked injector, or one whose pin has stuck; several tables for several."""
 
     port = "injector"
@@ -40,12 +40,12 @@ class WeakInjector(Effect):
 
     def problems(self, machine: Any) -> dict[str, str]:
         """The injector exists."""
-        return no_such_injector(self.injector, machine)
+        return no_such_injector(self, self.injector, machine)
 
 
-def no_such_injector(number: float, machine: Any) -> dict[str, str]:
-    """A sentence for an injector number that the machine has not."""
-    count = len(machine.injectors)
+def no_such_injector(effect: FilmEffect, number: float, machine: Any) -> dict[str, str]:
+    """A sentence for an injector number that the effect's film has not."""
+    count = machine.injector_count(effect)
     if number == int(number) and 1 <= number <= count:
         return {}
     return {"injector": f"{number:g} is none of the machine's injectors; write 1 to {count}"}

@@ -12,6 +12,7 @@ from dataclasses import replace
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
+from rotorsim.effects.base import WHERE
 from rotorsim.live.page.control import Control, control_of
 from rotorsim.machine import Machine
 
@@ -42,7 +43,7 @@ def sliders(machine: Machine) -> dict[str, Control]:
     for name in sorted(machine.effects):
         effect = machine.effects[name][0]
         for parameter, quantity in quantities(effect).items():
-            if parameter == "position" or quantity.low is None or quantity.high is None:
+            if parameter in WHERE or quantity.low is None or quantity.high is None:
                 continue
             if parameter == "injector":
                 quantity = replace(quantity, high=float(len(machine.injectors)))
