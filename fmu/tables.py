@@ -39,7 +39,7 @@ def header(model: PlantUnit) -> str:
         "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
         "N_VARIABLES": len(model.variables),
         "N_INPUTS": len(inputs),
-        "N_OUT": len(COLUMNS) + a.film.n_inj + a.rig.n_probe + EXTRA_COLUMNS,
+        "N_OUT": a.columns + EXTRA_COLUMNS,
         "N_P": a.record.dtype.itemsize // 8,
         "N_W": a.w.size,
         "N_IX": a.ix.size,
@@ -53,7 +53,7 @@ def header(model: PlantUnit) -> str:
         "W_SEED": a.rig.seed,
         "W_COMMAND": a.rig.command,
         "W_SPEED": a.rotor.speed,
-        "W_LOAD": a.film.static_rhs,
+        "W_LOAD": a.rotor.static_rhs,
     }
     lines = [f"#define {name} {value}" for name, value in defines.items()]
     return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])

@@ -18,7 +18,7 @@ from rotorsim.machine.film import Gas, Injector
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
 ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")
@@ -99,6 +99,7 @@ def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
     rows = [("shaft.speed_ref", "rad/s", speed, "Speed reached at the end of the coming step; at rest at the start.")]
     if a.film.n_inj:
         rows.append(("injection.pressure", "Pa", pressure, "Gauge pressure of the supply, held over a step."))
+    if a.rig.n_pin:
         which = {"reference": "of the pins' PD loops", "voltage": "of the amplifiers"}.get(_mode(a), "of the pins")
         for axis in "xy":
             rows.append((f"piezo.ref_{axis}", "V", 0.0, f"Reference {which} along {axis}; positive pushes its pin in."))
@@ -118,8 +119,8 @@ def _mode(a: Assembly) -> str:
 
 
 def _outputs(a: Assembly) -> Iterator[Variable]:
-    n, has_film = a.film.n_inj, a.film_model is not None
-    extra = n + a.rig.n_probe
+    n, fed, has_film = a.rig.n_pin, a.film.n_inj, bool(a.films)
+    extra = a.columns - len(COLUMNS)
     at = {name: k for k, name in enumerate(COLUMNS)}
     rows: list[tuple[str, str, int, str]] = []
     for axis in "xy":
@@ -135,9 +136,11 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
             )
         rows.append(("film.h_min", "m", at["h_min"], "Smallest film thickness."))
         rows.append(("film.friction_torque", "N*m", len(COLUMNS) + extra, "Torque of the film against the rotation."))
-    if n:
+    rows += _further_films(a)
+    if fed:
         rows.append(("injection.line_pressure", "Pa", at["pressure"], "Gauge pressure behind the supply line."))
         rows.append(("injection.mass_flow", "kg/s", at["mass_flow"], "Mass flow into the film."))
+    if n:
         for k in range(n):
             rows.append(
                 (f"piezo.position_{k + 1}", "m", len(COLUMNS) + k, f"Travel of pin {k + 1}; more closes its seat.")
@@ -162,7 +165,7 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
         )
     rows.append(("meas.angle", "rad", at["angle_measured"], "Shaft angle as the encoder reads it."))
     rows.append(("meas.speed", "rad/s", at["speed_measured"], "Speed as estimated from the encoder."))
-    if n:
+    if fed:
         rows.append(("meas.pressure", "Pa", at["pressure_measured"], "Injection pressure as its transducer reads it."))
     for name, unit, column, doc in rows:
         yield Variable(name, "output", doc, unit, column)
@@ -171,6 +174,18 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
         yield Variable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
         shape = (a.film.n_theta, a.machine.grid.n_z)
         yield Variable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
+
+
+def _further_films(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
+    """Outputs of all films but the first: name, unit, column, sentence."""
+    column = len(COLUMNS) + a.rig.n_pin + a.rig.n_probe
+    for k in range(2, len(a.films) + 1):
+        for i, axis in enumerate("xy"):
+            yield f"bearing_{k}.{axis}", "m", column + i, f"Displacement of journal {k} along {axis}."
+        for i, axis in enumerate("xy"):
+            yield f"film_{k}.force_{axis}", "N", column + 2 + i, f"Film force on journal {k} along {axis}."
+        yield f"film_{k}.h_min", "m", column + 4, f"Smallest thickness of film {k}."
+        column += FILM_COLUMNS
 
 
 def place(a: Assembly, *path: str, item: int = 0) -> int:
@@ -202,9 +217,9 @@ def _declared(part: type[Part], field: str) -> Quantity:
 
 def _machine_parameters(a: Assembly) -> Iterator[Variable]:
     P = a.P
-    if a.film_model is not None:
+    if len(a.films) == 1:
         known = _declared(Gas, "viscosity")
-        yield _parameter("gas.viscosity", known, place(a, "film", "mu"), float(P.film.mu), a.rig.n_gas > 0)
+        yield _parameter("gas.viscosity", known, place(a, "film_0", "mu"), float(P.film_0.mu), a.rig.n_gas > 0)
     for field, name in (
         ("inertia", "inertia"),
         ("dry_drag", "dry_drag"),
@@ -214,18 +229,20 @@ def _machine_parameters(a: Assembly) -> Iterator[Variable]:
         yield _parameter(
             f"drive.{field}", _declared(Drive, field), place(a, name), float(getattr(P, name)), field != "inertia"
         )
-    if _mode(a) == "ideal" or not a.film.n_inj:
+    first = a.machine.pinned_film
+    if _mode(a) == "ideal" or first is None:
         return
     for field, name in (("sensitivity", "sensitivity"), ("sensor_sensitivity", "transducer"), ("pd_pole", "pd_pole")):
         yield _parameter(
             f"actuators.{field}", _declared(Actuators, field), place(a, name), float(getattr(P, name)), False
         )
     own = ("amplifier_lag", "stack_lag") + (("pd_gain", "pd_zero") if _mode(a) == "reference" else ())
-    for k in range(a.film.n_inj):
+    for k in range(a.rig.n_pin):
         for name in own:
-            known, value = _declared(Injector, name), float(getattr(P, name)[k])
+            item = first * a.film.n_inj + k
+            known, value = _declared(Injector, name), float(getattr(P, name)[item])
             known = replace(known, doc=known.doc.split(";")[0] + ".")
-            yield _parameter(f"injectors[{k + 1}].{name}", known, place(a, name, item=k), value, False)
+            yield _parameter(f"injectors[{k + 1}].{name}", known, place(a, name, item=item), value, False)
 
 
 def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:

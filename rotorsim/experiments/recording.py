@@ -149,9 +149,9 @@ class Recording:
 
     def _add(self, name: str, value: np.ndarray) -> None:
         known = VARIABLES[name]
-        if "injector" in known.dims and "injector" not in self._file.dimensions:
-            self._file.dimensions["injector"] = value.shape[1]
-            number = self._file.create_variable("injector", ("injector",), "i8")
+        for dim in {"injector", "film"} & set(known.dims) - set(self._file.dimensions):
+            self._file.dimensions[dim] = value.shape[1]
+            number = self._file.create_variable(dim, (dim,), "i8")
             number[:] = np.arange(1, value.shape[1] + 1)
         units = probe_units(self._probes) if "probe" in known.dims else known.units
         variable = self._variable(name, ("time", *known.dims), units, known.long_name)

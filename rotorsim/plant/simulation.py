@@ -124,7 +124,9 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
         values |= {name: table[:, at[name]] for name in scalars}
-        values |= {"pin": table[:, len(COLUMNS) : pins], "reference": inputs[:, 2:4]}
+        values["reference"] = inputs[:, 2:4]
+    if a.rig.n_pin:
+        values["pin"] = table[:, len(COLUMNS) : pins]
     if len(a.films) > 1:
         values |= _of_each_film(a, table[:, probes:], values)
     return values

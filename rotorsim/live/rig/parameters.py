@@ -23,10 +23,14 @@ def update_derived(a: Assembly, w: Any) -> None:
     """Recompute the numbers derived from parameters: supports, plena, rotor matrix."""
     for call in a.calls:
         if call.effect.port == "support":
-            _pure(build_support)(w, a.rotor, a.rotor.n_shaft + 2 * call.order, *_pure(_kernel(call))(_row(a, call)))
-    plena = [call for call in a.calls if call.effect.port == "plenum"]
-    for k in range(a.film.n_inj if a.film_model is not None else 0):
-        w[a.film.capacity + k] = a.P.capacity[k] * prod(_pure(_kernel(c))(k, _row(a, c)) for c in plena)
+            dof = a.rotor.n_shaft + 2 * call.order
+            _pure(build_support)(w, a.rotor, call.film or 0, dof, *_pure(_kernel(call))(_row(a, call)))
+    for f, film in enumerate(a.films):
+        plena = [c for c in a.calls if c.effect.port == "plenum" and c.film in (None, f)]
+        capacity = a.film_part(w, f)[a.film.capacity :]
+        for k in range(len(film.injectors)):
+            factor = prod(_pure(_kernel(c))(k, _row(a, c)) for c in plena)
+            capacity[k] = a.P.capacity[f * a.film.n_inj + k] * factor
     w[a.rotor.matrix_step] = 0.0
 
 

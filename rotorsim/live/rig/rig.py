@@ -81,7 +81,7 @@ class Rig:
         self.hit: Hit | None = None
         self.epoch, self.since, self.change = 0, 0, ""
         self.stopped, self.resume = "", START["pace"]
-        self.history = History(len(COLUMNS) + self.assembly.film.n_inj + self.assembly.rig.n_probe + INPUTS)
+        self.history = History(self.assembly.columns + INPUTS)
         self.reset()
 
     @property
