@@ -43,6 +43,7 @@ def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
     rows["shaft.speed_ref"] += ACCELERATION * step * (k + 1)
     if "injection.pressure" in rows:
         rows["injection.pressure"][n // 3 :] += PRESSURE_STEP
+    if "piezo.ref_x" in rows:
         rows["piezo.ref_x"][n // 2 :] = VOLTS
         rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
     if "disc.force_x" in rows:

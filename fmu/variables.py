@@ -13,6 +13,7 @@ from fmu.limits import limits
 from fmu.units import display_unit
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.effects import Effect
+from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.film import Gas, Injector
 from rotorsim.machine.part import Part
@@ -257,7 +258,7 @@ def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:
 def _effect_parameters(a: Assembly) -> Iterator[Variable]:
     for path, record, effect in _paths(a):
         for name, known in quantities(effect).items():
-            if name != "position":
+            if name not in WHERE:
                 index, value = place(a, record, name), float(getattr(effect, name))
                 bounds = limits(a.machine, effect, name, a.film.half == 1)
                 yield _parameter(f"{path}.{name}", known, index, value, effect.port not in BEFORE_START, bounds)

@@ -30,7 +30,6 @@ from rotorsim.live.rig.settings import Settings
 from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
-from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.simulation import Simulation
 
