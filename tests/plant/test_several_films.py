@@ -1,0 +1,173 @@
+"""Machines with several gas films: statics, symmetry, linear model and time steps."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from rotorsim.base.errors import MachineFileError
+from rotorsim.machine import Machine, load_machine
+from rotorsim.plant import Plant
+
+FILM = """
+[[bearings]]
+kind = "gas_film"
+position = "{z} mm"
+diameter = "40 mm"
+length = "40 mm"
+clearance = "15 um"
+nominal_stiffness = "0.001 N/m"
+"""
+ORIFICES = """
+[[bearings.orifices]]
+count = {count}
+diameter = "0.2 mm"
+offset = "{offset} mm"
+"""
+SPRING = """
+[[bearings]]
+kind = "linear"
+position = "{z} mm"
+kxx = "{k} N/m"
+"""
+
+
+def rigid(films, share, fed=0, extra=""):
+    """A rotor hardly bent by its films at `films` [mm], nor held by springs but against tilting; mass times `share`."""
+    soft = [f'"bearings.{k}.nominal_stiffness"' for k in range(len(films))]
+    parts = [FILM.format(z=z) + (ORIFICES.format(count=fed, offset=0) if fed else "") for z in films]
+    parts += [SPRING.format(z=z, k=share) for z in (-110, 110)]
+    return Machine.from_text(f"""
+name = "rigid"
+unusual = ["shaft.material.youngs_modulus", {", ".join(soft)}]
+[shaft]
+start = "-120 mm"
+max_element_length = "60 mm"
+[shaft.material]
+density = "{5000 * share} kg/m^3"
+youngs_modulus = "1000 GPa"
+poisson_ratio = 0.3
+[[shaft.sections]]
+length = "240 mm"
+outer_diameter = "60 mm"
+[[discs]]
+position = "0 mm"
+mass = "{share} kg"
+polar_inertia = "{4e-4 * share} kg*m^2"
+diametral_inertia = "{4e-3 * share} kg*m^2"
+{"".join(parts)}
+[grid]
+n_theta = 16
+n_z = 8
+[solver]
+modes_per_plane = 2
+tolerance = 1e-11
+[effects.gravity]
+acceleration = "9.81 m/s^2"
+[effects.unbalance]
+me = "{2 * share} g*mm"
+{extra}
+""")
+
+
+def moved(machine, force, pressure=0.0, samples=200):
+    """Sample table of a run with unbalance in which the disc is pushed along x."""
+    simulation = Plant(machine).start(1000.0, pressure)
+    rows = np.tile([1000.0, pressure, 0.0, 0.0, 0.0, 0.0], (samples, 1))
+    rows[20:30, 4] = force
+    return simulation.advance(rows)
+
+
+@pytest.mark.parametrize(("fed", "pressure"), [(0, 0.0), (4, 0.4e6)])
+def test_two_films_moved_alike_are_one_film_with_half_the_rotor(fed, pressure):
+    one = moved(rigid((0,), 0.5, fed), 10.0, pressure)
+    two = moved(rigid((-60, 60), 1.0, fed), 20.0, pressure)
+    assert np.abs(one[:, :4]).max() > 1e-6
+    scale = np.abs(one[:, :4]).max()
+    # the equilibrium they start from is solved to 3e-10 of the clearance
+    np.testing.assert_allclose(two[:, :4], one[:, :4], rtol=0, atol=1e-8 * scale)
+    np.testing.assert_allclose(two[100:, :4], one[100:, :4], rtol=0, atol=1e-9 * scale)
+    np.testing.assert_allclose(two[100:, -5:-3], two[100:, 2:4], rtol=0, atol=1e-9 * scale)
+
+
+def test_the_films_carry_the_rotor_together():
+    machine = rigid((-60, 30), 1.0, 4)
+    rest = Plant(machine).equilibrium(0.0, 0.4e6)
+    assert rest.forces[:, 1].sum() == pytest.approx(9.81 * machine.mass, rel=1e-4)
+    assert rest.forces[1, 1] > 1.5 * rest.forces[0, 1]  # the near one carries more
+    assert rest.mass_flow.shape == (8,)
+
+
+def test_films_with_more_fewer_and_no_orifices_stand_side_by_side():
+    text = rigid((-60, 60), 1.0).text
+    first, second = text.split("[[bearings]]")[1:3]
+    both = text.replace(first, first + ORIFICES.format(count=6, offset=0) + "\n", 1)
+    fed = Machine.from_text(both)
+    plant = Plant(fed)
+    rest = plant.equilibrium(1000.0, 0.4e6)
+    assert rest.mass_flow.shape == (6,) and np.all(rest.mass_flow > 0)
+    table = plant.start(1000.0, 0.4e6).advance(np.tile([1000.0, 0.4e6, 0, 0, 0, 0], (50, 1)))
+    assert np.all(np.isfinite(table))
+    more = Machine.from_text(both.replace(second, second + ORIFICES.format(count=2, offset=0) + "\n", 1))
+    flows = Plant(more).equilibrium(1000.0, 0.4e6).mass_flow
+    assert flows.shape == (8,) and np.all(flows > 0)
+
+
+def test_the_linear_model_of_two_films_is_that_of_their_motion():
+    """A push so small that nothing is nonlinear, by the plant and by the matrix exponential of its linear model."""
+    still = rigid((-60, 30), 1.0, 4).replace("effects.unbalance.me", "0 g*mm")
+    plant = Plant(still.replace("solver.time_step", "0.02 ms"))
+    linear = plant.linearise(1000.0, 0.4e6)
+    simulation = plant.start(1000.0, 0.4e6)
+    rows = np.tile([1000.0, 0.4e6, 0.0, 0.0, 0.0, 0.0], (60, 1))
+    rows[0, 4] = 1e-2
+    found = simulation.advance(rows)[:, :2] - plant.equilibrium(1000.0, 0.4e6).disc
+    n = len(linear.S)
+    held = expm(2e-4 * np.block([[linear.A, linear.B[:, 2:3]], [np.zeros((1, n + 1))]]))
+    state, expected = held[:n, n] * 1e-2, []
+    for _ in range(59):
+        expected.append(linear.C @ state)
+        state = held[:n, :n] @ state
+    np.testing.assert_allclose(found[1:], expected, rtol=0, atol=2e-3 * np.abs(found).max())
+
+
+def test_a_second_film_beside_that_of_the_rig():
+    rig = load_machine("dtu_gas_bearing")
+    at = rig.text.index("[gas]")
+    text = rig.text[:at] + FILM.format(z=60).replace("15 um", "40 um") + "\n" + rig.text[at:]
+    plant = Plant(Machine.from_text(text))
+    rest = plant.equilibrium(300.0, 0.5e6)
+    assert rest.mass_flow.shape == (4,) and rest.journals.shape == (2, 2)
+    record = plant.simulate(0.02, 300.0, 0.5e6, reference=(0.5, 0.0))
+    assert record.sizes["injector"] == 4 and record["journals"].dims == ("time", "film", "axis")
+    np.testing.assert_array_equal(record["journals"][:, 0], record["journal"])
+    assert np.all(np.abs(linear := plant.linearise(300.0, 0.5e6).static_gain.diagonal()) > 1e-6), linear
+
+
+def test_an_effect_names_its_bearing():
+    grown = '[effects.clearance_growth]\ngrowth = "1 um"\n{}'
+    plain = Plant(rigid((-60, 60), 1.0, 4)).equilibrium(1000.0, 0.4e6)
+    both = Plant(rigid((-60, 60), 1.0, 4, grown.format(""))).equilibrium(1000.0, 0.4e6)
+    one = Plant(rigid((-60, 60), 1.0, 4, grown.format("bearing = 1"))).equilibrium(1000.0, 0.4e6)
+    flows = [rest.mass_flow.reshape(2, 4).sum(axis=1) for rest in (plain, both, one)]
+    assert np.all(flows[1] < 0.999 * flows[0])
+    assert flows[2][0] == pytest.approx(flows[0][0], rel=1e-2) and flows[2][1] < 0.999 * flows[0][1]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "sentence"),
+    [
+        ("effects.contact.bearing", 2, "effects.contact.bearing: 2 is not the index of a gas film among the bearings; "
+         "write 0 or 1"),
+        ("effects.weak_injector.injector", 5, "effects.weak_injector.injector: 5 is none of the machine's injectors; "
+         "write 1 to 4"),
+        ("bearings.0.orifices.0.offset", "25 mm", "bearings.0.orifices.0.offset: '25 mm' puts the orifice outside"),
+        ("bearings.0.orifices.0.count", 2.5, "bearings.0.orifices.0.count: 2.5 is not a whole number"),
+        ("bearings.0.orifices.0.pocket_diameter", "0.1 mm", "'0.1 mm' is below the orifice's '0.2 mm'; widen it"),
+        ("bearings.1.position", "-60 mm", "bearings"),
+        ("bearings.1.clearance", "5 mm", "bearings.1.clearance: '5 mm'"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused_in_a_sentence(path, value, sentence):
+    with pytest.raises(MachineFileError) as caught:
+        rigid((-60, 60), 1.0, 4).replace(path, value)
+    assert sentence in str(caught.value)
