@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.optimize import fsolve
 
+from reynolds.analytic import small_eccentricity_stiffness
+from rotorsim.analysis import whirl_onset
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
@@ -128,6 +131,54 @@ def test_the_linear_model_of_two_films_is_that_of_their_motion():
         expected.append(linear.C @ state)
         state = held[:n, :n] @ state
     np.testing.assert_allclose(found[1:], expected, rtol=0, atol=2e-3 * np.abs(found).max())
+
+
+def held(tilt_inertia):
+    """The rigid rotor on two films without load, held besides by two springs with dampers 110 mm from its middle."""
+    machine = rigid((-60, 60), 1.0).with_({"effects.gravity.acceleration": 0.0, "effects.unbalance.me": 0.0})
+    springs = {f"bearings.{k}.{name}": v for k in (2, 3) for name, v in (("kxx", SPRING_K), ("cxx", SPRING_C))}
+    return machine.with_(springs | {"discs.0.diametral_inertia": tilt_inertia, "grid.n_theta": 48, "grid.n_z": 16})
+
+
+SPRING_K, SPRING_C = 1e6, 300.0
+
+
+def closed_form_onset(machine, mode):
+    """Speed and whirl ratio at which two films of small eccentricity leave a forward whirl without damping."""
+    rotor = Plant(machine).assembly.mesh.rotor
+    z = Plant(machine).assembly.mesh.nodes
+    tilt_x, tilt_y = np.zeros((2, 4 * len(z)))
+    tilt_x[0::4], tilt_x[3::4], tilt_y[1::4], tilt_y[2::4] = z, 1.0, z, -1.0
+    inertia, polar = tilt_x @ rotor.M() @ tilt_x, abs(tilt_y @ rotor.G() @ tilt_x)
+    mass, film, spring = (machine.mass, 2.0, 2.0) if mode == "cylindrical" else (inertia, 2 * 0.06**2, 2 * 0.11**2)
+
+    def left(v):
+        speed, ratio = v
+        w = speed * ratio
+        k = film * small_eccentricity_stiffness(0.02, 0.04, 15e-6, speed, ratio) + spring * (
+            SPRING_K + 1j * w * SPRING_C
+        )
+        k -= mass * w**2 - (polar * speed * w if mode == "conical" else 0.0)
+        return k.real / 1e6, k.imag / 1e6
+
+    return fsolve(left, (1000.0, 0.47), xtol=1e-12)
+
+
+@pytest.mark.parametrize(("mode", "tilt_inertia"), [("cylindrical", 4e-3), ("conical", 0.25)])
+def test_the_onset_of_whirl_on_two_films_is_that_of_the_closed_form(mode, tilt_inertia):
+    """Half a percent in speed and ratio, and 3 % below and above it a motion that dies away and one that grows."""
+    machine = held(tilt_inertia)
+    speed, ratio = closed_form_onset(machine, mode)
+    found = whirl_onset(Plant(machine), [0.0], highest=1.05 * speed, step=0.05 * speed)
+    assert float(found.onset_speed[0]) == pytest.approx(speed, rel=5e-3)
+    assert float(found.onset_ratio[0]) == pytest.approx(ratio, rel=5e-3)
+    for factor, grows in ((0.97, False), (1.03, True)):
+        at = factor * speed
+        simulation = Plant(machine.with_({"discs.0.position": 5e-3})).start(at, 0.0)
+        rows = np.tile([at, 0.0, 0.0, 0.0, 0.0, 0.0], (2500, 1))
+        rows[:5, 4] = 1.0
+        size = np.hypot(*simulation.advance(rows)[:, 2:4].T)
+        assert (size[2000:].max() > size[1000:1500].max()) == grows
 
 
 def test_a_second_film_beside_that_of_the_rig():
