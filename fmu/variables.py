@@ -281,5 +281,7 @@ def _constants(a: Assembly) -> Iterator[Variable]:
     for path, _, effect in _paths(a):
         if hasattr(effect, "position"):
             rows.append((f"{path}.position", "m", a.mesh.place(effect), "Where the effect acts along the shaft."))
+        if getattr(effect, "bearing", None) is not None:
+            rows.append((f"{path}.bearing", "1", effect.bearing, "Index of the bearing that the effect is about."))  # type: ignore[attr-defined]
     for name, unit, value, doc in rows:
         yield Variable(name, "constant", doc, unit, start=float(value))

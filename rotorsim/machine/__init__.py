@@ -12,7 +12,7 @@ from rotorsim.base.own_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine import toml
 from rotorsim.machine.catalogue import catalogue, describe
-from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
+from rotorsim.machine.film import Gas, GasFilm, Injection, Injector, Orifices
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
@@ -33,6 +33,7 @@ __all__ = [
     "LinearBearing",
     "Machine",
     "Material",
+    "Orifices",
     "Probe",
     "Section",
     "Shaft",

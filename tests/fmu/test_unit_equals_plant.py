@@ -93,7 +93,7 @@ def test_friction_torque_and_pin_differences_follow_from_the_state(units, model)
 
     simulation.advance(plant_rows(model, inputs, SAMPLE))
     a = model.assembly
-    torque = friction_torque(simulation.w, a.P.film, a.film, simulation.w[a.rotor.speed])
+    torque = friction_torque(simulation.w, a.P.film_0, a.film, simulation.w[a.rotor.speed])
     assert rows[-1, 0] == pytest.approx(torque, rel=1e-12)
     assert rows[-1, 1] == pytest.approx(rows[-1, 2] - rows[-1, 3], abs=1e-18)
     instance.close()

@@ -30,6 +30,7 @@ PARTS = [
 HOMES = {
     "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
     "LinearBearing": "bearings.0", "Probe": "probe", "GasFilm": "bearings.1", "Gas": "gas", "Injection": "injection",
+    "Orifices": "bearings.1.orifices.0",
     "Injector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid", "Solver": "solver",
     "ProbePart": "probes.0", "ShaftProbe": "probes.0", "HousingPart": "probes.1", "HousingVelocity": "probes.1",
     "HousingAcceleration": "probes.2",

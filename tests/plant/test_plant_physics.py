@@ -88,7 +88,7 @@ def test_the_film_loses_no_mass_over_half_a_second_at_the_default_tolerance(rig,
         return float(np.sum(w[L.weight + inside] * w[array + inside])) * (1 + L.half)
 
     def flows():
-        injected = P.film.source * w[L.film_flow : L.film_flow + L.n_inj].sum()
+        injected = P.film_0.source * w[L.film_flow : L.film_flow + L.n_inj].sum()
         return injected, (1 + L.half) * w[L.flow_z + edge].sum()
 
     adt = STAGE * P.dt

@@ -69,12 +69,12 @@ def test_the_film_of_a_plant_gives_the_bits_of_the_film_alone(rig):
     one = plant.start(600.0, 0.5e6).w.copy()
     other = one.copy()
     film = a.module.newton
-    U, iadt = 600.0 * a.P.film.radius, 1.0 / 2e-5
+    U, iadt = 600.0 * a.P.film_0.radius, 1.0 / 2e-5
     one[a.film.journal] = other[a.film.journal] = 5e-6
-    kernels.factorise(one, a.ix, a.P.film, a.film, U, iadt)
-    assert kernels.iterate(one, a.ix, a.P.film, a.film, U, iadt, 1e-6, 20, False) > 0
-    a.module.refresh(other, a.ix, a.P.film, U, iadt)
-    assert film(other, a.ix, a.P.film, U, iadt, 1e-6, 20, False) > 0
+    kernels.factorise(one, a.ix, a.P.film_0, a.film, U, iadt)
+    assert kernels.iterate(one, a.ix, a.P.film_0, a.film, U, iadt, 1e-6, 20, False) > 0
+    a.module.refresh(other, a.ix, a.P.film_0, U, iadt)
+    assert film(other, a.ix, a.P.film_0, U, iadt, 1e-6, 20, False) > 0
     assert np.array_equal(one, other) and not np.array_equal(one[: a.film.size], a.w[: a.film.size])
 
 
