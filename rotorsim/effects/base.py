@@ -169,7 +169,15 @@ class Effect:
 
 @dataclass(frozen=True)
 class FilmEffect(Effect):
-    """Base of the effects in gas films: of one, or of all."""
+    """Base of the effects in gas films: of one, or of all.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> machine = rs.load_machine("dtu_gas_bearing").replace("effects.slip.mean_free_path", "68 nm")
+    >>> isinstance(machine.effects["slip"][0], rs.effects.FilmEffect), machine.effects["slip"][0].bearing
+    (True, None)
+    """
 
     bearing: float | None = param(
         "1", default=None, bounds=(0.0, 63.0), whole=True,

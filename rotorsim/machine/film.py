@@ -13,7 +13,14 @@ from rotorsim.machine.part import Part, quantity
 
 
 class Orifices(Part):
-    """A row of orifices round the bearing that are always open."""
+    """A row of orifices round the bearing that are always open.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.machine.Orifices(count=8, diameter="0.2 mm", offset="10 mm").angles)
+    8
+    """
 
     count: float = quantity("1", "Number of orifices in the row, evenly spaced.", low=1, high=64, multiple=1, example=8)
     diameter: float = quantity("m", "Diameter of an orifice.", above=0, high=0.01, example=0.2e-3)
