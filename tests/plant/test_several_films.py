@@ -1,4 +1,4 @@
-"""Machines with several gas films: statics, symmetry, linear model and time steps."""
+"""Machines with several gas films: equilibrium, symmetry, linear model and time steps."""
 
 import numpy as np
 import pytest
