@@ -11,7 +11,7 @@ from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.discrepancy.search import second_effect
 from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import alike_by_weight, same_class
+from rotorsim.discrepancy.search.indistinguishable import alike_by_weight, of_one_force, same_class
 from rotorsim.discrepancy.search.search import Search
 from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
 
@@ -40,6 +40,13 @@ def test_effects_of_one_class_are_never_combined():
     assert not same_class("weak_injector.blocked of injector 2", "unequal_pressure.deviation of injector 3")
     assert same_class("runout.amplitude_1x", "shaft_bow.bow")
     assert not same_class("coupling.force_2x", "coupling.force_2x")  # of no class
+
+
+def test_circulatory_forces_are_named_alone_and_are_no_class():
+    assert of_one_force("internal_damping.time", "labyrinth_seal.cross_stiffness")
+    assert not same_class("internal_damping.time", "labyrinth_seal.cross_stiffness")
+    assert not of_one_force("internal_damping.time", "coupling.force_2x")
+    assert not of_one_force("coupling.force_2x", "coupling.force_3x")
 
 
 @pytest.mark.parametrize(("size", "slope", "sure"), [(6.0, 0.0, True), (4.0, 0.0, False), (6.0, 0.9, True)])
