@@ -69,8 +69,7 @@ def likely(name: str) -> str:
     if meaning(name):
         return ""
     labels = {(): ("",), ("axis",): tuple(f"_{axis}" for axis in AXES), ("injector",): ("_1",)}
-    labels[("probe",)] = ()
-    names = [variable + label for variable, known in VARIABLES.items() for label in labels[known.dims]]
+    names = [variable + label for variable, known in VARIABLES.items() for label in labels.get(known.dims, ())]
     return closest(name, names)
 
 

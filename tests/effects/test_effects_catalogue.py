@@ -14,6 +14,7 @@ from rotorsim.base.units import parse, show
 from rotorsim.cli import main
 from rotorsim.commands.machine.effects import _print_effect
 from rotorsim.effects import REGISTRY
+from rotorsim.effects.base import WHERE
 from rotorsim.machine.catalogue import catalogue, describe, page
 
 HERE = Path(__file__).parent
@@ -62,7 +63,7 @@ def test_a_parameter_has_finite_limits_round_its_neutral_value_and_takes_them_as
         quantity = quantity_of(field)
         low, high = quantity.bounds
         assert -1e299 < low < high < 1e299
-        assert field.name == "position" or low <= field.default <= high
+        assert field.name in WHERE or low <= field.default <= high
         for value in (low, high):
             assert quantity.parse(show(value, quantity.unit) if quantity.unit != "1" else value) == value
         assert parse(show(high, quantity.unit) if quantity.unit != "1" else high, quantity.unit) == high

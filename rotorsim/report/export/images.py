@@ -22,8 +22,8 @@ PATIENCE = 180.0
 """Seconds after which a browser counts as stuck."""
 WIDTH = 1100
 """Width [px] of a figure that states none."""
-FLAGS = ("--headless", "--disable-gpu", "--enable-unsafe-swiftshader", "--no-first-run", "--virtual-time-budget=60000",
-         "--dump-dom")  # fmt: skip
+SWITCHES = ("headless", "disable-gpu", "enable-unsafe-swiftshader", "no-first-run", "virtual-time-budget=60000",
+            "dump-dom")  # fmt: skip
 SCRIPT = """(async () => {
   const place = document.getElementById('images');
   for (const one of figures) {
@@ -73,8 +73,9 @@ def _urls(program: str, page: str) -> list[str]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         path = Path(folder) / "figures.html"
         path.write_text(page, encoding="utf-8")
-        own = ["--no-sandbox"] if getattr(os, "geteuid", lambda: 1)() == 0 else []  # root has no sandbox
-        line = [program, *FLAGS, *own, f"--user-data-dir={folder}/profile", path.as_uri()]
+        own = ["no-sandbox"] if getattr(os, "geteuid", lambda: 1)() == 0 else []  # root has no sandbox
+        switches = (*SWITCHES, *own, f"user-data-dir={folder}/profile")
+        line = [program, *(f"--{switch}" for switch in switches), path.as_uri()]
         try:
             done = subprocess.run(line, capture_output=True, timeout=PATIENCE, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
