@@ -203,6 +203,9 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
     bearing = getattr(effect, "bearing", None)
     if bearing is not None and machine.film_at(bearing) is None:
         return "bearing", f"{bearing:g} {_no_film(machine)}"
+    if effect.port == "support" and bearing is None and len(machine.films) > 1:
+        known = " or ".join(path.rpartition(".")[2] for path, _ in _films(machine))
+        return "bearing", f"missing, and there are several films; write {known}"
     if effect.port == "injector" and not machine.injectors and not any(film.orifices for _, film in _films(machine)):
         return "", "acts in injectors, but there are none; add [[injectors]] or [[bearings.orifices]], or remove it"
     if effect.port == "actuator" and machine.actuators is None:

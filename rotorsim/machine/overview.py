@@ -25,7 +25,11 @@ def summary(machine: Machine) -> str:
     film = machine.film
     parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
     if film:
-        parts.append(f"gas film with {text(film.clearance, 'm')} clearance and {len(machine.injectors)} injectors")
+        films = "gas film" if len(machine.films) == 1 else f"{len(machine.films)} gas films, the first"
+        fed = f"{len(machine.injectors)} injectors"
+        if count := machine.orifice_count:
+            fed = f"{count} orifices" if not machine.injectors else f"{fed}, {count} orifices"
+        parts.append(f"{films} with {text(film.clearance, 'm')} clearance and {fed}")
     parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
     return "; ".join(parts)
 

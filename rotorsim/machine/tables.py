@@ -62,7 +62,7 @@ class MachineTables(Part):
         return 0 if self.injection.bearing is None else self.film_at(self.injection.bearing)
 
     def film_at(self, bearing: float) -> int | None:
-        """Number from 0, among the films, of a bearing; None for one that is no gas film or not there."""
+        """Number from 0, among the films, of a bearing; None where no gas film stands there."""
         films = [i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm)]
         return films.index(int(bearing)) if bearing in films else None
 
@@ -85,6 +85,11 @@ class MachineTables(Part):
             if about in (None, k)
         ]
         return max(counts, default=0)
+
+    @property
+    def orifice_count(self) -> int:
+        """Number of orifices without pins of all films."""
+        return sum(int(row.count) for film in self.films for row in film.orifices)
 
     @property
     def mass(self) -> float:

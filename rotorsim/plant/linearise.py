@@ -290,7 +290,7 @@ def _conductance(a: Assembly, k: int, injector: Injector, step: float) -> float:
     assert common is not None
     opening = max(common.seat_gap - common.pin_bias - step, common.minimum_gap) / common.seat_gap
     for call in a.calls:
-        if call.effect.port == "injector":
+        if call.effect.port == "injector" and call.film in (None, k // a.film.n_inj):
             kernel = type(call.effect).kernel
             j = k % a.film.n_inj
             opening, _ = getattr(kernel, "py_func", kernel)(0.0, j, opening, 0.0, getattr(a.P, call.record))

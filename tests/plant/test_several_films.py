@@ -8,8 +8,9 @@ from scipy.optimize import fsolve
 from reynolds.analytic import small_eccentricity_stiffness
 from rotorsim.analysis import whirl_onset
 from rotorsim.base.errors import MachineFileError
-from rotorsim.machine import Machine, load_machine
+from rotorsim.machine import Machine, load_machine, summary
 from rotorsim.plant import Plant
+from rotorsim.plant.columns import COLUMNS
 
 FILM = """
 [[bearings]]
@@ -204,10 +205,23 @@ def test_an_effect_names_its_bearing():
     assert flows[2][0] == pytest.approx(flows[0][0], rel=1e-2) and flows[2][1] < 0.999 * flows[0][1]
 
 
+@pytest.mark.parametrize("bearing", [0, 1])
+def test_the_housing_that_a_probe_sees_is_that_of_the_bearing_on_a_pedestal(bearing):
+    pedestal = f'[effects.pedestal]\nfrequency = "80 Hz"\nmass_ratio = 0.5\nbearing = {bearing}\n'
+    probe = '[[probes]]\nname = "housing"\nquantity = "housing_velocity"\nangle = "0 deg"\n'
+    machine = rigid((-60, 60), 1.0, 4, pedestal + probe)
+    table = moved(machine, 20.0, 0.4e6)
+    column = len(COLUMNS)
+    assert np.abs(table[:, column]).max() > 1e-6
+    assert "2 gas films" in summary(machine) and "8 orifices" in summary(machine)
+
+
 @pytest.mark.parametrize(
     ("path", "value", "sentence"),
     [
         ("effects.contact.bearing", 2, "effects.contact.bearing: 2 is not the index of a gas film among the bearings; "
+         "write 0 or 1"),
+        ("effects.pedestal.frequency", "400 Hz", "effects.pedestal.bearing: missing, and there are several films; "
          "write 0 or 1"),
         ("effects.weak_injector.injector", 5, "effects.weak_injector.injector: 5 is none of the machine's injectors; "
          "write 1 to 4"),

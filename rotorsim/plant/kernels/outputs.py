@@ -22,10 +22,11 @@ def move_housing(w, P):
     """Motion around the shaft into w[RIG.around:]: the housing against the foundation, and the foundation."""
     for m in range(AROUND):
         w[RIG.around + m] = 0.0
-    # the journal's rows hold the sleeve's displacement with the opposite sign
-    for axis in range(2):
+    # the rows of the journal whose sleeve is supported hold the sleeve's displacement with the opposite sign
+    for row in range(2 * ROTOR.n_films):
+        axis = row % 2
         for m in range(ROTOR.n_shaft, ROTOR.n):
-            share = w[ROTOR.journal + axis * ROTOR.n + m]
+            share = w[ROTOR.journal + row * ROTOR.n + m]
             w[RIG.around + axis] -= share * w[ROTOR.q + m]
             w[RIG.around + 2 + axis] -= share * w[ROTOR.v + m]
             w[RIG.around + 4 + axis] -= share * w[ROTOR.a_old + m]

@@ -38,7 +38,7 @@ def save_figures(page: str | Path, kind: str) -> list[Path]:
     Raises
     ------
     DataError
-        For another kind, for a file that is no page, and where no browser can draw.
+        For another kind, for a file other than a page, and where no browser can draw.
 
     Examples
     --------
