@@ -46,6 +46,28 @@ def test_a_laboratorys_file_is_read_with_what_is_proposed(lab, tmp_path):
         assert line in text
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "unit"),
+    [("time ms", "time", "ms"), ("t_ms", "time", "ms"), ("Time_s", "time", "s"), ("zeit us", "time", "us"),
+     ("speed rpm", "speed", "rpm"), ("speed_rad_s", "speed", "rad/s"), ("n_rpm", "speed", "rpm"),
+     ("omega rad/s", "speed", "rad/s"), ("speed_Hz", "speed", "Hz"), ("p_MPa", "pressure", "MPa")],
+)  # fmt: skip
+def test_a_unit_may_end_the_name_without_brackets(name, kind, unit):
+    text, unknown = proposed(**{name: T * 1e3})
+    tables = tomllib.loads(text)
+    assert unknown == 0 and (tables | tables.get("channels", {}))[kind] == {"column": name, "unit": unit}
+    assert f'unit = "{unit}"    # from the name' in text
+
+
+@pytest.mark.parametrize("unit", ["um", "mm", "mil", "m"])
+@pytest.mark.parametrize("gap", [" ", "_"])
+def test_a_unit_ends_the_names_of_both_axes(gap, unit):
+    text, unknown = proposed(**{f"x{gap}{unit}": T * 1e3, f"Y{gap}{unit}": T * 1e3})
+    disc = tomllib.loads(text)["channels"]["disc_measured"]
+    assert unknown == 0
+    assert disc == {n.lower(): {"column": f"{n}{gap}{unit}", "unit": unit} for n in "xY"}
+
+
 def test_vectors_are_proposed_by_order_and_axis():
     speed = np.linspace(500, 3000, 50)
     x = {"X_1X_amp_mil": speed / 1e4, "X_1X_phase_deg": speed / 10}

@@ -15,15 +15,15 @@ import numpy as np
 
 from identification.records.column_names import meaning, schema_unit
 from identification.records.table import Column, Table
-from identification.records.units import FACTORS, is_unit, is_unit_of
+from identification.records.units import FACTORS, is_unit_of
 
 KINDS: tuple[tuple[str, str, str], ...] = (
-    ("time", r"^(t|time|zeit|seconds?|x axis( value)?)$", "s"),
+    ("time", r"^(t|time|zeit|seconds?|x axis( value)?)( (s|sec|ms|us|min))?$", "s"),
     ("keyphasor", r"key ?ph|phasor|\bkey\b|tach|trig|pulse|once per", "V"),
     ("phase", r"\b\d ?x\b.*(phase|phas|lag|deg)|^phase\b", "rad"),
     ("amplitude", r"\b\d ?x\b.*(amp|ampl|mag)|^(amp|amplitude)\b", "m"),
-    ("speed", r"\brpm\b|speed|drehzahl|\bomega\b|^n$", "rad/s"),
-    ("pressure", r"press|druck|supply|^p$", "Pa"),
+    ("speed", r"\bk?rpm\b|speed|drehzahl|\bomega\b|^n( hz)?$", "rad/s"),
+    ("pressure", r"press|druck|supply|^p( (k|m)?pa| m?bar| psi)?$", "Pa"),
     ("disc_force", r"force|hammer|kraft|\bf ?[xy]\b", "N"),
     ("acceleration", r"acc|\ba ?[xyz]\b", "m/s^2"),
     ("velocity", r"\bvel", "m/s"),
@@ -112,10 +112,8 @@ def _unit(column: Column, words: str, si: str, kind: str) -> tuple[str, str]:
     """Unit of a column, and where it is from."""
     if column.unit:
         return column.unit, "the file"
-    last = words.split()[-1]
-    plain = {"v": "V", "mv": "mV", "hz": "Hz", "pa": "Pa", "mpa": "MPa"}.get(last, last)
-    if is_unit(plain) and (is_unit_of(plain, si) or is_unit_of(plain, "V")) and plain not in ("m", "s", "g", "1", "-"):
-        return plain, "the name"
+    if named := _named_unit(column.name, words, si):
+        return named, "the name"
     finite = column.values[np.isfinite(column.values)]
     mean = float(np.mean(finite)) if finite.size else 0.0
     if kind == "probe" and -GAP[1] < mean < -GAP[0]:
@@ -123,6 +121,18 @@ def _unit(column: Column, words: str, si: str, kind: str) -> tuple[str, str]:
     largest = float(np.abs(finite).max(initial=0.0))
     guess = next((unit for limit, unit in _GUESSES.get(si, ()) if largest <= limit), si)
     return guess, "the values"
+
+
+def _named_unit(name: str, words: str, si: str) -> str:
+    """Unit that ends a column's name without brackets, as in 'time ms' and 'speed_rad_s'; empty if there is none."""
+    first, *rest = words.split()
+    last = rest[-1] if rest else first
+    if rest[-2:] == ["rad", "s"]:
+        last = "rad/s"
+    plain = {"v": "V", "mv": "mV", "hz": "Hz", "khz": "kHz", "pa": "Pa", "kpa": "kPa", "mpa": "MPa"}.get(last, last)
+    if plain in ("1", "-") or (plain in ("m", "s", "g") and not (rest and name.rstrip().endswith(plain))):
+        return ""  # a letter alone, or a capital one, is a name
+    return plain if is_unit_of(plain, si) or is_unit_of(plain, "V") else ""
 
 
 def _series(known: Sequence[Guess]) -> list[str]:
