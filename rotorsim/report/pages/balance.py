@@ -19,8 +19,10 @@ G_MM = 1e6
 """g mm in a kg m."""
 
 
-def write_balance(found: Assessment, path: str | Path) -> Path:
+def write_balance(found: Assessment, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
     """Write the page of a balancing; raises WriteError where it cannot be written.
+
+    `units` and `figures` as for `write_report`.
 
     Examples
     --------
@@ -39,7 +41,7 @@ def write_balance(found: Assessment, path: str | Path) -> Path:
             Block("1X vectors before and after the correction weights", "After: predicted, not measured.",
                   figure=correction_figure(fix, found.conditions))
         )  # fmt: skip
-    save_study_page("Balancing", "Unbalance from measured 1X vectors.", blocks, Path(path))
+    save_study_page("Balancing", "Unbalance from measured 1X vectors.", blocks, path, units, figures)
     return Path(path)
 
 

@@ -15,19 +15,23 @@ from rotorsim.control.law import Law
 from rotorsim.control.loop.analysis import fine_axes, overview
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, oscillating, root_locus, sweep
 from rotorsim.control.numerics.systems import largest
+from rotorsim.report.export.page_files import check_wanted
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 
 
-def write_design(law: Law, model: Any, path: Path) -> Path:
+def write_design(law: Law, model: Any, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
     """Write the page; raises DataError where it cannot be written.
+
+    `units` and `figures` as for `write_report`.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.report.write_design(law, lpv, Path("law.html")).name
+    >>> rs.report.write_design(law, lpv, "law.html").name
     'law.html'
     """
+    check_wanted(units, figures)
     speeds, pressures = fine_axes(law, model)
     corners = [(w, p) for w in {speeds[0], speeds[-1]} for p in {pressures[0], pressures[-1]}]
     rows = [
@@ -47,8 +51,8 @@ def write_design(law: Law, model: Any, path: Path) -> Path:
         Block("Root locus", f"Poles of the loop {where if single else 'at the middle of the range'} for the law times "
               "0 to 2: crosses 0, dots 1.", figure=locus_figure(law, model, *middle)),
     ]  # fmt: skip
-    save_study_page(f"Design {law.name}", "A control law on its identified model.", blocks, path)
-    return path
+    save_study_page(f"Design {law.name}", "A control law on its identified model.", blocks, path, units, figures)
+    return Path(path)
 
 
 def _modes(law: Law, model: Any, point: tuple[float, float]) -> Block:

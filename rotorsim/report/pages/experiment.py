@@ -7,12 +7,15 @@ from pathlib import Path
 
 import xarray as xr
 
+from rotorsim.report.export.page_files import check_wanted
 from rotorsim.report.pages.page import save_page
 from rotorsim.report.pages.run import analyse
 from rotorsim.signals.record_blocks import open_record
 
 
-def write_report(record: xr.Dataset | str | Path, html_path: str | Path, units: str = "metric") -> None:
+def write_report(
+    record: xr.Dataset | str | Path, html_path: str | Path, units: str = "metric", figures: str | None = None
+) -> None:
     """Write the report of a record as one HTML file, complete or not at all.
 
     The attribute `experiment` chooses the figures; what cannot be made of the record is named with the reason. A record
@@ -26,16 +29,20 @@ def write_report(record: xr.Dataset | str | Path, html_path: str | Path, units: 
         The page; with plotly.js inside some 6 MB.
     units : {"metric", "imperial"}
         Of its texts, tables and figures: µm, MPa, N or mil, psi, lbf.
+    figures : {"png", "svg", "csv"}, optional
+        Every figure as a file too, next to the page: see `save_figures`.
 
     Raises
     ------
     DataError
-        If the record cannot be read, has no displacement of the disc, or the page cannot be written; for other units.
+        If the record cannot be read, has no displacement of the disc, or the page cannot be written; for other units
+        and kinds of figures.
 
     Examples
     --------
     >>> import rotorsim as rs
     >>> rs.write_report("run.nc", "report.html")
     """
+    check_wanted(units, figures)
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
-        save_page(analyse(opened), html_path, units)
+        save_page(analyse(opened), html_path, units, figures)

@@ -36,17 +36,19 @@ HEADS = (
 MOST_ROWS = 400
 
 
-def save_map_page(found: xr.Dataset, path: Path) -> None:
+def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None) -> None:
     """Write the page; of further axes the first value is drawn. Raises DataError where it cannot be written.
+
+    `units` and `figures` as for `write_report`.
 
     Examples
     --------
     >>> import rotorsim as rs
     >>> found = rs.analysis.map_machine(plant, [0.0, 300.0], [0.4e6, 0.5e6], workers=1)
-    >>> rs.report.save_map_page(found, Path("map.html"))
+    >>> rs.report.save_map_page(found, "map.html")
     """
     one = plane(found)
-    save_study_page(f"{_name(found)}: operating map", _about(found), blocks(one), path)
+    save_study_page(f"{_name(found)}: operating map", _about(found), blocks(one), path, units, figures)
 
 
 def blocks(one: xr.Dataset) -> list[Block]:

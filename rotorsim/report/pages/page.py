@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
-from rotorsim.base.files import write_text
-from rotorsim.report.export.page_units import in_units
+from rotorsim.report.export.page_files import write_page
 from rotorsim.report.pages import html
 from rotorsim.report.pages.figure_lists import Found, found_sections
 from rotorsim.report.pages.run import RUNS, Run
@@ -25,9 +24,9 @@ NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random ex
          "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
 
 
-def save_page(run: Run, html_path: str | Path, units: str = "metric") -> None:
-    """Write the report of an analysed run, complete or not at all; raises WriteError."""
-    write_text(html_path, in_units(page(run), units))
+def save_page(run: Run, html_path: str | Path, units: str = "metric", figures: str | None = None) -> None:
+    """Write the report of an analysed run, complete or not at all, and its figures; raises WriteError."""
+    write_page(page(run), html_path, units, figures)
 
 
 def page(run: Run) -> str:

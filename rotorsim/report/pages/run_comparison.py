@@ -75,8 +75,12 @@ def _percent(peak: dict[str, object], key: str) -> str:
     return f"{100 * value:+.1f} %" if isinstance(value, float) else ""
 
 
-def write_run_comparison(found: RunComparison, path: str | Path) -> Path:
+def write_run_comparison(
+    found: RunComparison, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
     """Write the page; raises WriteError where it cannot be written.
+
+    `units` and `figures` as for `write_report`.
 
     Examples
     --------
@@ -88,5 +92,6 @@ def write_run_comparison(found: RunComparison, path: str | Path) -> Path:
         Block(f"{found.order}X over the speed", "Amplitudes are 0-pk; a phase is a lag.", figure=overlay(found)),
         Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
     ]
-    save_study_page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks, Path(path))
+    title, about = f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side."
+    save_study_page(title, about, blocks, path, units, figures)
     return Path(path)

@@ -12,7 +12,7 @@ from typing import Any
 import plotly.graph_objects as go
 import plotly.io as pio
 
-from rotorsim.base.files import write_text
+from rotorsim.report.export.page_files import write_page
 from rotorsim.report.pages import html
 
 
@@ -34,8 +34,11 @@ class Block:
     figure: go.Figure | None = None
 
 
-def save_study_page(title: str, description: str, blocks: Sequence[Block], path: Path) -> None:
+def save_study_page(title: str, description: str, blocks: Sequence[Block], path: str | Path, units: str = "metric",
+                    figures: str | None = None) -> None:  # fmt: skip
     """Write the page, complete or not at all; raises WriteError.
+
+    `units` and `figures` as for `write_report`.
 
     Examples
     --------
@@ -43,7 +46,7 @@ def save_study_page(title: str, description: str, blocks: Sequence[Block], path:
     >>> table = rs.report.Block("Modes", heads=("speed", "wn"), rows=[(100.0, 630.0)])
     >>> rs.report.save_study_page("Study", "Modes of a rotor.", [table], Path("study.html"))
     """
-    write_text(path, study_page(title, description, blocks))
+    write_page(study_page(title, description, blocks), path, units, figures)
 
 
 def study_page(title: str, description: str, blocks: Sequence[Block]) -> str:

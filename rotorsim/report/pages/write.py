@@ -9,9 +9,8 @@ from typing import Any
 import xarray as xr
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import write_text
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.report.export.page_units import in_units
+from rotorsim.report.export.page_files import check_wanted, write_page
 from rotorsim.report.pages import diagnosis, verification
 from rotorsim.report.pages.page import page
 from rotorsim.report.pages.run import analyse
@@ -22,11 +21,13 @@ PAGES: Mapping[type, Callable[[Any], str]] = {Diagnosis: diagnosis.page, Verific
 """Types of results and what makes their pages."""
 
 
-def write(result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric") -> Path:
+def write(
+    result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
     """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
 
-    `units` are "metric" or "imperial". Raises DataError for others and for any other type, WriteError for a path that
-    cannot be written.
+    `units` are "metric" or "imperial"; with `figures` "png", "svg" or "csv" every figure is a file too. Raises
+    DataError for others and for any other type, WriteError for a path that cannot be written.
 
     Examples
     --------
@@ -38,5 +39,5 @@ def write(result: Diagnosis | Verification | xr.Dataset, path: str | Path, units
     if make is None:
         given = type(result).__name__
         raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
-    write_text(Path(path), in_units(make(result), units))
-    return Path(path)
+    check_wanted(units, figures)
+    return write_page(make(result), path, units, figures)
