@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -191,6 +192,7 @@ class Footprint:
     beta: float
 
 
+@lru_cache(maxsize=1024)
 def footprint(grid: Grid, injector: Injector) -> Footprint:
     """Where an injector feeds the film and how the film's pressure at its disc is read."""
     spread = _area_weights(grid, injector)

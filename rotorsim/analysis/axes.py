@@ -56,7 +56,7 @@ def read_axis(option: str, text: str, unit: str) -> np.ndarray:
     >>> rs.analysis.read_axis("speed", "0 rpm:6000 rpm:3", "rad/s").round(1).tolist()
     [0.0, 314.2, 628.3]
     """
-    ends, count = _split(option, text)
+    ends, count = split_range(option, text)
     try:
         numbers = [float(parse(end, unit)) for end in ends]
     except ValueError as error:
@@ -78,7 +78,7 @@ def read_field(text: str) -> Field:
     path, equals, values = text.partition("=")
     if not equals or not path.strip():
         raise DataError(f"--over: '{text}' is not PATH=VALUES; write e.g. 'bearings.1.clearance=20 um:30 um:5'")
-    ends, count = _split("over", values)
+    ends, count = split_range("over", values)
     found = [NUMBER.match(end) for end in ends]
     units = {match[2] for match in found if match}
     if None in found or len(units) != 1:
@@ -90,7 +90,7 @@ def read_field(text: str) -> Field:
     return Field(path.strip(), shown, tuple(map(float, grid)), unit)
 
 
-def _split(option: str, text: str) -> tuple[list[str], int]:
+def split_range(option: str, text: str) -> tuple[list[str], int]:
     """Ends and number of points of a range, or the values of a list and 0."""
     if ":" not in text:
         return [part.strip() for part in text.split(",") if part.strip()], 0

@@ -32,7 +32,7 @@ def lift_off(
     >>> bool(rs.analysis.lift_off(plant, [0.0])[0] > 0)
     True
     """
-    if not plant.machine.injectors:
+    if not plant.machine.fed:
         raise DataError("lift-off: the machine has no injectors, so no pressure lifts it; vary the speed instead")
     return np.array([_at(plant, float(s), highest, least_film) for s in checked("lift-off: speeds [rad/s]", speeds)])
 

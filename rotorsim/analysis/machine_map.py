@@ -83,7 +83,7 @@ def check_quantities(plant: Plant, with_lift_off: bool, with_onset: bool) -> Non
     """Refuse, before any computation, quantities that the machine does not have."""
     if with_onset and plant.machine.film is None:
         raise DataError("--whirl-onset: the machine has no gas film; leave the option out")
-    if with_lift_off and not plant.machine.injectors:
+    if with_lift_off and not plant.machine.fed:
         raise DataError("--lift-off: the machine has no injectors, so no pressure lifts it; leave the option out")
 
 

@@ -17,16 +17,24 @@ if TYPE_CHECKING:
     import xarray as xr
 
 HIGHEST, STEP = 40e3 * RPM, 1e3 * RPM
-"""Speed [rad/s] up to which is looked, and in which steps."""
+"""Least speed [rad/s] up to which is looked, and the steps of the search up to there."""
+ABOVE = 4.0
+"""Speed up to which is looked, over the rotor's first natural frequency on its nominal bearings."""
+WIDEST, NARROWEST = 8, 40
+"""Longest and shortest step of `stability_limit`: the range over these numbers."""
 
 
 def whirl_onset(
-    plant: Plant, pressures: Sequence[float] | np.ndarray, highest: float = HIGHEST, step: float = STEP
+    plant: Plant,
+    pressures: Sequence[float] | np.ndarray,
+    highest: float | None = None,
+    step: float | None = None,
 ) -> xr.Dataset:
     """Onset speed and whirl frequency [rad/s] and their ratio over the pressures [Pa]; NaN where there is none.
 
-    Scans up in steps until the least damping ratio is negative, then Brent's method on it. Raises DataError for a
-    machine without a film.
+    Scans up in steps until the least damping ratio is negative, then Brent's method on it. `highest` is by default
+    40000 rpm, or four times the rotor's first natural frequency where that is more; `step` a fortieth of it. Raises
+    DataError for a machine without a film.
 
     Examples
     --------
@@ -38,6 +46,8 @@ def whirl_onset(
     if plant.machine.film is None:
         raise DataError("whirl onset: the machine has no gas film; use fe_shaft's run_stability")
     pressures = checked("whirl onset: pressures [Pa]", pressures)
+    highest = highest_speed(plant) if highest is None else highest
+    step = STEP * highest / HIGHEST if step is None else step
     found = np.array([_at(plant, float(p), highest, step) for p in pressures])
     over = ("pressure",)
     return xr.Dataset(
@@ -48,6 +58,49 @@ def whirl_onset(
         },
         {"pressure": (over, pressures, {"units": "Pa", "long_name": "supply pressure, gauge"})},
     )
+
+
+def highest_speed(plant: Plant) -> float:
+    """Speed [rad/s] up to which the onset of whirl is looked for when none is given."""
+    return max(HIGHEST, ABOVE * float(plant.assembly.mesh.reduced.frequencies.min()))
+
+
+def stability_limit(plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5) -> float:
+    """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, with few linear models; NaN for none.
+
+    Steps up by nine tenths of the way to where the secant through the last two damping ratios meets zero, within an
+    eighth and a fortieth of the range, then Brent's method. Raises NoLiftOffError where no speed carries the rotor.
+    """
+    known: dict[float, float] = {}
+
+    def margin(speed: float) -> float:
+        if speed not in known:
+            known[speed] = least(plant, speed, pressure)[0] + DAMPED
+        return known[speed]
+
+    before: float | None = None
+    speed, carried, refused = 0.0, False, None
+    while speed <= highest:
+        try:
+            value, carried = margin(speed), True
+        except NoLiftOffError as error:
+            before, refused = None, error
+            speed += highest / WIDEST
+            continue
+        if value < 0:
+            return speed if before is None else falls_below_zero(margin, before, speed, xtol=1e-6, rtol=accuracy)
+        before, speed = speed, speed + _step(known, before, speed, highest) if speed < highest else np.inf
+    if refused is not None and not carried:
+        raise refused
+    return float("nan")
+
+
+def _step(known: dict[float, float], before: float | None, speed: float, highest: float) -> float:
+    """Length of the next step, which does not lead past the highest speed."""
+    ahead = np.inf
+    if before is not None and known[speed] < known[before]:
+        ahead = 0.9 * known[speed] * (speed - before) / (known[before] - known[speed])
+    return min(float(np.clip(ahead, highest / NARROWEST, highest / WIDEST)), highest - speed)
 
 
 def _at(plant: Plant, pressure: float, highest: float, step: float) -> tuple[float, float]:

@@ -22,6 +22,9 @@ from threadpoolctl import threadpool_limits
 
 from rotorsim.base.errors import Unusual
 
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Variables of the environment that limit the threads of libraries loaded later."""
+
 
 @contextmanager
 def sigint_blocked() -> Iterator[None]:
@@ -68,6 +71,7 @@ def _begin() -> None:
     """One thread of linear algebra; Ctrl-C is the parent's business, on systems without signal masks too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     warnings.simplefilter("ignore", Unusual)  # the parent has asked
+    os.environ.update(dict.fromkeys(THREADS, "1"))  # of scipy's library, which is not loaded yet
     threadpool_limits(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

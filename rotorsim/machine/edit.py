@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping
 from numbers import Integral, Real
 from typing import Any
 
@@ -12,9 +12,12 @@ from tomlkit.items import InlineTable
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.sentences import quote
 
+ANY = "*"
+"""Key of a path that stands for every entry of a list."""
+
 
 def with_value(text: str, path: str, value: Any) -> str:
-    """TOML `text` with `value` at the dotted `path`; list items by index, absent tables are made.
+    """TOML `text` with `value` at the dotted `path`; list items by index, `*` for each; absent tables are made.
 
     Raises
     ------
@@ -28,8 +31,38 @@ def with_values(text: str, values: Mapping[str, Any]) -> str:
     """Likewise with several values, by path; the text is parsed once."""
     document = tomlkit.parse(text)
     for path, value in values.items():
-        _set(document, path, value)
+        for one in _every(document, path):
+            _set(document, one, value)
     return tomlkit.dumps(document)
+
+
+def expanded(text: str, path: str) -> tuple[str, ...]:
+    """The paths that a path with stars stands for: one for each entry of a list that has the value."""
+    return _every(tomlkit.parse(text), path)
+
+
+def _every(document: Any, path: str) -> tuple[str, ...]:
+    if ANY not in (keys := path.split(".")):
+        return (path,)
+    found = tuple(".".join(one) for one in _matches(document, keys))
+    if not found:
+        raise MachineFileError(f"{path}: no entry of the list has such a value; name one by its number from 0")
+    return found
+
+
+def _matches(here: Any, keys: list[str]) -> Iterator[list[str]]:
+    """Key lists of the values below `here` that a path with stars means."""
+    if not keys:
+        yield []
+        return
+    key, *rest = keys
+    if isinstance(here, list):
+        names = map(str, range(len(here))) if key == ANY else [key] if key.isdecimal() and int(key) < len(here) else []
+        below = {name: here[int(name)] for name in names}
+    else:
+        below = {key: here[key]} if isinstance(here, MutableMapping) and key in here else {}
+    for name, value in below.items():
+        yield from ([name, *after] for after in _matches(value, rest))
 
 
 def remarked(text: str, paths: Iterable[str], remark: str) -> str:

@@ -92,6 +92,11 @@ class MachineTables(Part):
         return sum(int(row.count) for film in self.films for row in film.orifices)
 
     @property
+    def fed(self) -> bool:
+        """Whether gas is supplied to a film, by injectors or orifices."""
+        return bool(self.orifice_count) or self.pinned_film is not None
+
+    @property
     def mass(self) -> float:
         """Mass of shaft and discs [kg]."""
         return self.shaft.mass + sum(d.mass for d in self.discs)

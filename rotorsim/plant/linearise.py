@@ -137,9 +137,9 @@ class LinearPlant(Shown):
         drive = self.E[-m:].astype(complex)
         if self.film is not None:
             drive = drive + self.rotor.Bf.T @ (self.response.at(s).L.T @ self.E[: -2 * m])
-        return np.asarray(self.H[:, -2 * m : -m] @ np.linalg.solve(self._dynamic(s), drive))
+        return np.asarray(self.H[:, -2 * m : -m] @ np.linalg.solve(self.dynamic_stiffness(s), drive))
 
-    def _dynamic(self, s: complex) -> np.ndarray:
+    def dynamic_stiffness(self, s: complex) -> np.ndarray:
         """Modal dynamic stiffness (m, m) of rotor and film."""
         rotor, Bf = self.rotor, self.rotor.Bf
         film = 0.0 if self.film is None else Bf.T @ self.response.at(s).Z @ Bf
@@ -232,7 +232,7 @@ class LinearPlant(Shown):
         assert film is not None
         n, m = len(film.S), len(self.rotor.stiffness)
         answer = self.response.at(shift)
-        D = np.linalg.inv(self._dynamic(shift))
+        D = np.linalg.inv(self.dynamic_stiffness(shift))
         onto, pushed = Bf.T @ answer.L.T, film.S_X @ Bf
         damped = self.rotor.damping + shift * np.eye(m)
         moved = (film.J_X + shift * film.S_X) @ Bf

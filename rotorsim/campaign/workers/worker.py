@@ -22,6 +22,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from rotorsim.base.cache import ROOT
+from rotorsim.base.processes import THREADS
 
 PREPARE_LIMIT = 3600.0
 """Longest time [s] until a case's machine code is there: others may be compiling before."""
@@ -31,7 +32,6 @@ ROOM = 1_000_000
 """Free space [byte] below which a process that died is taken for the victim of a full disk."""
 ENDING = ("storage", "versions")
 """Errors that stop the whole campaign."""
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _own = threading.local()
 _cells: set[Cell]
 _over: set[str] = set()

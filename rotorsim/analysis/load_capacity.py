@@ -1,0 +1,86 @@
+"""Load capacity: static load under which the most eccentric journal reaches half of its clearance.
+
+The load is the rotor's weight, scaled: distributed along the shaft as its mass and directed as gravity, so that several
+bearings share it as they share the weight. Machines without weight are loaded downwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scipy.optimize import brentq
+
+from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
+from rotorsim.effects.rotor.gravity import Gravity
+from rotorsim.plant import Plant
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.equilibrium import describe, settle
+
+RATIO = 0.5
+"""Eccentricity ratio at which the load is read."""
+EARTH = 9.80665
+HEAVIEST = 1e6
+"""Acceleration [m/s2] up to which is looked."""
+CONTACT = 1.0
+
+
+def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio: float = RATIO) -> float:
+    """Static load [N] of the whole rotor at which the largest eccentricity ratio of its films is `ratio`.
+
+    Parameters
+    ----------
+    plant : Plant
+    speed, pressure : float
+        Operating point [rad/s], [Pa, gauge].
+    ratio : float
+        Eccentricity ratio, above 0 and below 1.
+
+    Raises
+    ------
+    DataError
+        For a machine without a film, or a ratio out of its range.
+    NoLiftOffError
+        Where the films do not even carry the journals at this ratio under a hundredth of the weight.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.analysis.load_capacity(plant, 0.0, 0.5e6) > 0
+    True
+    """
+    if plant.machine.film is None:
+        raise DataError("load capacity: the machine has no gas film; its bearings are linear and carry any load")
+    if not 0 < ratio < 1:
+        raise DataError(f"load capacity: an eccentricity ratio of {ratio:g} is not between 0 and 1; give e.g. 0.5")
+    plant = _loaded(plant)
+
+    def excess(acceleration: float) -> float:
+        return _eccentricity(plant.assembly, speed, pressure, acceleration) - ratio
+
+    low, high = 0.01 * EARTH, EARTH
+    if excess(low) >= 0:
+        raise NoLiftOffError("load capacity: the films carry less than a hundredth of the weight at this ratio")
+    while excess(high) < 0:
+        low, high = high, 4 * high
+        if high > HEAVIEST:
+            raise ConvergenceError("load capacity: no load moves the journals that far; are other bearings stiffer?")
+    return plant.machine.mass * float(brentq(excess, low, high, rtol=1e-4))
+
+
+def _loaded(plant: Plant) -> Plant:
+    """The plant with a weight that can be scaled."""
+    if "gravity" in plant.machine.effects:
+        return plant
+    return Plant(plant.machine.with_({"effects": plant.machine.effects | {"gravity": (Gravity(acceleration=EARTH),)}}))
+
+
+def _eccentricity(a: Assembly, speed: float, pressure: float, acceleration: float) -> float:
+    """Largest eccentricity ratio under a weight of this acceleration [m/s2]; 1 where the films do not carry it."""
+    record = a.record.copy()
+    first = next(call for call in a.calls if isinstance(call.effect, Gravity))
+    record[0][first.record]["acceleration"] = acceleration
+    heavier = replace(a, record=record)
+    try:
+        return float(describe(heavier, settle(heavier, speed, pressure)).eccentricity_ratios.max())
+    except (NoLiftOffError, ConvergenceError):
+        return CONTACT

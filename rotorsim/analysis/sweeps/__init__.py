@@ -1,0 +1,1 @@
+"""Sweeps for design: quantities of a machine over values of its file, over speed and supply pressure."""

@@ -1,0 +1,192 @@
+r"""Unbalance response of the coupled machine: steady forward whirl about the equilibrium of each speed.
+
+With the modal dynamic stiffness D(s) of rotor and films, linear about the equilibrium at \Omega, and an unbalance me at
+the angle \beta of the plane b,
+
+.. math:: \hat q = D(i\Omega)^{-1} B_b^T\, me\,\Omega^2 e^{i\beta} (1, -i)^T, \qquad
+          x = \mathrm{Re}(B \hat q e^{i\Omega t})
+
+Source: Friswell et al. (2010), chapter 6, with the film's dynamic stiffness at the frequency of the whirl.
+Assumes: small orbits, as the films are linear.  Lifted by: experiments.runup.
+
+Cites: friswell_2010.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rotorsim.analysis.axes import checked
+from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.rounding import DAMPED
+from rotorsim.effects.rotor.unbalance import Unbalance
+from rotorsim.machine.probes import ShaftProbe
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GRADE = 2.5e-3
+"""Permissible speed of the mass centre [m/s] of balance quality grade G 2.5 (ISO 21940-11)."""
+
+
+def unbalance_response(
+    plant: Plant,
+    speeds: Sequence[float] | np.ndarray,
+    pressure: float = 0.0,
+    unbalances: Sequence[Unbalance] | None = None,
+) -> xr.Dataset:
+    """Amplitude and phase over the speeds (n,) [rad/s] at a gauge supply pressure [Pa], about the static equilibrium.
+
+    Parameters
+    ----------
+    plant : Plant
+    speeds : array (n,)
+        Shaft speeds [rad/s], ascending.
+    pressure : float
+        Supply pressure [Pa, gauge].
+    unbalances : sequence of Unbalance, optional
+        By default those of the machine, or one of grade G 2.5 at the highest speed where it has none.
+
+    Returns
+    -------
+    Dataset
+        response_re, response_im (speed, place, axis) [m, 0-pk], major (speed, place) [m], the larger half axis of the
+        orbit, zeta_least (speed); NaN where the film does not carry. Places are the measuring plane, discs, bearings
+        and shaft probes, with their positions z [m].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.unbalance_response(plant, [200.0, 400.0], 0.5e6)
+    >>> found["major"].dims
+    ('speed', 'place')
+    """
+    import xarray as xr
+
+    speeds = checked("response: speeds [rad/s]", speeds)
+    unbalances = tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(speeds[-1]))
+    places = measuring_places(plant)
+    response = np.full((len(speeds), len(places), 2), np.nan, complex)
+    zeta = np.full(len(speeds), np.nan)
+    for k, speed in enumerate(speeds.tolist()):
+        try:
+            model = plant.linearise(speed, pressure)
+        except NoLiftOffError:
+            continue
+        response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
+        zeta[k] = model.zeta.min() if model.zeta.size else np.nan
+    over = ("speed", "place", "axis")
+    metres = {"units": "m", "long_name": "response, 0-pk"}
+    return xr.Dataset(
+        {
+            "response_re": (over, response.real, metres | {"long_name": "response, real part, 0-pk"}),
+            "response_im": (over, response.imag, metres | {"long_name": "response, imaginary part, 0-pk"}),
+            "major": (over[:2], half_axis(response), metres | {"long_name": "major half axis of the orbit"}),
+            "zeta_least": ("speed", zeta, {"units": "1", "long_name": "least damping ratio"}),
+        },
+        {
+            "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
+            "place": list(places),
+            "axis": ["x", "y"],
+            "z": ("place", list(places.values()), {"units": "m", "long_name": "position along the shaft"}),
+        },
+        plant.provenance() | {
+            "kind": "response", "pressure": float(pressure), "unbalance": describe(plant.machine, unbalances),
+        },
+    )  # fmt: skip
+
+
+def whirl(
+    plant: Plant, model: LinearPlant, speed: float, unbalances: Sequence[Unbalance], places: Sequence[float]
+) -> np.ndarray:
+    """Complex displacements (places, 2) [m, 0-pk] at a speed [rad/s]; the motion is Re(x exp(i speed t))."""
+    mesh, m = plant.assembly.mesh, len(model.rotor.stiffness)
+
+    def rows(z: float) -> np.ndarray:
+        shape = mesh.shape_between(z)
+        return np.hstack([shape, np.zeros((2, m - shape.shape[1]))])
+
+    force = np.zeros(m, complex)
+    for one in unbalances:
+        force += one.me * speed**2 * np.exp(1j * one.phase) * (rows(plane(plant, one)).T @ np.array([1, -1j]))
+    q = np.linalg.solve(model.dynamic_stiffness(1j * speed), force)
+    return np.array([rows(z) @ q for z in places])
+
+
+def plane(plant: Plant, unbalance: Unbalance) -> float:
+    """Position [m] of an unbalance along the shaft."""
+    return plant.assembly.mesh.place(unbalance)
+
+
+def measuring_places(plant: Plant) -> dict[str, float]:
+    """By name the positions [m] at which the response is read."""
+    machine = plant.machine
+    found = {"measuring plane": plant.assembly.mesh.probe}
+    found |= {f"disc {k}": disc.position for k, disc in enumerate(machine.discs)}
+    found |= {f"bearing {k}": bearing.position for k, bearing in enumerate(machine.bearings)}
+    return found | {p.name: p.position for p in machine.probes if isinstance(p, ShaftProbe)}
+
+
+def half_axis(response: np.ndarray) -> np.ndarray:
+    """Major half axis (...) of the orbits of complex displacements (..., 2)."""
+    x, y = response[..., 0], response[..., 1]
+    return np.asarray(0.5 * (np.abs(x - 1j * y) + np.abs(x + 1j * y)))
+
+
+def unbalances_of(machine: Machine, highest: float) -> tuple[Unbalance, ...]:
+    """The machine's own unbalances, or one of grade G 2.5 at the `highest` speed [rad/s] where it has none."""
+    own = tuple(e for e in machine.effects.get("unbalance", ()) if isinstance(e, Unbalance) and e.me > 0)
+    if own:
+        return own
+    if not highest:
+        raise DataError("response: a shaft at rest has no residual unbalance; give one or a highest speed above 0")
+    return (Unbalance(me=GRADE * machine.mass / abs(highest)),)
+
+
+def describe(machine: Machine, unbalances: Sequence[Unbalance]) -> str:
+    """The unbalances in words."""
+    own = machine.effects.get("unbalance", ())
+    source = "of the machine file" if set(unbalances) <= set(own) else "given, or of grade G 2.5 (ISO 21940-11)"
+    return f"{', '.join(f'{one.me * 1e6:.4g} g mm' for one in unbalances)}, {source}"
+
+
+def largest_response(
+    plant: Plant, pressure: float, highest: float, unbalances: Sequence[Unbalance], count: int = 24
+) -> tuple[float, float]:
+    """Largest major half axis [m, 0-pk] at the measuring plane up to the `highest` speed, and that speed [rad/s].
+
+    Speeds at which a mode grows are left out: there is no steady response. The largest of `count` equal steps is
+    narrowed by three divisions. NaN where no speed carries or is stable.
+    """
+    z = (plant.assembly.mesh.probe,)
+
+    def size(speed: float) -> float:
+        try:
+            model = plant.linearise(speed, pressure)
+        except NoLiftOffError:
+            return float("nan")
+        if model.zeta.size and model.zeta.min() < -DAMPED:
+            return float("nan")
+        return float(half_axis(whirl(plant, model, speed, unbalances, z))[0])
+
+    speeds = np.linspace(highest / count, highest, count)
+    sizes = np.array([size(v) for v in speeds.tolist()])
+    step = highest / count
+    for _ in range(3):
+        if not np.isfinite(sizes).any():
+            return float("nan"), float("nan")
+        best, step = float(speeds[np.nanargmax(sizes)]), step / 3
+        near = np.array([v for v in (best - step, best + step) if 0 < v <= highest])
+        speeds = np.concatenate([speeds, near])
+        sizes = np.concatenate([sizes, [size(v) for v in near.tolist()]])
+    k = int(np.nanargmax(sizes))
+    return float(sizes[k]), float(speeds[k])
+
+
+__all__ = ["GRADE", "describe", "half_axis", "largest_response", "unbalance_response", "unbalances_of", "whirl"]
