@@ -5,3 +5,4 @@ from .run import Outcome as Outcome, Settings as Settings, retry as retry, run_c
 from .store.collect import collect as collect, write_table as write_table
 from .store.status import status as status
 from .store.store import Store as Store, open_store as open_store
+from .sweep import sweep_in_folder as sweep_in_folder

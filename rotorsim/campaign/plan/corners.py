@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 
 from rotorsim.base.errors import RotorsimError
 from rotorsim.campaign.errors import PlanError
+from rotorsim.campaign.plan.kinds import KINDS
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.campaign.plan.targets import change
-from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.machine import Machine
 from rotorsim.machine.usual import ask_machine
@@ -45,7 +45,7 @@ def _corners(plan: Plan, entry: Entry) -> Iterator[tuple[str, dict[str, Value]]]
 
 def _check_experiment(entry: Entry, machines: Mapping[str, Machine], values: Mapping[str, Value], where: str) -> None:
     try:
-        experiment = EXPERIMENTS[entry.kind](**(entry.parameters | dict(values)))
+        experiment = KINDS[entry.kind](**(entry.parameters | dict(values)))
     except RotorsimError as error:
         raise PlanError(f"{where}: {error}") from error
     for machine in machines.values():

@@ -13,6 +13,7 @@ from rotorsim.base.units import parse
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
 from rotorsim.campaign.plan.corners import check_corners
+from rotorsim.campaign.plan.kinds import KINDS, is_analysis
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import (
     NAME,
@@ -25,7 +26,6 @@ from rotorsim.campaign.plan.plan_file import (
     unknown,
 )
 from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, quantity_at, read_parameters
-from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine, machine_text, shipped_machines
 from rotorsim.machine.usual import ask_machine
@@ -45,6 +45,7 @@ def make_plan(text: str, folder: Path = Path(), machines: Mapping[str, str] | No
     loaded = {name: _machine(name, look, table.set) for name in names}
     first = next(iter(loaded.values()))
     entries = tuple(_entries(table))
+    _check_records(table, entries)
     axes = tuple(_axes(table, first, entries))
     plan = Plan(
         _name(table.name, "name"), table.description, text, {name: m.text for name, m in loaded.items()},
@@ -101,6 +102,13 @@ def _entries(table: PlanTable) -> list[Entry]:
     return [_entry(name, rest, bool(table.experiment), table.seed) for name, rest in tables.items()]
 
 
+def _check_records(table: PlanTable, entries: tuple[Entry, ...]) -> None:
+    """Refuse to keep what analyses do not give."""
+    for entry in entries:
+        if is_analysis(entry.kind) and table.keep:
+            raise PlanError(f"keep: {entry.name} is an analysis without a record; write keep = []")
+
+
 def _entry(name: str, table: Mapping[str, Any], alone: bool, seed: int) -> Entry:
     where = "experiment" if alone else f"experiments.{name}"
     if not isinstance(table, Mapping):
@@ -113,7 +121,7 @@ def _entry(name: str, table: Mapping[str, Any], alone: bool, seed: int) -> Entry
 
 
 def _axes(table: PlanTable, machine: Machine, entries: tuple[Entry, ...]) -> list[Axis]:
-    kinds = {entry.name: EXPERIMENTS[entry.kind] for entry in entries}
+    kinds = {entry.name: KINDS[entry.kind] for entry in entries}
     read: dict[str, Axis | Limits] = {}
     for name, rest in table.axes.items():
         target = find_target(name, machine, kinds)

@@ -12,8 +12,8 @@ from typing import Any
 from rotorsim.base.constants import SAMPLE
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
+from rotorsim.campaign.plan.kinds import KINDS
 from rotorsim.campaign.plan.plan_file import Value
-from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import parameters
 
 
@@ -28,7 +28,7 @@ class Entry:
 
     def takes(self, axis: Axis) -> bool:
         """Whether an axis changes anything for this experiment."""
-        known = {entry.name for entry, _ in parameters(EXPERIMENTS[self.kind])}
+        known = {entry.name for entry, _ in parameters(KINDS[self.kind])}
         return axis.target.kind != "parameter" or axis.name in known
 
 
@@ -145,6 +145,6 @@ class Plan:
         total, first = 0.0, 0
         for size in self._sizes:
             case = self.case(first).case
-            total += size * EXPERIMENTS[case.kind](**dict(case.parameters)).samples * SAMPLE
+            total += size * KINDS[case.kind](**dict(case.parameters)).samples * SAMPLE
             first += size
         return total

@@ -12,11 +12,12 @@ from rotorsim.base.quantity import Quantity, quantities
 from rotorsim.base.unit_table import dimension
 from rotorsim.base.units import Suggest, parse, show
 from rotorsim.campaign.errors import PlanError
+from rotorsim.campaign.plan.kinds import KINDS, Kind
 from rotorsim.campaign.plan.plan_file import Value, unknown
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine
+from rotorsim.machine.edit import ANY
 from rotorsim.machine.part import Part
 from rotorsim.machine.toml import declarations
 
@@ -75,7 +76,7 @@ def _seed(value: Any, where: str) -> int:
         raise PlanError(f"{where}: {error}") from error
 
 
-def find_target(name: str, machine: Machine, kinds: Mapping[str, type[Experiment]]) -> Target:
+def find_target(name: str, machine: Machine, kinds: Mapping[str, Kind]) -> Target:
     """Target of an axis by its name; raises PlanError if there is none."""
     if name in ("seed", "machine"):
         return Target(name, name, whole=name == "seed")
@@ -99,8 +100,8 @@ def quantity_at(machine: Machine, path: str, where: str) -> Quantity | None:
     """Declaration of a machine value, None for text; raises PlanError if the path leads to no value."""
     here: Any = machine
     *tables, last = path.split(".")
-    for key in tables:
-        here = _below(here, key, where)
+    for key, after in zip(tables, [*tables[1:], last], strict=True):
+        here = _below(here, key, where, after)
     names = _names(here)
     if last not in names:
         raise PlanError(f"{where}: {unknown(last, sorted(names), 'value')}")
@@ -109,8 +110,10 @@ def quantity_at(machine: Machine, path: str, where: str) -> Quantity | None:
     return names[last]
 
 
-def _below(here: Any, key: str, where: str) -> Any:
+def _below(here: Any, key: str, where: str, after: str | None = None) -> Any:
     if isinstance(here, tuple):
+        if key == ANY and here:
+            return next((one for one in here if after is None or hasattr(one, after)), here[0])
         if key.isdecimal() and int(key) < len(here):
             return here[int(key)]
         if len(here) == 1:
@@ -141,7 +144,7 @@ def _names(here: Any) -> dict[str, Any]:
     return found
 
 
-def read_parameters(kind: type[Experiment], table: Mapping[str, Any], where: str) -> dict[str, Any]:
+def read_parameters(kind: Kind, table: Mapping[str, Any], where: str) -> dict[str, Any]:
     """SI values of an experiment's parameters from a plan's table; raises PlanError."""
     known = quantities(kind)
     values = {}
@@ -155,9 +158,9 @@ def read_parameters(kind: type[Experiment], table: Mapping[str, Any], where: str
     return values
 
 
-def find_experiment(name: Any, where: str) -> type[Experiment]:
+def find_experiment(name: Any, where: str) -> Kind:
     """Kind of experiment by name; raises PlanError for an unknown one."""
-    known = {key: kind for key, kind in EXPERIMENTS.items() if key != "controlled"}
+    known = {key: kind for key, kind in KINDS.items() if key != "controlled"}
     if name not in known:
         raise PlanError(f"{where}.kind: {unknown(str(name), known, 'experiment')}")
     return known[name]

@@ -9,7 +9,7 @@ from rotorsim.base.cache import RUNS, sources_hash
 from rotorsim.base.version import installed
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
-SOURCES = (*RUNS, "rotorsim/campaign")
+SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/campaign")
 
 
 @lru_cache(maxsize=1)

@@ -15,13 +15,17 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from threadpoolctl import threadpool_limits
+
 from reynolds.jit import cache_root
+from rotorsim.analysis.cases import ANALYSES
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import ConvergenceError, RotorsimError
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.base.lock import Lock
 from rotorsim.campaign.plan.case import Case
+from rotorsim.campaign.plan.kinds import is_analysis
 from rotorsim.campaign.plan.summaries import summarise
 from rotorsim.campaign.store.netcdf import write_record
 from rotorsim.campaign.store.store import parts_folder, record_path
@@ -73,15 +77,20 @@ def prepare(case: Case, text: str) -> None:
     """
     plant = plant_of(case, text)
     module = plant.assembly.module
-    if module.__name__ in _loaded:
+    loaded = f"{module.__name__} {is_analysis(case.kind)}"
+    if loaded in _loaded:
         return
     with ExitStack() as stack:
-        if not is_compiled(module):
+        if not is_compiled(module, ("settle" if is_analysis(case.kind) else "run",)):
             stack.enter_context(Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True))
         stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and report it
+        if is_analysis(case.kind):
+            _loaded.add(loaded)
+            plant.equilibrium()
+            return
         experiment = experiment_of(case)
         begin(plant, experiment, case.seed).advance(experiment.rows(0, 1))
-        _loaded.add(module.__name__)
+        _loaded.add(loaded)
 
 
 def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:
@@ -105,6 +114,9 @@ def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[s
     RotorsimError
         If there is no result: no lift-off, no convergence, parameters that do not fit.
     """
+    if is_analysis(case.kind):
+        with threadpool_limits(1):
+            return {"summary": ANALYSES[case.kind](**dict(case.parameters)).run(plant_of(case, text)), "bytes": 0}
     path = record_path(folder, case.key)
     if case.keep != () and path.exists():
         found = adopt(path, case.key)
