@@ -19,6 +19,7 @@ class Commands(LazyGroup):
     places: ClassVar = {
         "runup": "runup.runup",
         "map": "map.map.map_command",
+        "sweep": "sweep.sweep",
         "modes": "modes.modes",
         "live": "live.live",
         "bench": "bench.bench",

@@ -26,12 +26,14 @@ from .figures.shaft_plots import (
     shaft_campbell as shaft_campbell,
     unbalance_response as unbalance_response,
 )
+from .figures.sweep_plots import sweep_figure as sweep_figure
 from .pages.balance import write_balance as write_balance
 from .pages.design import write_design as write_design
 from .pages.experiment import write_report as write_report
 from .pages.operating_map import save_map_page as save_map_page
 from .pages.run_comparison import overlay as overlay, write_run_comparison as write_run_comparison
 from .pages.study import Block as Block, save_study_page as save_study_page
+from .pages.sweep import write_sweep as write_sweep
 from .pages.write import write as write
 from .scenes.film_pressure import film_on_journal as film_on_journal
 from .scenes.shaft import (

@@ -1,0 +1,101 @@
+"""`rotorsim sweep`: quantities for design over values of the machine file, over speed and supply pressure."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from rotorsim.analysis.sweeps.result import NETCDF, TABLE, SweepResult
+from rotorsim.analysis.sweeps.sweep import WHAT, make_sweep
+from rotorsim.campaign.run import Outcome
+from rotorsim.campaign.store.store import MANIFEST
+from rotorsim.campaign.sweep import plan_of, run_sweep
+from rotorsim.commands.campaign.commands import RunOptions
+from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import GivenMachine, GridOptions, WithReport, a_folder, note_compiling, quantity
+from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.results import results
+
+REPORT, CAMPAIGN = "report.html", "campaign"
+
+
+@example(
+    "rotorsim sweep dtu_gas_bearing --over 'bearings.1.clearance=20 um:30 um:5' --over 'pressure=0.3 MPa:0.7 MPa:5' "
+    "--what lift_off,onset,flow --out my_sweep",
+    "rs.analysis.sweep(machine, {'bearings.1.clearance': '20 um:30 um:5'}, ('lift_off', 'onset', 'flow'))",
+)
+def sweep(
+    machine: GivenMachine,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(help="Axis PATH=FROM:TO:COUNT, PATH=A,B or PATH=-10%:+10%:5; PATH may be speed or pressure."),
+    ] = None,
+    what: Annotated[
+        str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
+    ] = ",".join(WHAT),
+    speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
+    pressure: Annotated[str, typer.Option(help="Gauge supply pressure, where it is not an axis.")] = "0.5 MPa",
+    highest_speed: Annotated[
+        str | None, typer.Option(help="Speed up to which onset and peak are searched; default by the machine.")
+    ] = None,
+    *,
+    settings: GridOptions,
+    run: RunOptions,
+    page: PageOptions,
+    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder; the same sweep in it is continued.")] = Path(
+        "sweep"
+    ),
+    report: WithReport = True,
+) -> None:
+    """Sweep values of the machine, speed or pressure: lift-off, onset, load, flow, damping, response, best points."""
+    page.check(report)
+    chosen, plant = run.settings(), settings.plant(machine)
+    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
+    defined = make_sweep(plant, over or (), what, *point, top)
+    plan_of(defined)
+    names = (NETCDF, TABLE, REPORT) if report else (NETCDF, TABLE)
+    again = (out / CAMPAIGN / MANIFEST).is_file()
+    with results(out, "sweep", names, again) as folder:
+        if chosen.scheduler is None:
+            note_compiling(plant.assembly, "settle")
+        found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)
+        files = found.write(folder) | {"campaign": str(folder / CAMPAIGN)}
+        if report:
+            from rotorsim.report.pages.sweep import write_sweep
+
+            files["report"] = str(write_sweep(found, folder / REPORT))
+            files |= page.finish(files["report"])
+    _print(found, outcome, files, run.as_json)
+
+
+def _print(found: SweepResult, outcome: Outcome, files: dict[str, str], as_json: bool) -> None:
+    """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
+    if as_json:
+        typer.echo(json.dumps(found.numbers() | {"seconds": outcome.seconds, "files": files}, indent=2))
+    else:
+        from rotorsim.report.pages.sweep import best_rows, reason_rows
+
+        console = Console(highlight=False)
+        console.print(_table(("quantity", "best is the", "value", "at"), best_rows(found)))
+        if found.reasons:
+            console.print(_table(("without a result", "reason", "cells"), reason_rows(found)))
+        for kind, path in files.items():
+            console.print(f"{kind}: {path}", soft_wrap=True)
+    if outcome.stopped:
+        print(f"stopped: {outcome.pending} cases are left; the same command continues", file=sys.stderr)
+        raise typer.Exit(128 + outcome.stopped)
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Table:
+    table = Table(*head)
+    for row in rows:
+        table.add_row(*row)
+    return table
