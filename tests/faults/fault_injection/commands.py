@@ -60,6 +60,13 @@ COMMANDS = (
         ("map",), (ROTOR, "--speed", "100 rpm:200 rpm:2", "--pressure", "0 MPa", "--out", f"{OUT}/map"),
         ("map/map.nc", "map/report.html"),
     ),
+    Command(
+        ("sweep",), (ROTOR, "--over", "speed=100 rpm:200 rpm:2", "--what", "frequency", "--workers", "1", "--out",
+                     f"{OUT}/sweep"),
+        ("sweep/sweep.nc", "sweep/sweep.csv", "sweep/report.html", "sweep/campaign/store.json",
+         "sweep/campaign/plan.toml", "sweep/campaign/index.sqlite", "sweep/campaign/campaign.log"),
+        resumes=True,
+    ),
     Command(("modes",), (ROTOR, "--no-pictures", "--out", f"{OUT}/modes"), ("modes/modes.nc",)),
     Command(
         ("campaign", "run"), ("{inputs}/plan.toml", "--workers", "1", "--out", f"{OUT}/store"),
