@@ -9,8 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from rotorsim.report.scenes.film import lacking
+
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
+SCENES = ("film_pressure", "mode_shape")
+"""Examples that draw in three dimensions."""
 SLOW = ("campaign", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure")
 """Examples that take longer than 20 s."""
 MOST_LINES = 60
@@ -42,6 +46,8 @@ PRINTED = {
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in NAMES])
 def test_an_example_runs_draws_its_picture_and_prints_its_numbers(name, tmp_path):
+    if name in SCENES and (missing := lacking()):
+        pytest.skip(missing)
     script = tmp_path / f"{name}.py"
     script.write_text((EXAMPLES / script.name).read_text(encoding="utf-8"), encoding="utf-8")
     (tmp_path / "rk4").symlink_to(EXAMPLES.parent / "rk4")

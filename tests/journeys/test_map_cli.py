@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rotorsim.report.scenes.film import lacking
+
 RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
 
 
@@ -98,7 +100,8 @@ def test_modes_are_printed_and_kept(run, tmp_path):
 
 
 def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
-    pytest.importorskip("pyvista")
+    if missing := lacking():
+        pytest.skip(missing)
     code, _, message = run("modes", *RIG, "--count", "1", "--out", "modes")
     if "cannot draw" in message:
         pytest.skip("no off-screen rendering on this computer")
@@ -121,7 +124,8 @@ def test_without_pyvista_the_numbers_are_shown_and_what_is_missing(run, monkeypa
 
 @pytest.mark.slow
 def test_a_mode_is_filmed(run, tmp_path):
-    pytest.importorskip("pyvista")
+    if missing := lacking():
+        pytest.skip(missing)
     code, _, message = run("modes", *RIG, "--count", "1", "--no-pictures", "--film", "gif", "--out", "modes")
     assert code == 0, message
     assert sorted(path.name for path in (tmp_path / "modes").iterdir()) == ["mode_1.gif", "modes.nc"]
@@ -142,7 +146,8 @@ def test_a_benchmark_without_its_package_is_refused_before_it_measures(run, monk
 
 
 def test_a_window_needs_a_display_and_reports_it(run, tmp_path, monkeypatch):
-    pytest.importorskip("pyvista")
+    if missing := lacking():
+        pytest.skip(missing)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("pyvista.OFF_SCREEN", False)

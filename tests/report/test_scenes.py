@@ -25,7 +25,8 @@ def motion(plant):
 @pytest.fixture
 def small(monkeypatch):
     """Small pictures, where pyvista draws on this computer at all."""
-    pytest.importorskip("pyvista")
+    if missing := film.lacking():
+        pytest.skip(missing)
     monkeypatch.setattr(film, "SIZE", SIZE)
     monkeypatch.setattr(film.save, "__defaults__", (SIZE, 24))
 
@@ -83,8 +84,17 @@ def test_without_pyvista_one_sentence_names_it(monkeypatch, tmp_path):
         film.save(tmp_path / "film.png", None, 1)
 
 
+def test_a_computer_without_a_graphics_library_is_named_before_anything_is_drawn(monkeypatch, tmp_path):
+    pytest.importorskip("pyvista")
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setattr(film, "GRAPHICS", ("libnone.so.1",))
+    with pytest.raises(DataError, match="there is none on this computer; install libegl1 or libosmesa6"):
+        film.save(tmp_path / "film.png", None, 1)
+
+
 def test_a_computer_that_cannot_draw_gets_the_way_out(monkeypatch, tmp_path):
     pv = pytest.importorskip("pyvista")
+    monkeypatch.setattr(film, "lacking", str)
 
     def refuse(**settings):
         raise RuntimeError("no OpenGL")

@@ -6,8 +6,10 @@ rotorsim (its licence is that of its codecs).
 
 from __future__ import annotations
 
+import ctypes
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable, Iterable
 from importlib.util import find_spec
 from io import BytesIO
@@ -24,6 +26,8 @@ SIZE = (1280, 720)
 RATE = 24
 """Frames a second."""
 ENDINGS = (".png", ".gif", ".mp4")
+GRAPHICS = ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so.6", "libGL.so.1")
+"""Libraries with one of which VTK draws on Linux; without any its process ends in a crash."""
 INK = "#24303c"
 Draw = Callable[[ModuleType, Any, int], None]
 """Puts frame number k into a plotter: draw(pyvista, plotter, k)."""
@@ -35,7 +39,20 @@ def lacking() -> str:
         there = find_spec("pyvista") is not None
     except ValueError:  # an import that is blocked
         there = False
-    return "" if there else "pictures need pyvista; 'pip install pyvista'"
+    if not there:
+        return "pictures need pyvista; 'pip install pyvista'"
+    if sys.platform == "linux" and not any(map(_loads, GRAPHICS)):
+        return "pictures need a graphics library, and there is none on this computer; install libegl1 or libosmesa6"
+    return ""
+
+
+def _loads(library: str) -> bool:
+    """Whether a shared library is there and can be loaded."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
 
 
 def pyvista() -> ModuleType:
@@ -44,6 +61,8 @@ def pyvista() -> ModuleType:
         import pyvista as found
     except ImportError as error:
         raise DataError(lacking() or f"pyvista cannot be imported: {error}") from error
+    if sentence := lacking():
+        raise DataError(sentence)
     from vtkmodules.vtkCommonCore import vtkLogger
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # it warns that it draws without a display, as is wanted
