@@ -21,7 +21,7 @@ from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import matrices, state_space
+from rotorsim.base.exchange.control_systems import DISC, REFERENCES, matrices, reorder, state_space
 from rotorsim.base.exchange.mat import cells, is_mat, number, texts, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.files import write_json
@@ -153,7 +153,7 @@ class LinearModel(Shown):
         ----------
         system : control.StateSpace or control.TransferFunction
             References [V] in, displacements [m] out; continuous or sampled. Names of its signals are kept unless they
-            are the package's own u[0], y[0], ...
+            are the package's own u[0], y[0], ...; references and disc come in the order x, y.
         speed, pressure : float
             Operating point [rad/s], [Pa, gauge] that it holds for.
 
@@ -170,7 +170,7 @@ class LinearModel(Shown):
         2
         """
         try:
-            found = matrices(system)
+            found = reorder(matrices(system), REFERENCES, DISC)
             if found.Ts is None and len(found.A):
                 raise DataError(f"{type(system).__name__}: its sampling time is not stated; give it dt=0 or dt=Ts")
         except DataError as error:
@@ -209,7 +209,7 @@ class LinearModel(Shown):
 
     @classmethod
     def from_mat(cls, content: dict[str, Any]) -> LinearModel:
-        """The model of a .mat file's variables; A, B, C, D are enough."""
+        """The model of a .mat file's variables; A, B, C, D and Ts are enough."""
         A, B, C, D = (np.asarray(content[name], float) for name in "ABCD")
         if (A.shape, B.shape, C.shape) != ((len(A), len(A)), (len(A), D.shape[1]), (D.shape[0], len(A))):
             raise ModelError(f"A {A.shape}, B {B.shape}, C {C.shape} and D {D.shape} do not fit together")

@@ -193,6 +193,8 @@ class LpvModel(Shown):
         >>> float(rs.LpvModel.from_control(points).at(150.0, 4e5).A[0, 0].round(6))
         0.575
         """
+        if not systems:
+            raise ModelError("lpv: no systems; give a control.StateSpace by (speed, pressure) of several points")
         models = {point: LinearModel.from_control(system, *point) for point, system in systems.items()}
         first = next(iter(models.values()))
         for (speed, pressure), one in models.items():

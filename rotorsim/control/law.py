@@ -172,9 +172,17 @@ class Law(Shown):
 
     def reset(self) -> None:
         """Forget the past; raises LawError if the law has another sampling time than the plant."""
-        check_sampling(self)
+        self.check_sampling()
         self.memory[:] = 0.0
         self.memory[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
+
+    def check_sampling(self) -> None:
+        """Raise LawError unless the sampling time is the plant's."""
+        if abs(self.Ts / SAMPLE - 1) > 1e-9:
+            raise LawError(
+                f"law {self.name}: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {SAMPLE * 1e3:g} ms; "
+                f"design it with Ts = {SAMPLE:g} s"
+            )
 
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample.
@@ -222,7 +230,8 @@ class Law(Shown):
         Parameters
         ----------
         system : control.StateSpace or control.TransferFunction
-            Disc x, y [m] in, references x, y [V] out; the sign is the system's own: u = K y.
+            Disc x, y [m] in, references x, y [V] out; the sign is the system's own: u = K y. Labels disc_x, disc_y,
+            reference_x, reference_y in another order are followed.
         Ts : float, optional
             Sampling time [s] that a continuous system is sampled at, by Tustin's rule; a sampled one must have it. By
             default the plant's 0.2 ms, and a continuous system is refused.
@@ -321,15 +330,6 @@ def load_law(path: str | Path) -> Law:
     except (UnicodeDecodeError, IsADirectoryError, ValueError, KeyError, TypeError, AttributeError) as error:
         reason = instead(path, "a law", "a control law of 'rotorsim design'") or f"is not a law ({error})"
         raise LawError(f"{path}: {reason}; give a JSON file that 'rotorsim design' wrote") from error
-
-
-def check_sampling(law: Law) -> None:
-    """Raise LawError unless the law's sampling time is the plant's."""
-    if abs(law.Ts / SAMPLE - 1) > 1e-9:
-        raise LawError(
-            f"law {law.name}: Ts = {law.Ts * 1e3:g} ms, and the plant samples every {SAMPLE * 1e3:g} ms; "
-            f"design it with Ts = {SAMPLE:g} s"
-        )
 
 
 def _check_shapes(law: Law) -> None:

@@ -10,14 +10,14 @@ import numpy as np
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import check_channels, check_period, matrices
+from rotorsim.base.exchange.control_systems import DISC, REFERENCES, check_channels, check_period, matrices, reorder
 from rotorsim.base.exchange.mat import cells, number, read_mat
 from rotorsim.control.errors import LawError
 from rotorsim.control.numerics.systems import System, tustin
 
 MATRICES = ("A", "B", "C", "D", "W")
-AVERAGE, FADE = 0.2, 0.05
-"""Seconds in which a law seeks its centre, and in which its output then comes in."""
+DEFAULTS = {"average": 0.2, "fade": 0.05}
+"""Seconds in which a law from elsewhere seeks its centre, and in which its output then comes in."""
 MAT_SETTINGS = ("refresh", "limit", "start", "average", "fade")
 """Scalars of a law in a .mat file; each has its default where it is missing."""
 
@@ -27,22 +27,18 @@ def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, set
     label = name or getattr(system, "name", None) or type(system).__name__
     what = f"law {label}"
     try:
-        A, B, C, D, own, _, _ = matrices(system)
-        check_channels(system, what, ("disc_x", "disc_y"), ("reference_x", "reference_y"))
+        check_channels(system, what, DISC, REFERENCES)
+        A, B, C, D, own, _, _ = reorder(matrices(system), DISC, REFERENCES)
         if own == 0 and Ts is not None:
             A, B, C, D = tustin(System(A, B, C, D), Ts)
-        elif own is not None or Ts is None:
-            check_period(system, what, Ts or SAMPLE, f", or give Ts={SAMPLE:g}, which samples it by Tustin's rule")
+        elif system.dt is not True or Ts is None:
+            check_period(system, what, Ts or SAMPLE, len(A), argument=True)
     except np.linalg.LinAlgError as error:
         raise LawError(f"{what}: has a pole at 2/Ts, which Tustin's rule cannot sample; choose another Ts") from error
     except DataError as error:
         raise LawError(str(error)) from error
     table: dict[str, Any] = {letter: M[None, None] for letter, M in zip("ABCD", (A, B, C, D), strict=True)}
-    chosen: dict[str, Any] = {
-        "average": AVERAGE,
-        "fade": FADE,
-        "about": {"from": f"control.{type(system).__name__}"},
-    } | settings
+    chosen: dict[str, Any] = DEFAULTS | {"about": {"from": f"control.{type(system).__name__}"}} | settings
     hold = chosen.pop("W", np.zeros((len(A), 2)))
     return kind(label, **table, W=np.asarray(hold)[None, None], speeds=np.zeros(1), pressures=np.zeros(1),
                 Ts=Ts or SAMPLE, **chosen)  # fmt: skip
@@ -56,7 +52,7 @@ def mat_content(law: Any) -> dict[str, Any]:
     content |= {name: float(getattr(law, name)) for name in MAT_SETTINGS}
     content |= {"centre": np.array([] if law.centre is None else law.centre, float)}
     content |= {"gamma": np.nan if law.gamma is None else law.gamma, "about": json.dumps(law.about)}
-    return content | {"InputName": cells(("disc_x", "disc_y")), "OutputName": cells(("reference_x", "reference_y"))}
+    return content | {"InputName": cells(DISC), "OutputName": cells(REFERENCES)}
 
 
 def from_mat(kind: Any, path: Path) -> Any:
@@ -83,7 +79,8 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     for letter, M in table.items():
         full = np.asarray(M, float).reshape(M.shape[0], M.shape[1], *M.shape[2:], *(1,) * (4 - M.ndim))
         stacked[letter] = full.transpose(2, 3, 0, 1)
-    chosen: dict[str, Any] = {key: number(content, key, np.nan) for key in MAT_SETTINGS if key in content}
+    chosen: dict[str, Any] = dict(DEFAULTS)
+    chosen |= {key: number(content, key, np.nan) for key in MAT_SETTINGS if key in content}
     chosen |= {} if "refresh" not in chosen else {"refresh": int(chosen["refresh"])}
     centre, gamma = np.ravel(content.get("centre", ())), number(content, "gamma", np.nan)
     chosen |= {"centre": tuple(map(float, centre)) if centre.size == 2 else None}

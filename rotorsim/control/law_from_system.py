@@ -13,7 +13,7 @@ from rotorsim.base.constants import KRPM, MPA, SAMPLE
 from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.law_exchange import AVERAGE, FADE
+from rotorsim.control.law_exchange import DEFAULTS
 from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.riccati import sampled_riccati
 
@@ -66,7 +66,7 @@ def make_law(
     hold = settings.pop("antiwindup", antiwindup)
     stacked["W"] = np.array([[hold(one) for one in row] for row in grid])
     stacked["B"], stacked["D"] = stacked["B"] * MICRO, stacked["D"] * MICRO
-    settings = {"average": AVERAGE, "fade": FADE} | settings
+    settings = DEFAULTS | settings
     about = {"design": name, "spec": plain_spec(spec)}
     about |= settings.pop("about", {})
     return Law(name, **stacked, speeds=np.atleast_1d(speeds), pressures=np.atleast_1d(pressures), gamma=gamma,

@@ -9,7 +9,7 @@ import numpy as np
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import ControllerError, ConvergenceError
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.plant.controller import ask
+from rotorsim.plant.controller import ask, call
 from rotorsim.plant.simulation import split_columns
 
 if TYPE_CHECKING:
@@ -23,9 +23,7 @@ class Loop:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.output = np.zeros(2)
-        reset = getattr(controller, "reset", None)
-        if callable(reset):
-            reset()
+        call(controller, "reset")
 
     def advance(self, simulation: Simulation, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sample table and the input rows really applied, for rows whose reference is the external one.

@@ -186,7 +186,7 @@ def stream(
 
 def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     """The plant in the equilibrium where the experiment starts."""
-    if experiment.drives_reference and plant.assembly.film_model is None:
+    if experiment.drives_reference and not plant.machine.injectors:
         raise DataError(
             f"{experiment.name}: {plant.machine.name} has no gas film whose actuators a reference could move; "
             "take impact, steady or runup"

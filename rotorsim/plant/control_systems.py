@@ -16,8 +16,12 @@ from numpy.typing import ArrayLike
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import ControllerError, DataError
 from rotorsim.base.exchange.control_systems import (
+    DISC,
+    REFERENCES,
+    channel_order,
     check_channels,
     check_period,
+    check_runs,
     control_package,
     is_control_system,
     is_linear,
@@ -27,55 +31,64 @@ from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.controller import STEP, Controller, check_controller
 from rotorsim.plant.simulation import Simulation
 
-MEASURED = ("disc_x", "disc_y")
+MEASURED = DISC
 SCHEDULED = (*MEASURED, "speed", "pressure")
-REFERENCES = ("reference_x", "reference_y")
 INPUTS = ("speed", "supply_pressure", *REFERENCES, "disc_force_x", "disc_force_y")
 """Inputs of the plant as a system: shaft speed at a sample's end [rad/s], gauge pressure [Pa], V, N."""
+
+
+RESPONSE = "control.input_output_response(system, T, U, system.initial)"
+"""How the plant as a system is run from its equilibrium."""
 
 
 class SystemController:
     """A sampled system of the package `control` as a controller: disc x, y [m] in, references x, y [V] out.
 
-    One with four inputs is also given speed [rad/s] and gauge pressure [Pa].
+    One with four inputs is also given speed [rad/s] and gauge pressure [Pa]. Labels that are the names of these
+    channels in another order are followed.
     """
 
     def __init__(self, system: Any, centre: ArrayLike = (0.0, 0.0)) -> None:
         self.name = str(getattr(system, "name", None) or type(system).__name__)
         what = f"controller {self.name}"
-        scheduled = system.ninputs == len(SCHEDULED)
+        self.scheduled = system.ninputs == len(SCHEDULED)
+        seen = SCHEDULED if self.scheduled else MEASURED
         try:
-            check_channels(system, what, SCHEDULED if scheduled else MEASURED, REFERENCES)
-            check_period(system, what, SAMPLE)
+            check_channels(system, what, seen, REFERENCES)
+            check_runs(system, what)
             self.matrices = matrices(system) if is_linear(system) else None
+            self.order = int(system.nstates or 0) if self.matrices is None else len(self.matrices.A)
+            check_period(system, what, SAMPLE, self.order)
         except ControllerError:
             raise
         except DataError as error:
             raise ControllerError(str(error)) from error
-        self.system, self.scheduled = system, scheduled
+        self.inputs = channel_order(system.input_labels, seen)
+        self.outputs = channel_order(system.output_labels, REFERENCES)
+        self.system = system
         self.centre = np.array(centre, float)
         self.reset()
 
     def reset(self) -> None:
         """States at zero, time at zero."""
-        n = len(self.matrices.A) if self.matrices is not None else int(self.system.nstates or 0)
-        self.state, self.time = np.zeros(n), 0.0
+        self.state, self.time = np.zeros(self.order), 0.0
 
     def step(self, measured: np.ndarray, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa]."""
         u = np.asarray(measured, float) - self.centre
         if self.scheduled:
             u = np.append(u, (speed, pressure))
+        u[self.inputs] = u.copy()
         m = self.matrices
         if m is not None:
             y = m.C @ self.state + m.D @ u
             self.state = m.A @ self.state + m.B @ u
-            return np.asarray(y)
+            return np.asarray(y)[self.outputs]
         y = np.asarray(self.system.output(self.time, self.state, u), float)
         if len(self.state):
             self.state = np.asarray(self.system.dynamics(self.time, self.state, u), float)
         self.time += SAMPLE
-        return y
+        return y[self.outputs] if y.shape == (2,) else y
 
     def attrs(self) -> dict[str, Any]:
         """Name and order for a record's attributes."""
@@ -87,6 +100,10 @@ class FunctionController:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name, self.step = str(getattr(function, "__name__", type(function).__name__)), function
+
+    def attrs(self) -> dict[str, Any]:
+        """Name of the function for a record's attributes."""
+        return {"controller": "function", "law": self.name}
 
 
 def as_controller(given: Any, centre: Callable[[], ArrayLike]) -> Controller:
@@ -128,15 +145,17 @@ def check_any_controller(given: Any) -> None:
 def plant_system(simulation: Simulation) -> Any:
     """A simulation as control.NonlinearIOSystem, sampled every 0.2 ms.
 
-    Its states are the plant's whole flat vector; `initial` has those of now, for
-    ``control.input_output_response(system, T, U, system.initial)``.
+    Its states are the plant's whole flat vector; `initial` has those of now. Raises DataError for states of zero,
+    which the package takes where it is given none.
     """
     control = control_package()
-    start, place = simulation.save(), COLUMNS.index("disc_x")
+    start, place, name = simulation.save(), COLUMNS.index("disc_x"), simulation.assembly.machine.name
     kept: dict[str, Any] = {"x": None}
 
     def advanced(x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Disc (2,) before and states after a sample."""
+        if start.any() and not np.any(x):
+            raise DataError(f"{name}: starts from states of zero; give {RESPONSE}")
         if kept["x"] is None or not (np.array_equal(kept["x"], x) and np.array_equal(kept["u"], u)):
             simulation.restore(x)
             table = simulation.advance(np.asarray(u, float)[None])
@@ -147,7 +166,7 @@ def plant_system(simulation: Simulation) -> Any:
         lambda t, x, u, params: advanced(x, u)[1],
         lambda t, x, u, params: advanced(x, u)[0],
         inputs=list(INPUTS), outputs=list(MEASURED), states=len(start), dt=SAMPLE,
-        name=simulation.assembly.machine.name,
+        name=name,
     )  # fmt: skip
     system.initial = start
     return system

@@ -9,10 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorsim.base.errors import ControllerError
+from rotorsim.machine.schema import Machine
 
 
 class Controller(Protocol):
     """Anything that makes a reference [V] from a measurement [m]; called once per sample.
+
+    A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling()` before
+    one that continues.
 
     Examples
     --------
@@ -46,6 +50,34 @@ def check_controller(controller: Any) -> None:
         return
     except TypeError as error:
         raise ControllerError(f"controller {name_of(controller)}: its step must be {STEP}; {error}") from error
+
+
+def prepare(controller: Controller, machine: Machine, continued: bool = False) -> None:
+    """Reset a controller for a run from an equilibrium; where the run is continued, only check its sampling time.
+
+    Raises
+    ------
+    ControllerError
+        For a machine without injector pins.
+    """
+    check_actuators(machine, name_of(controller))
+    call(controller, "check_sampling" if continued else "reset")
+
+
+def check_actuators(machine: Machine, name: str) -> None:
+    """Raise ControllerError for a machine without injector pins, which a controller of that name could not drive."""
+    if not machine.injectors:
+        raise ControllerError(
+            f"{machine.name}: has no actuators that controller {name} could drive; leave the controller out or take "
+            "a machine with [[injectors]]"
+        )
+
+
+def call(controller: Controller, method: str) -> None:
+    """Call a method of a controller where it has one."""
+    found = getattr(controller, method, None)
+    if callable(found):
+        found()
 
 
 def ask(controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float) -> np.ndarray:

@@ -23,7 +23,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
 from rotorsim.plant.control_systems import as_controller, plant_system
-from rotorsim.plant.controller import Controller, ask, check_range, provenance
+from rotorsim.plant.controller import Controller, ask, check_range, prepare, provenance
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.probes import probe_coordinates
@@ -117,7 +117,8 @@ class Plant(Shown):
         -------
         control.NonlinearIOSystem
             Inputs speed [rad/s], supply_pressure [Pa, gauge], reference_x, reference_y [V], disc_force_x,
-            disc_force_y [N]; outputs disc_x, disc_y [m]. Each call runs the plant's own step.
+            disc_force_y [N]; outputs disc_x, disc_y [m]. Each call runs the plant's own step. Give the package
+            `system.initial` as the initial state: its own, zero, is refused.
 
         Examples
         --------
@@ -164,7 +165,8 @@ class Plant(Shown):
         sample and acts on the next; the record then names it, and `reference_external` is the reference without its
         part. It is an object with ``step(measured, speed, pressure)``, a function of these, or a sampled system of the
         package `control`, which is given the displacement from the equilibrium of the first sample. `initial` is
-        "equilibrium" or a `Simulation` to continue. `seed` makes the sensors' noise and nothing else.
+        "equilibrium" or a `Simulation` to continue; a controller's `reset()` is called in the first case only. `seed`
+        makes the sensors' noise and nothing else.
         Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
         if not isinstance(initial, Simulation) and initial != "equilibrium":
@@ -172,6 +174,7 @@ class Plant(Shown):
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
         if controller is not None:
             controller = as_controller(controller, lambda: self.equilibrium(*start).disc)
+            prepare(controller, self.machine, continued=isinstance(initial, Simulation))
         simulation = self.start(*start, seed=seed) if isinstance(initial, str) else initial
         begin = simulation.samples
         blocks = list(track(_run(simulation, inputs, controller), len(inputs), SAMPLE, progress))

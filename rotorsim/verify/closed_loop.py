@@ -13,7 +13,7 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
 from rotorsim.control.designs.plants import point_text
 from rotorsim.control.errors import LawError
-from rotorsim.control.law import Law, check_sampling
+from rotorsim.control.law import Law
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.verify import transients
@@ -94,7 +94,7 @@ def closed_loop(
     """
     criteria, law = criteria or Criteria(), as_law(law)
     if isinstance(law, Law):
-        check_sampling(law)
+        law.check_sampling()
     if plant.assembly.film_model is None or plant.machine.actuators is None:
         raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
     report = progress or (lambda _: None)

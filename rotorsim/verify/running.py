@@ -8,12 +8,12 @@ import numpy as np
 
 from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import ConvergenceError
-from rotorsim.control.law import Law, check_sampling
+from rotorsim.control.law import Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS, READ
 from rotorsim.plant.control_systems import as_controller
-from rotorsim.plant.controller import Controller, ask
+from rotorsim.plant.controller import Controller, ask, call, check_actuators
 from rotorsim.plant.simulation import Simulation
 from rotorsim.verify.loop_kernel import loop_module
 from rotorsim.verify.other import AnyLaw
@@ -80,6 +80,7 @@ def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, 
         except ConvergenceError as error:
             table = error.where["table"]
             return Run(table, rows[: len(table)], str(error))
+    check_actuators(plant.machine, law.name)
     if not isinstance(law, Law):
         centre = plant.equilibrium(float(rows[0, 0]), float(rows[0, 1])).disc
         return run_other(simulation, as_controller(law.given, lambda: centre), rows, fault)
@@ -88,7 +89,6 @@ def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, 
 
 def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | None = None) -> Run:
     """Continue a simulation under a law at rest."""
-    check_sampling(law)
     law.reset()
     a = simulation.assembly
     used = rows.copy()
@@ -107,9 +107,7 @@ def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | 
 
 def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, fault: Frozen | None) -> Run:
     """Continue a simulation under a controller that is not a law, sample by sample in Python, as `run_law` does."""
-    reset = getattr(controller, "reset", None)
-    if callable(reset):
-        reset()
+    call(controller, "reset")
     used, tables, output, held = rows.copy(), [], np.zeros(2), np.zeros(2)
     limit = reference_range(simulation.assembly.machine)
     frozen = NEVER if fault is None else round(fault.time / SAMPLE)

@@ -11,12 +11,13 @@ Cites: thesis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from rotorsim.base.constants import KRPM, SAMPLE, TO_UM
 from rotorsim.plant import Plant
-from rotorsim.verify.other import AnyLaw
+from rotorsim.verify.other import AnyLaw, as_law
 from rotorsim.verify.running import Run, run_rows
 from rotorsim.verify.transients import changing
 
@@ -35,10 +36,12 @@ class SafeSpeed:
 
 
 def safe_speed(
-    plant: Plant, law: AnyLaw | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
+    plant: Plant, law: AnyLaw | Any | None, pressure: float = 0.3e6, start: float = 3 * KRPM, stop: float = 24 * KRPM,
     rate: float = 1 * KRPM, radius: float = 20e-6, centre: tuple[float, float] = (0.0, 0.0), seed: int = 0,
 ) -> SafeSpeed:  # fmt: skip
     """Run up from `start` to `stop` [rad/s] at `rate` [rad/s^2] and find the speed at which the circle is left.
+
+    `law` is a Law or any controller that `closed_loop` takes, None for the open loop.
 
     Examples
     --------
@@ -46,7 +49,7 @@ def safe_speed(
     >>> found = rs.verify.safe_speed(plant, law)  # doctest: +SKIP
     """
     rows = changing((start, stop), (pressure, pressure), (stop - start) / rate)
-    run = run_rows(plant, law, rows, seed)
+    run = run_rows(plant, None if law is None else as_law(law), rows, seed)
     quiet = round(0.4 / SAMPLE)
     middle = run.disc[:quiet].mean(axis=0) + np.asarray(centre)
     outside = np.hypot(*(run.disc - middle).T) > radius

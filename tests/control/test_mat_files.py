@@ -68,6 +68,7 @@ def test_matrices_and_a_sampling_time_are_enough(tmp_path):
     savemat(tmp_path / "mine.mat", {"A": A, "B": B, "C": C, "D": D, "Ts": 2e-4})
     law, model = rs.load_law(tmp_path / "mine.mat"), rs.load_model(tmp_path / "mine.mat")
     assert law.name == "mine" and law.order == 3 and law.Ts == 2e-4 and not law.scheduled
+    assert (law.average, law.fade) == (0.2, 0.05), "as Law.from_control"
     assert model.outputs == ("disc_x", "disc_y") and np.isnan(model.speed)
     savemat(tmp_path / "gain.mat", {"A": np.zeros((0, 0)), "B": np.zeros((0, 2)), "C": np.zeros((2, 0)), "D": np.eye(2),
                                     "Ts": 2e-4})  # fmt: skip
@@ -83,6 +84,7 @@ GOOD = {"A": 0.5 * np.eye(2), "B": np.eye(2), "C": np.eye(2), "D": np.zeros((2, 
         ({"A": None}, r"holds no matrix A; save it in MATLAB by \[A, B, C, D, Ts\] = ssdata\(sys\)"),
         ({"A": "text"}, "holds no matrix A"),
         ({"Ts": 0.0}, r"is continuous, Ts = 0; sample it in MATLAB: sys = c2d\(sys, 0\.0002, 'tustin'\)"),
+        ({"Ts": None}, r"holds no Ts; save Ts too \(0 for continuous\)"),
         ({"Ts": np.ones(3)}, "Ts is not a number"),
         ({"B": np.ones((2, 1)), "D": np.ones((2, 1))}, "1 measured and 2 driven channels"),
         ({"C": np.ones((2, 5))}, "C has shape"),
@@ -101,6 +103,9 @@ def test_a_file_that_is_no_law_is_refused_with_its_name(change, sentence, tmp_pa
 def test_a_file_that_is_no_model_is_refused_with_its_name(tmp_path):
     savemat(tmp_path / "bad.mat", GOOD | {"C": np.ones((2, 5))})
     with pytest.raises(ModelError, match=r"bad\.mat: A .* do not fit together"):
+        rs.load_model(tmp_path / "bad.mat")
+    savemat(tmp_path / "bad.mat", {name: GOOD[name] for name in "ABCD"})
+    with pytest.raises(ModelError, match=r"bad\.mat: holds no Ts; save Ts too \(0 for continuous\)"):
         rs.load_model(tmp_path / "bad.mat")
     (tmp_path / "empty.mat").write_bytes(b"")
     shutil.copy(RIG, tmp_path / "json.mat")

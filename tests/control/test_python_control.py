@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from identification.errors import ModelError
 from rotorsim.base.errors import ControllerError, DataError
 from rotorsim.control.errors import LawError
 
@@ -182,6 +183,12 @@ CONTINUOUS = control.append(control.tf2ss(lag()), control.tf2ss(lag()))
         (control.tf2ss(lag()), r"has 1 inputs and 1 outputs; needed are 2 inputs.*control\.append\(x, y\)"),
         (control.ss(np.eye(2) * 0.5, np.ones((2, 3)), np.eye(2), 0, TS), r"has 3 inputs and 2 outputs"),
         (control.ss(np.eye(2) * 0.5, np.eye(2), np.eye(2), 0, True), r"time is not stated; give it dt=0\.0002"),
+        (control.ss(np.eye(2) * 0.5, np.eye(2), np.eye(2), 0, None),
+         r"whether it is continuous or sampled is not stated; give it dt=0 \(continuous\) or dt=0\.0002 \(sampled\)"),
+        (control.ss(feedback(), inputs=["reference_x", "disc_y"]),
+         "input 1 is labelled reference_x and would be disc_x"),
+        (control.ss(feedback(), inputs=["u", "disc_x"]), "input 2 is labelled disc_x and would be disc_y"),
+        (control.ss(feedback(), outputs=["disc_x", "disc_y"]), "output 1 is labelled disc_x and would be reference_x"),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("way", ["simulate", "controlled", "law"])
@@ -207,6 +214,80 @@ def test_a_system_that_does_not_fit_is_refused_in_one_sentence(plant, system, se
 def test_what_is_no_controller_is_refused_with_what_one_is(plant, wrong, sentence):
     with pytest.raises(ControllerError, match=sentence):
         plant.simulate(0.01, W, P, controller=wrong)
+
+
+def test_a_law_of_a_system_without_a_stated_time_is_not_taken_as_sampled():
+    """A continuous lag of dt=None was run as a sampled one, which is another controller."""
+    open_time = control.ss(feedback(), dt=None)
+    with pytest.raises(LawError, match=r"give it dt=0 \(continuous\) or dt=0\.0002 \(sampled\)"):
+        rs.Law.from_control(open_time, Ts=TS)
+    assert rs.Law.from_control(control.ss(feedback(), dt=True), Ts=TS).Ts == TS
+    assert rs.Law.from_control(control.tf([[[1e5], [0]], [[0], [1e5]]], [[[1], [1]], [[1], [1]]])).order == 0
+
+
+def test_frequency_response_data_are_refused_in_one_sentence(plant):
+    data = control.frd(np.ones((2, 2, 3)), [1.0, 2.0, 3.0])
+    with pytest.raises(ControllerError, match=r"which does not run in time; give a control\.StateSpace or"):
+        plant.simulate(0.01, W, P, controller=data)
+    with pytest.raises(LawError, match=r"is not a linear system; give control\.StateSpace or TransferFunction"):
+        rs.Law.from_control(data)
+
+
+ACROSS = control.ss([[0.5, 0.1], [0.0, 0.2]], [[1.0, 0.0], [0.3, 1.0]], [[1.0, 0.2], [0.0, 3.0]], [[0.1, 0], [0, 0]],
+                    TS, inputs=["disc_x", "disc_y"], outputs=["reference_x", "reference_y"])  # fmt: skip
+TURNED = control.ss(ACROSS.A, ACROSS.B[:, ::-1], ACROSS.C[::-1], ACROSS.D[::-1, ::-1], TS,
+                    inputs=["disc_y", "disc_x"], outputs=["reference_y", "reference_x"])  # fmt: skip
+
+
+def test_labels_in_another_order_are_followed():
+    """The same system with channels y, x: as a law, as a model and in the loop."""
+    law, turned = rs.Law.from_control(ACROSS), rs.Law.from_control(TURNED)
+    for letter in "ABCD":
+        np.testing.assert_array_equal(getattr(turned, letter), getattr(law, letter))
+    model = rs.LinearModel.from_control(
+        control.ss(TURNED, inputs=["reference_y", "reference_x"], outputs=["disc_y", "disc_x"])
+    )
+    np.testing.assert_array_equal(model.D, ACROSS.D)
+    assert (model.inputs, model.outputs) == (("reference_x", "reference_y"), ("disc_x", "disc_y"))
+
+
+def nonlinear(system, scheduled=False):
+    """A StateSpace as a system that is not linear, with speed and pressure ahead of the disc or without."""
+    skipped = 2 * scheduled
+    return control.nlsys(
+        lambda t, x, u, params: system.A @ x + system.B @ u[skipped:],
+        lambda t, x, u, params: system.C @ x + system.D @ u[skipped:],
+        inputs=["pressure", "speed"][:skipped] + system.input_labels, outputs=system.output_labels, states=2, dt=TS,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("turned", [TURNED, nonlinear(TURNED), nonlinear(TURNED, scheduled=True)])
+def test_labels_in_another_order_are_followed_in_the_loop(turned):
+    from rotorsim.plant.control_systems import SystemController
+
+    rng = np.random.default_rng(5)
+    expected, found = SystemController(ACROSS), SystemController(turned)
+    for y in rng.normal(size=(20, 2)):
+        np.testing.assert_allclose(found.step(y, W, P), expected.step(y, W, P), rtol=1e-12)
+
+
+def test_the_plant_as_a_system_says_where_to_start(plant):
+    system = plant.to_control(W, P)
+    U = np.tile([[W], [P], [0.0], [0.0], [0.0], [0.0]], 3)
+    with pytest.raises(DataError, match=r"give control\.input_output_response\(system, T, U, system\.initial\)"):
+        control.input_output_response(system, np.arange(3) * TS, U)
+
+
+def test_surfaces_of_no_systems_are_refused():
+    with pytest.raises(ModelError, match=r"lpv: no systems; give a control\.StateSpace by \(speed, pressure\)"):
+        rs.LpvModel.from_control({})
+
+
+def test_the_safe_speed_takes_every_controller_that_a_verification_takes(plant):
+    ramp = {"start": 300.0, "stop": 330.0, "rate": 300.0, "pressure": P}
+    by_law = rs.verify.safe_speed(plant, rs.Law.from_control(feedback()), **ramp)
+    assert rs.verify.safe_speed(plant, feedback(), **ramp).speed == by_law.speed
+    assert rs.verify.safe_speed(plant, lambda measured, speed, pressure: 0 * measured, **ramp).run.reference.max() == 0
 
 
 def test_an_improper_transfer_function_is_refused():

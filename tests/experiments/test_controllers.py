@@ -7,6 +7,7 @@ import xarray as xr
 import rotorsim as rs
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.control.designs import lqr
+from rotorsim.control.errors import LawError
 from rotorsim.experiments import Controlled, ProportionalLaw, record
 from rotorsim.plant import Plant
 
@@ -159,3 +160,36 @@ def test_a_streamed_run_keeps_every_sample_before_the_controller_failed(plant, t
         record(plant, Controlled(100.0, P, 0.1, controller=After((np.nan, 0.0), 137)), tmp_path / "run.nc", block=100)
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as kept:
         assert kept.sizes["time"] == 138 and kept.attrs["ended"].startswith("controller After: gave")
+
+
+def test_a_law_is_reset_where_a_run_begins_and_kept_where_it_continues(plant):
+    law = ProportionalLaw(5e4, 5e4)
+    whole = plant.simulate(0.04, 100.0, P, controller=law)
+    np.testing.assert_array_equal(plant.simulate(0.04, 100.0, P, controller=law)["disc"], whole["disc"])
+    simulation = plant.start(100.0, P)
+    plant.simulate(0.02, 100.0, P, controller=law, initial=simulation)
+    state = law.state.copy()
+    assert state.any()
+    plant.simulate(2e-4, 100.0, P, controller=After((0.0, 0.0)), initial=simulation)
+    np.testing.assert_array_equal(law.state, state)
+
+
+def test_a_law_of_another_sampling_time_is_refused_in_both_runs(plant):
+    shapes = ((0, 0), (0, 2), (2, 0), (2, 2), (0, 2))
+    law = rs.Law("slow", *(np.zeros((1, 1, *shape)) for shape in shapes), [0.0], [0.0], Ts=1e-3)
+    for initial in ("equilibrium", plant.start(100.0, P)):
+        with pytest.raises(LawError, match=r"law slow: Ts = 1 ms, and the plant samples every 0\.2 ms"):
+            plant.simulate(0.01, 100.0, P, controller=law, initial=initial)
+
+
+def test_a_machine_without_actuators_takes_no_controller():
+    with pytest.raises(ControllerError, match="plain_rotor: has no actuators that controller ProportionalLaw could dr"):
+        Plant("plain_rotor").simulate(0.01, 100.0, controller=ProportionalLaw())
+
+
+def test_a_record_names_the_function_that_controlled(plant):
+    def lag(measured, speed, pressure):
+        return 1e4 * measured
+
+    about = plant.simulate(0.002, 100.0, P, controller=lag).attrs
+    assert (about["controller"], about["law"]) == ("function", "lag")

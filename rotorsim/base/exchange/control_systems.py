@@ -18,6 +18,11 @@ HOW = "control.sample_system(system, {Ts:g}, 'tustin')"
 """How a continuous system is sampled with that package."""
 
 
+REFERENCES, DISC = ("reference_x", "reference_y"), ("disc_x", "disc_y")
+CHANNELS = (*REFERENCES, *DISC, "speed", "pressure")
+"""Channels of models and controllers, by whose names the labels of a system are read."""
+
+
 class Matrices(NamedTuple):
     """A (n, n), B (n, m), C (p, n), D (p, m), Ts [s] (0: continuous, None: not stated) and names of signals."""
 
@@ -48,6 +53,24 @@ def is_control_system(value: Any) -> bool:
 def is_linear(value: Any) -> bool:
     """Whether a value is a state space or transfer function of the package `control`."""
     return is_control_system(value) and any(kind.__name__ in LINEAR for kind in type(value).__mro__)
+
+
+def reorder(found: Matrices, inputs: Sequence[str], outputs: Sequence[str]) -> Matrices:
+    """Matrices with their channels in the order of the names, where the labels are these."""
+    into, out = channel_order(found.inputs, inputs), channel_order(found.outputs, outputs)
+    return found._replace(
+        B=found.B[:, into], C=found.C[out], D=found.D[np.ix_(out, into)],
+        inputs=tuple(found.inputs[i] for i in into), outputs=tuple(found.outputs[i] for i in out),
+    )  # fmt: skip
+
+
+def check_runs(system: Any, what: str) -> None:
+    """Raise DataError for frequency response data, which have no states to step."""
+    if not (is_linear(system) or hasattr(system, "dynamics")):
+        raise DataError(
+            f"{what}: is {type(system).__name__}, which does not run in time; give a control.StateSpace or "
+            "TransferFunction"
+        )
 
 
 def period(system: Any) -> float | None:
@@ -113,8 +136,10 @@ def state_space(
 
 
 def check_channels(system: Any, what: str, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-    """Raise DataError unless a system has as many inputs and outputs as are named."""
+    """Raise DataError unless a system has as many inputs and outputs as are named, and labels that allow them."""
     if (system.ninputs, system.noutputs) == (len(inputs), len(outputs)):
+        check_labels(system.input_labels, inputs, f"{what}: input")
+        check_labels(system.output_labels, outputs, f"{what}: output")
         return
     one = "; combine one of each axis by control.append(x, y)" if system.ninputs == system.noutputs == 1 else ""
     raise DataError(
@@ -123,15 +148,44 @@ def check_channels(system: Any, what: str, inputs: Sequence[str], outputs: Seque
     )
 
 
-def check_period(system: Any, what: str, Ts: float, give: str = "") -> None:
-    """Raise DataError unless a system is sampled every Ts [s], with how to make it so; `give` is another way."""
-    own, call = period(system), HOW.format(Ts=Ts)
-    if own is None and getattr(system, "nstates", None) == 0:
+def channel_order(labels: Sequence[str], names: Sequence[str]) -> list[int]:
+    """Places of the channels `names` among a system's labels, or the order as it is where the labels are others."""
+    if sorted(labels) != sorted(names):
+        return list(range(len(labels)))
+    return [list(labels).index(name) for name in names]
+
+
+def check_labels(labels: Sequence[str], names: Sequence[str], what: str) -> None:
+    """Raise DataError where a label names another channel, unless the labels are `names` in another order."""
+    if sorted(labels) == sorted(names):
         return
+    for number, (label, name) in enumerate(zip(labels, names, strict=True), start=1):
+        if label in CHANNELS and label != name:
+            raise DataError(
+                f"{what} {number} is labelled {label} and would be {name}; label them {listing(names)}, or none of "
+                "them by the name of a channel"
+            )
+
+
+def check_period(system: Any, what: str, Ts: float, order: int, argument: bool = False) -> None:
+    """Raise DataError unless a system of `order` states is sampled every Ts [s], with how to make it so.
+
+    `argument` states that the caller also takes Ts, for a continuous system or one whose sampling time is not stated.
+    """
+    own, call = period(system), HOW.format(Ts=Ts)
+    if own is None and order == 0:
+        return
+    if system.dt is True:
+        also = f", or give Ts={Ts:g}" if argument else ""
+        raise DataError(f"{what}: is sampled, but its sampling time is not stated; give it dt={Ts:g}{also}")
     if own is None:
-        raise DataError(f"{what}: its sampling time is not stated; give it dt={Ts:g}{give}")
+        raise DataError(
+            f"{what}: whether it is continuous or sampled is not stated; give it dt=0 (continuous) or dt={Ts:g} "
+            "(sampled)"
+        )
     if own == 0:
-        raise DataError(f"{what}: is continuous and runs every {Ts * 1e3:g} ms; sample it: {call}{give}")
+        also = f", or give Ts={Ts:g}, which samples it by Tustin's rule" if argument else ""
+        raise DataError(f"{what}: is continuous and runs every {Ts * 1e3:g} ms; sample it: {call}{also}")
     if abs(own / Ts - 1) > 1e-9:
         raise DataError(
             f"{what}: is sampled every {own * 1e3:g} ms and runs every {Ts * 1e3:g} ms; design it for {Ts:g} s, or "

@@ -42,7 +42,7 @@ def read_mat(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     DataError
-        With a sentence that does not begin with the file's name, if it cannot be read or lacks A, B, C or D.
+        With a sentence that does not begin with the file's name, if it cannot be read or lacks A, B, C, D or Ts.
     """
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
@@ -57,6 +57,8 @@ def read_mat(path: str | Path) -> dict[str, Any]:
     wrong = [n for n in SYSTEM if not isinstance(found.get(n), np.ndarray) or found[n].dtype.kind not in "fiu"]
     if wrong:
         raise DataError(f"holds no matrix {', '.join(wrong)}; save it in MATLAB by {SAVE}")
+    if "Ts" not in found:
+        raise DataError(f"holds no Ts; save Ts too (0 for continuous): {SAVE}")
     return found
 
 
