@@ -37,6 +37,7 @@ for (name, values), style in zip(curves.items(), styles, strict=True):
 top.set(ylabel="1X amplitude [um 0-pk]", title="Run-up of a rotor kit, 229 rpm/s, one probe")
 top.legend()
 bottom.set(xlabel="speed [rpm]", ylabel="phase lag [deg]")
+bottom.invert_yaxis()
 for axes in (top, bottom):
     axes.grid(alpha=0.3)
 figure.savefig("diagnose_runup.png", dpi=100, bbox_inches="tight")

@@ -22,9 +22,10 @@ print(f"largest amplitude along x: {abs(x).max() * 1e6:.0f} um at {speeds[abs(x)
 figure, (above, below) = plt.subplots(2, 1, figsize=(8, 6), sharex=True)
 for part, label in ((x, "x"), (y, "y")):
     above.semilogy(speeds * 30 / np.pi, abs(part) * 1e6, label=f"disc {label}")
-    below.plot(speeds * 30 / np.pi, np.degrees(np.unwrap(np.angle(part))))
+    below.plot(speeds * 30 / np.pi, np.degrees(np.unwrap(-np.angle(part))))
 above.set(ylabel="amplitude, 0-pk [um]", title="Unbalance response, bearings softer along y")
-below.set(xlabel="speed [rpm]", ylabel="phase [deg]")
+below.set(xlabel="speed [rpm]", ylabel="phase lag [deg]")
+below.invert_yaxis()
 above.legend()
 for axes in (above, below):
     axes.grid(alpha=0.3, which="both")

@@ -25,11 +25,11 @@ def result_rows(found: Assessment) -> list[tuple[str, str]]:
         rows.append((
             name.capitalize(),
             f"every label from the others: vector error {test.vector_rms * G_MM:.2f} g mm rms a plane, magnitude "
-            f"{test.magnitude_error * G_MM:.2f} g mm; 90 % regions hold {test.content:.0%}",
+            f"{test.magnitude_error * G_MM:.2f} g mm; 90 % regions hold {100 * test.content:.0f} %",
         ))  # fmt: skip
     doubtful = tests[found.method].contradicts
     rows.append(("Labels that the others contradict", ", ".join(doubtful) or "none"))
-    rows.append(("Estimates below by", found.method))
+    rows.append(("Estimates by", found.method))
     if fix is not None:
         for plane, wanted, parts in zip(conditions.planes, fix.wanted, fix.weights, strict=True):
             holes = ", ".join(f"{m * 1e3:.2f} g at {np.rad2deg(a):.0f} deg" for a, m in parts)
@@ -62,6 +62,18 @@ def summary(found: Assessment) -> dict[str, Any]:
 def _numbers(value: complex, deviation: float | None) -> dict[str, float]:
     numbers = {"gmm": abs(value) * G_MM, "deg": float(np.rad2deg(np.angle(value)) % 360)}
     return numbers if deviation is None else numbers | {"sd_gmm": deviation * G_MM}
+
+
+def estimate_table(found: Assessment) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Heads and rows of the unknown unbalances, with the standard deviation of either component, for people."""
+    units = ("[g mm]", "at [deg]", "sd [g mm]")
+    heads = ["record", *(f"{plane.name} {unit}" for plane in found.conditions.planes for unit in units)]
+    rows = []
+    for label, one in found.estimates.items():
+        numbers = [_numbers(u, float(s)) for u, s in zip(one.unbalance, one.deviation, strict=True)]
+        rows.append((label, *(f"{n[key]:{form}}" for n in numbers for key, form in
+                              (("gmm", ".2f"), ("deg", ".0f"), ("sd_gmm", ".2f")))))  # fmt: skip
+    return heads, rows
 
 
 def unbalance_csv(found: Assessment) -> str:

@@ -144,5 +144,5 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
 def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, local: bool) -> dict[str, Any]:
     a = complex(tracked["amplitude"].sel(order=order, axis=axis).values[i])
     return {"order": order, "axis": axis, "rpm": float(tracked["speed"][i] * TO_RPM), "um": abs(a) * TO_UM,
-            "time_s": float(tracked["time"][i]), "phase_lag_deg": -float(np.angle(a, deg=True)),
+            "time_s": float(tracked["time"][i]), "phase_lag_deg": float((90 - np.angle(a, deg=True)) % 360 - 90),
             "local_maximum": local}  # fmt: skip

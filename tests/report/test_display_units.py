@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 
 import rotorsim as rs
 from rotorsim.base.errors import DataError
-from rotorsim.report.export.display_units import IMPERIAL, converted, converted_html
+from rotorsim.report.export.display_units import IMPERIAL, converted, converted_html, micrometres
 from rotorsim.report.export.figure_table import figure_csv
 from rotorsim.report.export.figure_units import imperial_figure
 from rotorsim.report.export.page_units import in_units
@@ -22,7 +22,7 @@ PINT = {
     "V/lbf": "volt/force_pound", "klbf/in": "kiloforce_pound/inch",
     "lbf": "force_pound", "lbf s/in": "force_pound*second/inch", "lbf/in": "force_pound/inch",
     "in": "inch", "psi": "psi", "lb/h": "pound/hour", "oz in": "ounce*inch", "oz": "ounce",
-    "kN s/m": "kN*s/m", "g mm": "g*mm", "µm": "µm",
+    "kN s/m": "kN*s/m", "g mm": "g*mm", "µm": "µm", "lbf in": "force_pound*inch", "N m": "N*m",
 }  # fmt: skip
 LEFT = re.compile(r"µm|\bum\b|\bMPa\b|\bmg/s\b|\bNl/min\b|\bkN\b|\d mm\b|\[N\]|g mm")
 
@@ -52,6 +52,8 @@ def test_a_normal_litre_is_at_0_and_a_standard_cubic_foot_at_60_degrees_fahrenhe
         ("a force of 20 N along x; N acts inwards", "a force of 4.50 lbf along x; N acts inwards"),
         ("1.2e-05 µm", "4.72e-07 mil"),
         ("-3 mm", "-0.118 in"),
+        ("25 g*mm and 10 g mm", "0.0347 oz in and 0.0139 oz in"),
+        ("12 N m, but 5 N*s/m", "106 lbf in, but 5 N*s/m"),
         ("1500 rpm, 120 Hz, 4 V, 2.5 MN, 3 summer", "1500 rpm, 120 Hz, 4 V, 2.5 MN, 3 summer"),
     ],
 )
@@ -107,6 +109,26 @@ def test_a_logarithmic_axis_and_a_colour_scale_in_powers_of_ten_are_shifted():
     made = imperial_figure(plain(figure.update_layout(coloraxis={"cmin": 0, "cmax": 3, "colorbar": bar})))
     assert made["layout"]["coloraxis"]["colorbar"]["ticktext"] == ["0.1", "1", "10"]
     assert [line.split(",")[7] for line in figure_csv(made).splitlines()[1:]] == ["1", "10"]
+
+
+def test_an_axis_that_states_its_unit_without_brackets_is_converted_with_its_numbers():
+    figure = go.Figure(go.Bar(x=[25.4], y=["a"], orientation="h")).update_xaxes(title_text="gap, um rms")
+    made = imperial_figure(plain(figure))
+    assert made["data"][0]["x"] == [1.0] and made["layout"]["xaxis"]["title"]["text"] == "gap, mil rms"
+
+
+def test_names_of_categories_are_converted():
+    figure = go.Figure(go.Bar(x=[["0 rpm", "3 krpm"], ["0.30", "0.70"]], y=[1.0, 2.0]))
+    made = imperial_figure(plain(figure.update_xaxes(title_text="pressure [MPa], speed")))
+    assert made["data"][0]["x"] == [["0 rpm", "3 krpm"], ["43.5", "102"]]
+    assert made["layout"]["xaxis"]["title"]["text"] == "pressure [psi], speed"
+    made = imperial_figure(plain(go.Figure(go.Bar(y=["fit: 1200 rpm, 16 N"], x=[1.0], hovertext=["16 N"]))))
+    assert made["data"][0]["y"] == ["fit: 1200 rpm, 3.6 lbf"] and made["data"][0]["hovertext"] == ["3.6 lbf"]
+
+
+def test_micrometres_have_their_sign_on_pages_and_not_in_machine_files():
+    page = "<p>30 um, [um rms] and summer</p><pre>clearance = '25 um'</pre>"
+    assert micrometres(page) == "<p>30 µm, [µm rms] and summer</p><pre>clearance = '25 um'</pre>"
 
 
 @pytest.fixture(scope="module")

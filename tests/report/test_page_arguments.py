@@ -57,6 +57,14 @@ def test_a_page_in_imperial_units_with_its_figures_as_files(write, tmp_path):
     assert tables and not any(METRIC.search(text) for text in [page.split("<script")[0], *tables])
 
 
+def test_the_page_of_a_balancing_lists_the_unknown_unbalances(tmp_path):
+    kit = ROOT / "docs" / "rk4"
+    conditions = rs.balance.read_conditions([kit / "open.csv", kit / "unlabelled.csv"], kit / "balance.toml")
+    page = rs.report.write_balance(rs.balance.assess("bently_rk4", conditions), tmp_path / "b.html").read_text()
+    assert "<th>disc_1 [g mm]</th><th>disc_1 at [deg]</th><th>disc_1 sd [g mm]</th>" in page
+    assert page.count("<tr><td>S") == 56
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_every_writer_of_pages_takes_units_and_figures(name):
     given = inspect.signature(getattr(rs.report, name)).parameters

@@ -17,9 +17,9 @@ from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
 from rotorsim.machine import machine_text
-from rotorsim.report.figures.bode_waterfall_plots import phase_lag
 from rotorsim.report.figures.image import readme_figure, save_png
 from rotorsim.report.figures.orbit_plots import instants
+from rotorsim.report.figures.phase import phase_lag
 from rotorsim.report.figures.theme import compact
 from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.run import analyse

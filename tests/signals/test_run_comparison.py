@@ -50,6 +50,16 @@ def test_a_record_and_vectors_of_one_probe_go_together():
     assert [trace.name for trace in figure.data] == ["record"] * 4 + ["table"] * 2
 
 
+def test_the_table_states_the_phase_lag_that_the_figure_draws():
+    found = compare_runs({"a": vectors(1e-6), "b": vectors(2e-6)})
+    figure = overlay(found)
+    lags = {trace.xaxis: trace for trace in figure.data if trace.name == "a" and trace.yaxis in ("y3", "y4")}
+    for peak, trace in zip((p for p in found.peaks() if p["run"] == "a"), lags.values(), strict=True):
+        speed = np.asarray(trace.x, float)
+        drawn = np.asarray(trace.y, float)[np.abs(speed - peak["rpm"]).argmin()]
+        assert peak["phase_lag_deg"] == pytest.approx(drawn, abs=3.0)
+
+
 def test_peaks_far_apart_are_not_compared():
     found = compare_runs({"a": vectors(1e-6), "b": vectors(1e-6, 1.6 * CRITICAL)})
     assert next(p for p in found.peaks() if p["run"] == "b")["um_change"] is None

@@ -45,8 +45,26 @@ class Findings:
     evidence: dict[str, float]
     data_hash: str
 
+    def changes(self) -> Iterator[tuple[str, str, str]]:
+        """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
+        for key, (value, sd) in self.calibration.items():
+            unit = _unit_of(key)
+            yield key, _with_unit(value, unit, 4), _with_unit(sd, unit, 2)
+
+
+def _unit_of(key: str) -> str:
+    """SI unit of a calibrated parameter such as 'unbalance.1.me~phase.c', '1' for a relative change."""
+    if key in ("offset_x", "offset_y"):
+        return "m"
+    if key.startswith(CLOCK):
+        return "s"
+    effect, _, parameter = key.partition(" ")[0].partition("~")[0].rpartition(".")
+    known = quantities(REGISTRY[effect.partition(".")[0]]) if effect.partition(".")[0] in REGISTRY else {}
+    return known[parameter].unit if parameter in known else "1"
+
 
 def _with_unit(value: float, unit: str, digits: int) -> str:
-    """A number of SI with its unit; lengths in micrometres, angles in degrees."""
-    factor, shown = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "1": (1.0, "")}.get(unit, (1.0, unit))
+    """A number of SI with its unit; lengths in micrometres, angles in degrees, unbalances in g mm."""
+    known = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "kg*m": (1e6, "g mm"), "1": (1.0, "")}
+    factor, shown = known.get(unit, (1.0, unit))
     return f"{value * factor:.{digits}g} {shown}".rstrip()

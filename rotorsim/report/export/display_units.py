@@ -28,6 +28,7 @@ IMPERIAL: dict[str, tuple[str, float]] = {
     "kN s/m": ("lbf s/in", 1e3 * _INCH / _LBF),
     "MN/m": ("klbf/in", 1e6 * _INCH / _LBF / 1e3),
     "N/m": ("lbf/in", _INCH / _LBF),
+    "N m": ("lbf in", 1 / (_LBF * _INCH)),
     "N": ("lbf", 1 / _LBF),
     "mg/s": ("lb/h", 1e-6 * 3600 / 0.45359237),
     "Nl/min": ("scfm", 1 / _SCF),
@@ -38,11 +39,12 @@ IMPERIAL: dict[str, tuple[str, float]] = {
 """By metric unit of pages: imperial unit, and how many of it are one."""
 OF_SHORT_NAME = {"N", "g"}
 """Units that are converted behind a number and in brackets only: as words they are something else."""
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
-_NAMES = "|".join(re.escape(unit) for unit in sorted(IMPERIAL, key=len, reverse=True)).replace("µ", "[µu]")
-_END = r"(?![\w/]| s/m)"
-QUANTITY = re.compile(rf"(?<![\w.])((?:{_NUMBER}(?: to | and |, | \+- | ± ))*{_NUMBER})(\s?)({_NAMES}){_END}"
-                      rf"( \({_NUMBER} to {_NUMBER}\))?")  # fmt: skip
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
+_NAMES = "|".join(re.escape(unit) for unit in sorted(IMPERIAL, key=len, reverse=True))
+_NAMES = _NAMES.replace("µ", "[µu]").replace(r"g\ mm", "g[ *]mm")
+_END = r"(?![\w/]|\*\w| s/m| m\b)"
+QUANTITY = re.compile(rf"(?<![\w.])((?:{NUMBER}(?: to | and |, | \+- | ± ))*{NUMBER})(\s?)({_NAMES}){_END}"
+                      rf"( \({NUMBER} to {NUMBER}\))?")  # fmt: skip
 """Numbers with a unit: '1.2 µm', '0.3 to 0.7 MPa', '52 mg/s (51 to 53)'."""
 BARE = re.compile(rf"(?<![\w/])({_NAMES}){_END}")
 BRACKETED = re.compile(rf"\[({_NAMES}){_END}")
@@ -58,13 +60,19 @@ def check_units(units: str) -> None:
 
 def imperial(unit: str) -> tuple[str, float]:
     """Imperial unit of a metric one, and how many of it are one metric unit."""
-    return IMPERIAL[unit.replace("um", "µm")]
+    return IMPERIAL[unit.replace("um", "µm").replace("*", " ")]
 
 
 def unit_in(text: str) -> str | None:
     """Metric unit in the brackets of a label, or anywhere in that of a colour scale."""
     found = BRACKETED.search(text)
     return found[1] if found else None
+
+
+def unit_anywhere(text: str) -> str | None:
+    """Metric unit of a label that states it without brackets; none of a short name, which may be a word."""
+    found = BARE.search(text)
+    return found[1] if found and found[1] not in OF_SHORT_NAME else None
 
 
 def converted(text: str) -> str:
@@ -86,7 +94,7 @@ def _quantity(at: re.Match[str]) -> str:
     def number(one: re.Match[str]) -> str:
         return scaled(one[0], factor)
 
-    return f"{re.sub(_NUMBER, number, at[1])}{at[2]}{unit}{re.sub(_NUMBER, number, at[4] or '')}"
+    return f"{re.sub(NUMBER, number, at[1])}{at[2]}{unit}{re.sub(NUMBER, number, at[4] or '')}"
 
 
 def converted_html(page: str) -> str:
@@ -94,6 +102,12 @@ def converted_html(page: str) -> str:
     page = _TABLE.sub(_table, page)
     pieces = _KEPT.split(page)
     return "".join(p if k % 2 else escape(converted(unescape(p)), quote=False) for k, p in enumerate(pieces))
+
+
+def micrometres(page: str) -> str:
+    """HTML with the sign µm for the unit that terminals and files write as um; machine files stay."""
+    pieces = _KEPT.split(page)
+    return "".join(p if k % 2 else re.sub(r"(?<=[\d\[( ])um\b", "µm", p) for k, p in enumerate(pieces))
 
 
 def _table(at: re.Match[str]) -> str:
@@ -114,4 +128,4 @@ def _table(at: re.Match[str]) -> str:
 
 
 def _cell(text: str, unit: str | None) -> str:
-    return scaled(text, imperial(unit)[1]) if unit and re.fullmatch(_NUMBER, text) else text
+    return scaled(text, imperial(unit)[1]) if unit and re.fullmatch(NUMBER, text) else text

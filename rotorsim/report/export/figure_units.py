@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from rotorsim.report.export import figure_table as table
-from rotorsim.report.export.display_units import BARE, converted, imperial, unit_in
+from rotorsim.report.export.display_units import BARE, NUMBER, converted, imperial, scaled, unit_anywhere, unit_in
 
-TEXTS = {"text", "name", "hovertemplate", "title", "legendgroup", "ticktext"}
-"""Entries that people read."""
+TEXTS = {"text", "name", "hovertemplate", "hovertext", "title", "legendgroup", "ticktext", "x", "y"}
+"""Entries that people read; x and y may be names of categories."""
 Object = dict[str, Any]
 
 
@@ -48,7 +48,8 @@ def _axis_unit(layout: Object, trace: Object, letter: str) -> str | None:
     own = table.label(layout, trace, letter, aligned=False)
     if not own and letter == "y" and not _is_map(trace):
         own = table.panel(layout, trace)
-    return unit_in(own if "[" in own else table.label(layout, trace, letter))
+    found = unit_in(own if "[" in own else table.label(layout, trace, letter))
+    return found or (unit_anywhere(own) if "[" not in own else None)
 
 
 def _in_space(trace: Object) -> bool:
@@ -94,10 +95,17 @@ def _bar_unit(bar: Object) -> str | None:
 
 def _times(values: Any, factor: float, logarithmic: bool = False) -> Any:
     array = table.array(values)
-    if array is None or array.dtype == object:
-        return values
+    if array is None or array.dtype.kind in "OU":
+        return _categories(values, factor)
     made = array + log10(factor) if logarithmic else array * factor
     return _plain(made)
+
+
+def _categories(values: Any, factor: float) -> Any:
+    """Names of categories of which some are bare numbers, in the unit of their axis."""
+    if isinstance(values, list):
+        return [_categories(one, factor) for one in values]
+    return scaled(values, factor) if isinstance(values, str) and re.fullmatch(NUMBER, values) else values
 
 
 def _plain(values: np.ndarray) -> Any:

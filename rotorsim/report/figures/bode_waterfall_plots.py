@@ -7,18 +7,15 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
+from rotorsim.report.figures.phase import FAINTEST, phase_axes, phase_lag
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, SPECTRUM_SCALE, compact, faint, style
 from rotorsim.report.pages.run import Run
 
 MOST_POINTS, MOST_LINES = 1500, 250
 FEW = 8
 """So many windows are marked each."""
-MOST_TURNING = 400.0
-"""Range [deg] over which a phase is drawn without wrapping."""
 DECADES = 3.5
 """Range of the colour scale of spectra."""
-FAINTEST = 1e-3
-"""Phase is not drawn where the amplitude is below this share of its largest value, or of that of all orders."""
 
 
 def bode(run: Run) -> go.Figure:
@@ -35,9 +32,8 @@ def bode(run: Run) -> go.Figure:
         figure.update_yaxes(range=[0, 1.06 * TO_UM * max(own, least)] if least else None, row=1, col=column)
     figure.update_xaxes(range=run.reach)
     figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], row=2)
-    figure.update_yaxes(dtick=90, autorange="reversed", row=2)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
-    figure.update_yaxes(title_text="phase lag [deg]", row=2, col=1)
+    phase_axes(figure, 2)
     return style(figure, 560)
 
 
@@ -60,24 +56,6 @@ def order_traces(run: Run, order: int, axis: str) -> tuple[go.Scatter, go.Scatte
 def faintest(run: Run) -> float:
     """Amplitude [m] below which an order counts as absent."""
     return FAINTEST * float(np.abs(run.tracked["amplitude"].values).max(initial=0.0))
-
-
-def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
-    """Continuous phase lag [deg] of complex amplitudes, its median in [-90, 270); NaN where |a| is below `least`.
-
-    Wrapped to [-90, 270), with gaps where it wraps, if it turns by more than modes of one order do: beats of a free
-    vibration with the order would otherwise carry it off.
-    """
-    lag, seen = np.full(a.size, np.nan), np.abs(a) > max(FAINTEST * np.abs(a).max(initial=0.0), least)
-    if not seen.any():
-        return lag
-    lag[seen] = -np.degrees(np.unwrap(np.angle(a[seen])))
-    lag -= 360 * np.floor((np.nanmedian(lag) + 90) / 360)
-    if np.nanmax(lag) - np.nanmin(lag) < MOST_TURNING:
-        return lag
-    lag = (lag + 90) % 360 - 90
-    lag[1:][np.abs(np.diff(lag)) > 180] = np.nan
-    return lag
 
 
 def waterfall_map(run: Run) -> go.Figure:

@@ -9,12 +9,13 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.report.figures.phase import phase_axes
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
 
-COLOURS = {"nominal": "#b0b7be", "re-calibrated": AXIS_COLOURS["y"], "with effect": AXIS_COLOURS["x"]}
+COLOURS = {"nominal": "#8a949e", "re-calibrated": AXIS_COLOURS["y"], "with effect": AXIS_COLOURS["x"]}
 
 
 def flag_map(diagnosis: Diagnosis) -> go.Figure:
@@ -34,7 +35,7 @@ def flag_map(diagnosis: Diagnosis) -> go.Figure:
             text=texts, hovertemplate="%{y}<br>%{x}<br>%{z:.3g} times the floor<br>%{text}<extra></extra>",
         )
     )  # fmt: skip
-    figure = style(figure, 160 + 34 * len(points))
+    figure = style(figure, max(280, 160 + 34 * len(points)))
     figure.update_yaxes(autorange="reversed", automargin=True)
     figure.update_xaxes(automargin=True)
     return figure
@@ -59,9 +60,9 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
         y=names, x=compact(total[order, 3]), name="scatter of repeats", mode="markers",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": INK}},
     )  # fmt: skip
-    figure = style(figure, 120 + 46 * len(names), barmode="group")
+    figure = style(figure, 120 + 34 * len(names), barmode="group")
     figure.update_yaxes(autorange="reversed", automargin=True)
-    figure.update_xaxes(title="gap, um rms")
+    figure.update_xaxes(title="gap [µm rms]", rangemode="tozero")
     return figure
 
 
@@ -73,7 +74,7 @@ def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
     f = compact(shown["frequency"])
     for c in range(len(channels)):
         first = c == 0
-        lines = [("measured", shown["measured"][c], "#b0b7be", 1), ("re-calibrated", shown["stages"][1][c],
+        lines = [("measured", shown["measured"][c], "#8a949e", 1), ("re-calibrated", shown["stages"][1][c],
                  COLOURS["re-calibrated"], 1.4)]  # fmt: skip
         if with_effect:
             lines.append(("with effect", shown["stages"][2][c], COLOURS["with effect"], 1.4))
@@ -84,8 +85,8 @@ def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
                 line={"color": colour, "width": width, "dash": "dot" if name == "floor" else "solid"}, row=c + 1, col=1,
             )  # fmt: skip
     figure = style(figure, 560 if len(channels) > 1 else 360)
-    figure.update_yaxes(type="log", title="um 0-pk", exponentformat="power")
-    figure.update_xaxes(title="Hz", row=len(channels), col=1)
+    figure.update_yaxes(type="log", title="amplitude [µm 0-pk]", exponentformat="power")
+    figure.update_xaxes(title="frequency [Hz]", row=len(channels), col=1)
     return figure
 
 
@@ -120,9 +121,9 @@ def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figu
                     line={"color": colour, "width": 1.6}, row=row, col=c + 1,
                 )  # fmt: skip
     figure = style(figure, 560)
-    figure.update_yaxes(title="um 0-pk", row=1, col=1)
-    figure.update_yaxes(title="deg", row=2, col=1)
-    figure.update_xaxes(title="rpm", row=2)
+    figure.update_yaxes(title="amplitude [µm 0-pk]", row=1, col=1)
+    phase_axes(figure, 2)
+    figure.update_xaxes(title="speed [rpm]", row=2)
     return figure
 
 
@@ -141,7 +142,7 @@ def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
                 x=compact(s["frequency"]), y=compact(height), mode="lines", showlegend=False, fill=None,
                 line={"color": list(COLOURS.values())[k + 1], "width": 1}, hovertext=s["point"], row=1, col=k + 1,
             )  # fmt: skip
-        figure.update_xaxes(title="Hz", row=1, col=k + 1)
+        figure.update_xaxes(title="frequency [Hz]", row=1, col=k + 1)
     figure = style(figure, 140 + 38 * len(every))
     figure.update_yaxes(
         tickvals=list(range(len(every))),
@@ -150,5 +151,5 @@ def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
         col=1,
         row=1,
     )
-    figure.update_yaxes(title="rpm", col=1)
+    figure.update_yaxes(title="speed [rpm]", col=1)
     return figure

@@ -9,6 +9,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.report.figures.phase import phase_axes, phase_lag
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
@@ -71,7 +72,7 @@ def critical_speed_map(found: xr.Dataset) -> go.Figure:
 
 
 def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) -> go.Figure:
-    """Half axis and phase of the whirl over speed at `nodes`; without them at the one that moves most.
+    """Half axis and phase lag of the whirl over speed at `nodes`; without them at the one that moves most.
 
     Examples
     --------
@@ -86,12 +87,11 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
     for k, node in enumerate(chosen):
         one = found.isel(node=node)
         colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {float(one['z']) * 1e3:.0f} mm"
-        phase = np.rad2deg(np.unwrap(np.angle(one["x"].values)))
-        for row, values in ((1, one["major"].values * TO_UM), (2, phase)):
+        for row, values in ((1, one["major"].values * TO_UM), (2, phase_lag(one["x"].values))):
             figure.add_trace(go.Scatter(x=compact(speed), y=compact(values), mode="lines", name=name, legendgroup=name,
                                         showlegend=row == 1, line={"color": colour}), row, 1)  # fmt: skip
     figure.update_yaxes(title_text="major half axis [µm]", type="log", row=1, col=1)
-    figure.update_yaxes(title_text="phase of x [deg]", row=2, col=1)
+    phase_axes(figure, 2, "phase lag of x")
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
     return style(figure, 560)
 

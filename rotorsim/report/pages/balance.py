@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
-from rotorsim.balance.results import result_rows
+from rotorsim.balance.results import estimate_table, result_rows
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import INK, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
@@ -41,6 +41,10 @@ def write_balance(found: Assessment, path: str | Path, units: str = "metric", fi
             Block("1X vectors before and after the correction weights", "After: predicted, not measured.",
                   figure=correction_figure(fix, found.conditions))
         )  # fmt: skip
+    if found.estimates:
+        heads, rows = estimate_table(found)
+        text = f"Estimated by {found.method}; sd is the standard deviation of either component."
+        blocks.append(Block("Unbalance of the records without a label", text, heads, rows))
     save_study_page("Balancing", "Unbalance from measured 1X vectors.", blocks, path, units, figures)
     return Path(path)
 
@@ -49,7 +53,8 @@ def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.
     """Known and estimated unbalance in the plane of each disc; a row a method."""
     names = [p.name for p in conditions.planes]
     titles = [f"{method}, {name}" for method in tests for name in names]
-    figure = make_subplots(len(tests), len(names), subplot_titles=titles, vertical_spacing=0.12)
+    figure = make_subplots(len(tests), len(names), subplot_titles=titles, vertical_spacing=0.14,
+                           horizontal_spacing=0.1)  # fmt: skip
     for row, test in enumerate(tests.values(), start=1):
         for k in range(len(names)):
             truth, found = test.truth[:, k] * G_MM, test.estimates[:, k] * G_MM
@@ -64,7 +69,9 @@ def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.
                                             marker={"color": colour, "symbol": symbol, "size": 8}),
                                  row, k + 1)  # fmt: skip
     figure.update_xaxes(title_text="at 0 deg [g mm]")
-    figure.update_yaxes(title_text="at 90 deg [g mm]", scaleanchor="x")
+    figure.update_yaxes(title_text="at 90 deg [g mm]", col=1)
+    for x, y in zip(figure.select_xaxes(), figure.select_yaxes(), strict=True):  # a degree is a degree in every panel
+        y.update(scaleanchor=x.plotly_name.replace("axis", ""))
     return style(figure, 460 * len(tests))
 
 

@@ -60,7 +60,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
     yield html.figure_section(
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
-        "effect. The black tick is the scatter of repeats, below which nothing can be seen.",
+        "effect. The tick is the scatter of repeats, below which nothing can be seen.",
         plots.gap_bars(d),
     )
     yield _gap_table(d)
@@ -68,11 +68,12 @@ def _sections(d: Diagnosis) -> Iterator[str]:
     if d.localisation:
         yield html.figure_section(
             "Where it disagrees",
-            "Groups of lines whose residual, after re-calibration, is beyond the floor; the darker, the farther. 1X is "
+            "Groups of lines whose residual, after re-calibration, is beyond the floor. 1X is "
             "the speed of the shaft, 'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' "
             "what does not repeat from period to period.",
             plots.flag_map(d),
-        ) + _largest(d)
+            _largest(d),
+        )
         yield from _spectra(d)
     if d.unknown:
         yield _unknown(d)
@@ -80,8 +81,9 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         text = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
         yield f"<section><h2>Limits of these records</h2>{text}</section>"
     yield _tried(d)
-    rows = [(k, f"{v:.4g}", f"{s:.2g}") for k, (v, s) in d.calibration.items()]
-    yield _table("Re-calibration", (("fit parameter", "change", "sd"),), rows)
+    text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
+    heads = (("fit parameter", "change", "standard deviation"),)
+    yield _table("Re-calibration", heads, d.changes(), f"<p>{text}</p>" if d.calibration else "")
     if d.effects:
         yield (
             "<details><summary>Machine file: what was added</summary><pre>"
@@ -114,7 +116,7 @@ def _bode(d: Diagnosis) -> Iterator[str]:
     for name, parts in tables.items():
         for number, order in enumerate(parts[0]["orders"]):
             yield html.figure_section(
-                f"{name}: {order}X over the speed",
+                f"{name[:1].upper()}{name[1:]}: {order}X over the speed",
                 "Points: measured, all roles. Grey: the file as given; orange: re-calibrated; blue: with the effect.",
                 plots.bode(parts, number, bool(d.effects)),
             )

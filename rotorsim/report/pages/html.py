@@ -14,6 +14,8 @@ import plotly.graph_objects as go
 import plotly.io as pio
 from plotly.offline import get_plotlyjs
 
+from rotorsim.report.export.display_units import micrometres
+
 POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
 """Content policy by which the browser fetches nothing at all."""
 FAR = 20_000
@@ -43,7 +45,7 @@ def document(title: str, heading: str, introduction: str, body: str) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         f"<title>{escape(title)}</title><style>{style}</style><script>{get_plotlyjs()}</script>"
         f"<script>{PRINTING}</script></head><body>"
-        f"<header><h1>{escape(heading)}</h1><p>{escape(introduction)}</p></header>{body}</body></html>\n"
+        f"<header><h1>{escape(heading)}</h1><p>{escape(introduction)}</p></header>{micrometres(body)}</body></html>\n"
     )
 
 
@@ -52,9 +54,9 @@ def section(title: str, inner: str) -> str:
     return f"<section><h2>{escape(title)}</h2>{inner}</section>"
 
 
-def figure_section(title: str, caption: str, figure: go.Figure) -> str:
-    """A section with a caption and an interactive figure."""
-    return section(title, f"<p>{escape(caption)}</p>{drawn(figure)}")
+def figure_section(title: str, caption: str, figure: go.Figure, after: str = "") -> str:
+    """A section with a caption, an interactive figure and further HTML."""
+    return section(title, f"<p>{escape(caption)}</p>{drawn(figure)}{after}")
 
 
 def drawn(figure: go.Figure) -> str:

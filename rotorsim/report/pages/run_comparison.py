@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.report.figures.bode_waterfall_plots import FAINTEST, phase_lag
+from rotorsim.report.figures.phase import FAINTEST, phase_axes, phase_lag
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.signals.run_comparison import RunComparison
@@ -36,8 +36,8 @@ def overlay(found: RunComparison) -> go.Figure:
     """
     axes = found.axes
     titles = [f"{found.order}X, {axis}" for axis in axes]
-    figure = make_subplots(2, len(axes), shared_xaxes=True, vertical_spacing=0.06, horizontal_spacing=0.08,
-                           row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
+    figure = make_subplots(2, len(axes), shared_xaxes=True, shared_yaxes=True, vertical_spacing=0.06,
+                           horizontal_spacing=0.08, row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
     for number, (name, tracked) in enumerate(found.tracked.items()):
         look = {"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)]}
         for column, axis in enumerate(axes, 1):
@@ -56,8 +56,7 @@ def overlay(found: RunComparison) -> go.Figure:
             figure.add_trace(go.Scatter(y=compact(phase_lag(a, least)), showlegend=False, **common), 2, column)
     figure.update_xaxes(title_text="speed [rpm]", row=2)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
-    figure.update_yaxes(title_text="phase lag [deg]", row=2, col=1)
-    figure.update_yaxes(dtick=90, autorange="reversed", row=2)
+    phase_axes(figure, 2)
     return style(figure, 560)
 
 

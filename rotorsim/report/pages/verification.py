@@ -49,7 +49,7 @@ def page(result: Verification) -> str:
             f"Spectra of y over speed; one colour scale for both, which ends at {LOUD:g} um."
         )
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
-    about = [(str(key), str(value)) for key, value in result.law.about.items()]
+    about = [row for key, value in result.law.about.items() for row in _about(str(key), value)]
     blocks.append(
         Block(
             "The law",
@@ -59,6 +59,13 @@ def page(result: Verification) -> str:
         )
     )
     return study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
+
+
+def _about(key: str, value: object) -> list[tuple[str, str]]:
+    """Rows of an entry of what a law states about itself; of a table, such as a specification, one for each of its."""
+    if isinstance(value, dict):
+        return [(f"{key}: {name}", f"{v:.6g}" if isinstance(v, float) else str(v)) for name, v in value.items()]
+    return [(key, str(value))]
 
 
 def energies_figure(result: Verification) -> go.Figure:
