@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from rotorsim.analysis.axes import Field, read_axis, read_field
 from rotorsim.analysis.calibrate import Calibration, calibrate, judge
 from rotorsim.analysis.calibrated import calibration_numbers, save_calibrated
+from rotorsim.analysis.campbell import campbell, critical_speed_map
 from rotorsim.analysis.citations import cite
 from rotorsim.analysis.critical import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
@@ -30,7 +31,9 @@ __all__ = [
     "SweepResult",
     "calibrate",
     "calibration_numbers",
+    "campbell",
     "cite",
+    "critical_speed_map",
     "critical_speeds",
     "judge",
     "lift_off",

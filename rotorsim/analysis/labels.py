@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "done": ((), "1", "whether the point was computed"),
     "lifted": ((), "1", "whether the film carries the rotor"),
-    "eccentricity_ratio": ((), "1", "eccentricity ratio"),
+    "eccentricity_ratio": ((), "1", "eccentricity ratio, the largest of all films"),
     "h_min": ((), "m", "smallest film thickness"),
     "journal": (("axis",), "m", "journal position"),
     "disc": (("axis",), "m", "disc position"),
@@ -62,6 +62,8 @@ def label(
     variables = {}
     for key in (k for k in VARIABLES if k in tables):
         dims, unit, text = VARIABLES[key]
+        if tables[key].ndim > len(over) + len(dims):
+            dims = tuple(d for dim in dims for d in (("film", dim) if dim == "axis" else (dim,)))
         variables[key] = ((*over, *dims), tables[key], {"units": unit, "long_name": text})
     modes = tables["wn"].shape[-1] if "wn" in tables else 0
     extra = {"mode": ("mode", np.arange(1, modes + 1), {"long_name": "mode, by frequency"})} if modes else {}

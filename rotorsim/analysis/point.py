@@ -20,7 +20,10 @@ AT = ("static", "mode 1", "mode 2")
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Equilibrium, linear model, and K, C (n, 2, 2) [N/m, N s/m] of the film at the whirl frequencies `at` [rad/s]."""
+    """Equilibrium, linear model, and K, C (n, 2, 2) [N/m, N s/m] of the film at the whirl frequencies `at` [rad/s].
+
+    Of several films (n, 2 films, 2 films), one after the other.
+    """
 
     equilibrium: Equilibrium
     model: LinearPlant
@@ -57,13 +60,15 @@ def numbers(plant: Plant, speed: float, pressure: float, frequencies: Sequence[f
     except NoLiftOffError:
         return {"lifted": np.array(0.0)}
     rest, model = point.equilibrium, point.model
+    several = len(rest.journals) > 1
+    ratio = rest.eccentricity_ratios.max() if several else rest.eccentricity_ratio
     return {
         "lifted": np.array(1.0),
-        "eccentricity_ratio": np.array(rest.eccentricity_ratio),
+        "eccentricity_ratio": np.array(ratio),
         "h_min": np.array(rest.h_min),
-        "journal": rest.journal,
+        "journal": rest.journals if several else rest.journal,
         "disc": rest.disc,
-        "film_force": rest.force,
+        "film_force": rest.forces if several else rest.force,
         "mass_flow": rest.mass_flow,
         "wn": padded(model.wn),
         "zeta": padded(model.zeta),
@@ -72,9 +77,14 @@ def numbers(plant: Plant, speed: float, pressure: float, frequencies: Sequence[f
         "static_gain": model.static_gain,
         "delay": model.delay,
         "film_frequency": point.at,
-        "film_stiffness": point.K,
-        "film_damping": point.C,
+        "film_stiffness": by_film(point.K) if several else point.K,
+        "film_damping": by_film(point.C) if several else point.C,
     }
+
+
+def by_film(values: np.ndarray) -> np.ndarray:
+    """Coefficients (n, films, 2, 2) of each film out of those of all (n, 2 films, 2 films); films do not couple."""
+    return np.stack([values[:, k : k + 2, k : k + 2] for k in range(0, values.shape[1], 2)], axis=1)
 
 
 def padded(values: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ import numpy as np
 from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.threads import one_thread
 from rotorsim.effects.rotor.unbalance import Unbalance
 from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.schema import Machine
@@ -115,7 +116,8 @@ def whirl(
     force = np.zeros(m, complex)
     for one in unbalances:
         force += one.me * speed**2 * np.exp(1j * one.phase) * (rows(plane(plant, one)).T @ np.array([1, -1j]))
-    q = np.linalg.solve(model.dynamic_stiffness(1j * speed), force)
+    with one_thread():
+        q = np.linalg.solve(model.dynamic_stiffness(1j * speed), force)
     return np.array([rows(z) @ q for z in places])
 
 

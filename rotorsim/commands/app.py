@@ -20,6 +20,8 @@ class Commands(LazyGroup):
         "runup": "runup.runup",
         "map": "map.map.map_command",
         "sweep": "sweep.sweep",
+        "response": "response.response",
+        "campbell": "response.campbell",
         "modes": "modes.modes",
         "live": "live.live",
         "bench": "bench.bench",

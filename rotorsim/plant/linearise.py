@@ -29,6 +29,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.rounding import first_of_largest
+from rotorsim.base.threads import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
 from rotorsim.plant.film_response import FilmResponse
@@ -147,7 +148,8 @@ class LinearPlant(Shown):
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
-        values, vectors = self._near_eigenvalues()
+        with one_thread():
+            values, vectors = self._near_eigenvalues()
         keep = values.imag > 0.44 * np.abs(values)
         order = np.argsort(np.abs(values[keep]))
         return values[keep][order], vectors[:, keep][:, order]
@@ -247,6 +249,11 @@ class LinearPlant(Shown):
 
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
+    with one_thread():
+        return _linearised(a, w, speed)
+
+
+def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     rotor, Bd = _rotor(a, w, speed)
     m, near = len(rotor.stiffness), a.mesh.reduced.frequencies.min()
     film = linear_films(a, w, speed) if a.films else None

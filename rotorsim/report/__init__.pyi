@@ -20,6 +20,7 @@ from .figures.figures import (
     waterfall as waterfall,
 )
 from .figures.image import save_png as save_png
+from .figures.response_plots import response_figure as response_figure
 from .figures.shaft_plots import (
     critical_speed_map as critical_speed_map,
     sag as sag,
@@ -31,6 +32,7 @@ from .pages.balance import write_balance as write_balance
 from .pages.design import write_design as write_design
 from .pages.experiment import write_report as write_report
 from .pages.operating_map import save_map_page as save_map_page
+from .pages.response import write_campbell as write_campbell, write_response as write_response
 from .pages.run_comparison import overlay as overlay, write_run_comparison as write_run_comparison
 from .pages.study import Block as Block, save_study_page as save_study_page
 from .pages.sweep import write_sweep as write_sweep

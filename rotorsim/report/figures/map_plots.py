@@ -171,10 +171,20 @@ def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
 
 
 def film_figure(found: xr.Dataset) -> go.Figure:
-    """Film stiffness and damping over pressure at the middle speed of the map, at each whirl frequency."""
+    """Film stiffness and damping over pressure at the middle speed, at each whirl frequency; a row for each film."""
     one = found.isel(speed=found.sizes["speed"] // 2)
-    figure = make_subplots(1, 2, horizontal_spacing=0.09,
-                           subplot_titles=["stiffness K [MN/m]", "damping C [kN s/m]"])  # fmt: skip
+    films = [one] if "film" not in one.dims else [one.isel(film=k) for k in range(one.sizes["film"])]
+    names = [""] if len(films) == 1 else [f", film {k}" for k in range(len(films))]
+    titles = [text + name for name in names for text in ("stiffness K [MN/m]", "damping C [kN s/m]")]
+    figure = make_subplots(len(films), 2, horizontal_spacing=0.09, vertical_spacing=0.25 / len(films),
+                           subplot_titles=titles)  # fmt: skip
+    for row, film in enumerate(films, 1):
+        _add_coefficients(figure, film, row)
+        figure.update_xaxes(title_text="pressure [MPa]", row=row)
+    return style(figure, 520 + 420 * (len(films) - 1))
+
+
+def _add_coefficients(figure: go.Figure, one: xr.Dataset, row: int) -> None:
     x = one["pressure"].values * TO_MPA
     for a in range(one.sizes["at"]):
         for column, (name, scale) in enumerate((("film_stiffness", 1e-6), ("film_damping", 1e-3)), 1):
@@ -183,10 +193,8 @@ def film_figure(found: xr.Dataset) -> go.Figure:
                 figure.add_trace(
                     go.Scatter(x=compact(x), y=compact(values), mode="lines+markers",
                                name=f"{'xy'[i]}{'xy'[j]}, {one['at'].values[a]}", legendgroup=f"{a}{k}",
-                               showlegend=column == 1, marker={"size": 5},
-                               line={"color": PIN_COLOURS[k], "dash": DASHES[a % 4]}), 1, column)  # fmt: skip
-                figure.update_xaxes(title_text="pressure [MPa]", row=1, col=column)
-    return style(figure, 520)
+                               showlegend=column == row == 1, marker={"size": 5},
+                               line={"color": PIN_COLOURS[k], "dash": DASHES[a % 4]}), row, column)  # fmt: skip
 
 
 def has_onset(found: xr.Dataset) -> bool:

@@ -1,0 +1,215 @@
+"""`rotorsim response` and `rotorsim campbell`: linear analyses of a machine file over speed."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+
+from rotorsim.analysis.axes import read_axis
+from rotorsim.analysis.campbell import campbell as find_modes, critical_speed_map
+from rotorsim.analysis.unbalance_response import unbalance_response
+from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
+from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_text
+from rotorsim.base.netcdf import write_netcdf
+from rotorsim.commands.lazy_group import example
+from rotorsim.commands.options import (
+    AsJson,
+    GivenMachine,
+    GridOptions,
+    WithReport,
+    a_folder,
+    note_compiling,
+    print_table,
+    quantity,
+)
+from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.results import results
+from rotorsim.effects.rotor.unbalance import Unbalance
+from rotorsim.machine import Machine
+from rotorsim.machine.rim_speed import ask_rim_speed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Speeds = Annotated[str, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.")]
+Pressure = Annotated[str, typer.Option(help="Gauge supply pressure, for machines with a gas film.")]
+Out = Annotated[
+    Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder of the command's name.")
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")]
+MOST = 100
+"""Modes of a Campbell diagram."""
+
+
+@example(
+    "rotorsim response dtu_gas_bearing --pressure '0.5 MPa' --speeds '500 rpm:12000 rpm:80' --unbalance '10 g*mm'",
+    "rs.analysis.unbalance_response(plant, speeds, 0.5e6)",
+)
+def response(
+    machine: GivenMachine,
+    speeds: Speeds = "500 rpm:9000 rpm:80",
+    pressure: Pressure = "0.5 MPa",
+    unbalance: Annotated[
+        str | None, typer.Option(help="Mass times eccentricity, e.g. '10 g*mm'; default that of the machine.")
+    ] = None,
+    disc: Annotated[int | None, typer.Option(help="Disc that carries it, counted from 0; default the first.")] = None,
+    *,
+    settings: GridOptions,
+    out: Out = None,
+    force: Force = False,
+    report: WithReport = True,
+    page: PageOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Unbalance response over speed: amplitude and phase at measuring plane, discs, bearings and probes."""
+    page.check(report)
+    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
+    plant = settings.plant(machine)
+    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
+    given = _unbalance(plant.machine, unbalance, disc)
+    names = ("response.nc", "response.csv", *(["report.html"] if report else []))
+    with results(out, "response", names, force) as folder:
+        note_compiling(plant.assembly, "settle")
+        found = unbalance_response(plant, grid, supply, given)
+        files = _write(found, folder, "response", _response_rows(found))
+        if report:
+            from rotorsim.report.pages.response import write_response
+
+            files["report"] = str(write_response(found, folder / "report.html"))
+            files |= page.finish(files["report"])
+    sizes = found["major"].values
+    if as_json:
+        peaks = {p: _peak(found, k) for k, p in enumerate(map(str, found["place"].values))}
+        typer.echo(json.dumps({"unbalance": found.attrs["unbalance"], "peaks": peaks, "files": files}, indent=2))
+    else:
+        rows = [(f"peak at {p}", _text(_peak(found, k))) for k, p in enumerate(map(str, found["place"].values))]
+        print_table([("unbalance", found.attrs["unbalance"]), *rows], files)
+    if not np.isfinite(sizes).any():
+        print("response: the film carries the rotor at no speed; raise the pressure", file=sys.stderr)
+        raise typer.Exit(2)
+
+
+@example(
+    "rotorsim campbell plain_rotor --speeds '0 rpm:12000 rpm:40' --modes 6 --critical-map",
+    "rs.analysis.campbell(plant, speeds, modes=6)",
+)
+def campbell(
+    machine: GivenMachine,
+    speeds: Speeds = "0 rpm:12000 rpm:40",
+    pressure: Pressure = "0.5 MPa",
+    modes: Annotated[int, typer.Option(help="Modes, the lowest from 0 Hz.", min=1, max=MOST)] = 8,
+    critical_map: Annotated[
+        bool, typer.Option("--critical-map", help="Undamped critical speeds over the bearings' stiffness too.")
+    ] = False,
+    stiffness: Annotated[str, typer.Option(help="Range of that stiffness, FROM:TO.")] = "0.1 MN/m:1000 MN/m",
+    *,
+    settings: GridOptions,
+    out: Out = None,
+    force: Force = False,
+    report: WithReport = True,
+    page: PageOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Campbell diagram of the lowest modes from 0 Hz, with critical speeds of the orders 1, 2, 3."""
+    page.check(report)
+    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
+    ends = read_axis("stiffness", f"{stiffness}:2", "N/m") if critical_map else None
+    plant = settings.plant(machine)
+    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
+    names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
+    with results(out, "campbell", names, force) as folder:
+        note_compiling(plant.assembly, "settle")
+        found = find_modes(plant, grid, supply, modes)
+        lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))
+        kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
+        files = _write(kept, folder, "campbell", _mode_rows(found))
+        if report:
+            from rotorsim.report.pages.response import write_campbell
+
+            files["report"] = str(write_campbell(found, folder / "report.html", lines))
+            files |= page.finish(files["report"])
+    critical = found["critical_speed"].values[0] * TO_RPM
+    if as_json:
+        typer.echo(
+            json.dumps({"critical_rpm": [None if np.isnan(v) else v for v in critical], "files": files}, indent=2)
+        )
+        return
+    known = [(f"mode {k + 1}", "none" if np.isnan(v) else f"{v:.0f} rpm") for k, v in enumerate(critical)]
+    print_table([("1X critical speed", "interpolated"), *known], files)
+
+
+def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unbalance, ...] | None:
+    if me is None:
+        if disc is not None:
+            raise DataError("--disc: places the unbalance of --unbalance; give both, e.g. --unbalance '10 g*mm'")
+        return None
+    size = quantity("unbalance", me, "kg*m")
+    if not 0 < size <= 1e-2:
+        raise DataError(f"--unbalance: '{me}' is not above 0 and at most 10 kg*mm; write e.g. '10 g*mm'")
+    if disc is None:
+        return (Unbalance(me=size),)
+    if not 0 <= disc < len(machine.discs):
+        known = f"0 to {len(machine.discs) - 1}" if machine.discs else "none"
+        raise DataError(f"--disc: there is no disc {disc} in {machine.name}; its discs are {known}")
+    return (Unbalance(me=size, position=machine.discs[disc].position),)
+
+
+def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, ...]]) -> dict[str, str]:
+    """Write NetCDF and CSV; paths by kind."""
+    write_netcdf(folder / f"{name}.nc", found)
+    text = io.StringIO()
+    csv.writer(text).writerows(rows)
+    write_text(folder / f"{name}.csv", text.getvalue())
+    return {name: str(folder / f"{name}.nc"), "table": str(folder / f"{name}.csv")}
+
+
+def _response_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
+    """Amplitude and phase of x and y at every place, by speed."""
+    response = found["response_re"].values + 1j * found["response_im"].values
+    at = [(str(p), k, axis, j) for k, p in enumerate(found["place"].values) for j, axis in enumerate("xy")]
+    head = ["speed [rpm]"]
+    for place, _, axis, _ in at:
+        head += [f"{place} {axis} [um 0-pk]", f"{place} {axis} phase lag [deg]"]
+    rows: list[tuple[object, ...]] = [tuple(head)]
+    for speed, row in zip(found["speed"].values * TO_RPM, response, strict=True):
+        values = [v for _, k, _, j in at for v in (abs(row[k, j]) * TO_UM, -np.degrees(np.angle(row[k, j])))]
+        rows.append((speed, *("" if np.isnan(v) else v for v in values)))
+    return rows
+
+
+def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
+    """Frequency, damping ratio and sense of every mode, by speed."""
+    branches = range(found.sizes["branch"])
+    head = ["speed [rpm]"]
+    for k in branches:
+        head += [f"mode {k + 1} [Hz]", f"mode {k + 1} damping ratio [1]", f"mode {k + 1} whirl"]
+    rows: list[tuple[object, ...]] = [tuple(head)]
+    for k, speed in enumerate(found["speed"].values * TO_RPM):
+        one = found.isel(speed=k)
+        values = [
+            v
+            for b in branches
+            for v in (float(one["wn"][b]) * TO_HZ, float(one["zeta"][b]), str(one["whirl"].values[b]))
+        ]
+        rows.append((speed, *("" if v != v else v for v in values)))
+    return rows
+
+
+def _peak(found: xr.Dataset, place: int) -> dict[str, float] | None:
+    sizes = found["major"].values[:, place]
+    if not np.isfinite(sizes).any():
+        return None
+    k = int(np.nanargmax(sizes))
+    return {"um": float(sizes[k]) * TO_UM, "rpm": float(found["speed"][k]) * TO_RPM}
+
+
+def _text(peak: dict[str, float] | None) -> str:
+    return "none" if peak is None else f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm"

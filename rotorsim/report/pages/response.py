@@ -1,0 +1,105 @@
+"""Pages of linear analyses over speed: unbalance response, Campbell diagram with critical speeds."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.figures.response_plots import distinct, response_figure
+from rotorsim.report.figures.shaft_plots import critical_speed_map, shaft_campbell
+from rotorsim.report.pages.study import Block, save_study_page
+
+ROWS = 60
+"""Rows of a table, at most."""
+
+
+def write_response(found: xr.Dataset, path: str | Path) -> Path:
+    """Write the page of an unbalance response; raises WriteError where it cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.unbalance_response(plant, [200.0, 300.0, 400.0], 0.5e6)
+    >>> page = rs.report.write_response(found, "response.html")
+    """
+    about = f"Unbalance: {found.attrs['unbalance']}. {at(found)} Linear about the equilibrium of each speed."
+    places = distinct(found)
+    head = ("speed [rpm]", *(f"{place} [µm 0-pk]" for place in places), "least damping ratio")
+    step = -(-found.sizes["speed"] // ROWS)
+    rows = [
+        (f"{float(one['speed']) * TO_RPM:.0f}", *(float(one["major"].sel(place=p)) * TO_UM for p in places),
+         float(one["zeta_least"]))
+        for one in (found.isel(speed=k) for k in range(0, found.sizes["speed"], step))
+    ]  # fmt: skip
+    text = "Amplitudes are 0-pk; the phase of x lags the unbalance."
+    blocks = [
+        Block("Response over speed", text, figure=response_figure(found)),
+        Block("Peaks", "", ("place", "speed [rpm]", "size [µm 0-pk]"), peaks(found)),
+        Block("Speed by speed", "" if step == 1 else "Every speed is in the files.", head, rows),
+    ]  # fmt: skip
+    save_study_page(f"{name(found)}: unbalance response", about, blocks, Path(path))
+    return Path(path)
+
+
+def write_campbell(found: xr.Dataset, path: str | Path, stiffness: xr.Dataset | None = None) -> Path:
+    """Write the page of a Campbell diagram, with a critical speed map over the bearings' stiffness where it is given.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.campbell(rs.Plant("plain_rotor"), [0.0, 100.0, 200.0], modes=4)
+    >>> page = rs.report.write_campbell(found, "campbell.html")
+    """
+    text = "Triangles up whirl forward at the measuring plane, down backward."
+    orders = ("mode", "1X [rpm]", "2X [rpm]", "3X [rpm]")
+    ends = ("mode", "speed [rpm]", "frequency [Hz]", "damping ratio", "whirl")
+    blocks = [
+        Block("Campbell diagram", text, figure=shaft_campbell(found)),
+        Block("Critical speeds", "Interpolated between the speeds.", orders, criticals(found)),
+        Block("Modes at the ends", "", ends, _ends(found)),
+    ]
+    if stiffness is not None:
+        text = "Undamped, of the rotor on bearings of one stiffness each; films are springs here."
+        blocks.append(Block("Critical speeds over the bearings' stiffness", text, figure=critical_speed_map(stiffness)))
+    save_study_page(f"{name(found)}: Campbell diagram", f"{at(found)} The lowest modes from 0 Hz.", blocks, Path(path))
+    return Path(path)
+
+
+def peaks(found: xr.Dataset) -> list[tuple[str, str, float]]:
+    """Largest response of each place: place, speed [rpm], size [um 0-pk]."""
+    rows = []
+    for place in distinct(found):
+        sizes = found["major"].sel(place=place).values
+        if np.isfinite(sizes).any():
+            k = int(np.nanargmax(sizes))
+            rows.append((place, f"{float(found['speed'][k]) * TO_RPM:.0f}", float(sizes[k]) * TO_UM))
+    return rows
+
+
+def criticals(found: xr.Dataset) -> list[tuple[str, ...]]:
+    """Critical speeds [rpm] of each mode at the orders 1, 2, 3 as text."""
+    values = found["critical_speed"].values * TO_RPM
+    return [(str(k + 1), *("-" if np.isnan(v) else f"{v:.0f}" for v in values[:, k])) for k in range(values.shape[1])]
+
+
+def _ends(found: xr.Dataset) -> list[tuple[object, ...]]:
+    return [
+        (str(int(one["branch"])), f"{float(one['speed']) * TO_RPM:.0f}", float(one["wn"]) * TO_HZ, float(one["zeta"]),
+         str(one["whirl"].values))
+        for one in (found.isel(branch=k, speed=end) for k in range(found.sizes["branch"]) for end in (0, -1))
+    ]  # fmt: skip
+
+
+def name(found: xr.Dataset) -> str:
+    """Name of the machine of a result."""
+    return str(tomllib.loads(str(found.attrs["machine"])).get("name", "Unnamed machine"))
+
+
+def at(found: xr.Dataset) -> str:
+    """Sentence about the supply pressure; empty for a machine without a film."""
+    films = "gas_film" in str(found.attrs["machine"])
+    return f"Supply pressure {found.attrs['pressure'] * TO_MPA:.4g} MPa gauge." if films else ""
