@@ -100,9 +100,12 @@ def lowest_modes(plant: Plant, model: LinearPlant, count: int) -> tuple[np.ndarr
     found: list[tuple[complex, float]] = []
     for shift in near[:1] if model.film is None else near:
         one = replace(model, near=float(shift))
+        known = [s for s, _ in found]  # of the shifts before: a double eigenvalue is found twice from one
         for s, sense in zip(one.eigenvalues, one.whirl_ratio, strict=True):
-            new = all(abs(s - known) > SAME * abs(s) for known, _ in found)
-            if new and -s.real < DAMPED * abs(s):
+            same = next((k for k, other in enumerate(known) if abs(s - other) <= SAME * abs(s)), None)
+            if same is not None:
+                known.pop(same)
+            elif -s.real < DAMPED * abs(s):
                 found.append((complex(s), float(sense)))
     found = sorted(found, key=lambda entry: abs(entry[0]))[:count]
     return np.array([s for s, _ in found], complex), np.array([sense for _, sense in found])

@@ -67,6 +67,14 @@ COMMANDS = (
          "sweep/campaign/plan.toml", "sweep/campaign/index.sqlite", "sweep/campaign/campaign.log"),
         resumes=True,
     ),
+    Command(
+        ("response",), (ROTOR, "--speeds", "100 rpm:300 rpm:3", "--unbalance", "10 g*mm", "--out", f"{OUT}/response"),
+        ("response/response.nc", "response/response.csv", "response/report.html"),
+    ),
+    Command(
+        ("campbell",), (ROTOR, "--speeds", "0 rpm:300 rpm:3", "--modes", "4", "--out", f"{OUT}/campbell"),
+        ("campbell/campbell.nc", "campbell/campbell.csv", "campbell/report.html"),
+    ),
     Command(("modes",), (ROTOR, "--no-pictures", "--out", f"{OUT}/modes"), ("modes/modes.nc",)),
     Command(
         ("campaign", "run"), ("{inputs}/plan.toml", "--workers", "1", "--out", f"{OUT}/store"),
