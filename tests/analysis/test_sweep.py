@@ -74,7 +74,7 @@ def test_percent_is_of_the_machines_own_value_and_a_star_stands_for_every_entry(
         (["bearings.1.clearance=20 um:30 um:10000000"], "flow", "is not FROM:TO:COUNT"),
         (["bearings.1.clearance=20 um:30 um:1000", "speed=0 rpm:9 rpm:1000"], "flow", "above the limit of 100000"),
         (["bearings.1.clearence=20 um:30 um:3"], "flow", "did you mean 'clearance'"),
-        (["presure=0.3 MPa:0.5 MPa:3"], "flow", "did you mean 'pressure'"),
+        (["pressur=0.3 MPa:0.5 MPa:3"], "flow", "did you mean 'pressure'"),
         (["bearings.1.clearance=20:30:3"], "flow", "bearings.1.clearance"),
         (["bearings.1.clearance=30 um:20 um:3"], "flow", "is not above the one before it"),
         (["bearings.1.clearance=-5 um:20 um:3"], "flow", "must be above 0"),
