@@ -1,4 +1,8 @@
-"""Pages of the site that follow from the sources: API reference, examples, gallery, bibliography, release notes."""
+"""Pages of the site that follow from the sources: API reference, examples, gallery, bibliography.
+
+The repository holds them too, but for those of single modules, so that links work where the docs are read as files.
+After a change of an example's text or of the references, write them again: `python docs/site_pages.py`.
+"""
 
 from __future__ import annotations
 
@@ -41,24 +45,22 @@ STALE = "*.md"
 
 
 def write_pages() -> None:
-    """Write every generated page; nothing is touched whose text stays."""
-    _write("api", {f"{module}.md": _api(module, about) for module, about in API.items()})
-    examples = sorted((DOCS / "examples").glob("*.py"))
-    _write("examples", {f"{path.stem}.md": example_page(path) for path in examples})
-    _put(DOCS / "gallery.md", gallery(examples))
-    _put(DOCS / "api.md", _api_index())
-    _put(DOCS / "bibliography.md", bibliography())
-    _put(DOCS / "changes.md", (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8"))
-
-
-def _write(folder: str, pages: dict[str, str]) -> None:
-    """Bring a folder's pages to these, and remove others."""
-    (DOCS / folder).mkdir(exist_ok=True)
-    for old in (DOCS / folder).glob(STALE):
-        if old.name not in pages:
-            old.unlink()
+    """Write every generated page, and remove those of folders that are no more; nothing is touched whose text stays."""
+    pages = stored_pages() | {f"api/{module}.md": _api(module, about) for module, about in API.items()}
+    for folder in ("api", "examples"):
+        (DOCS / folder).mkdir(exist_ok=True)
+        for old in (DOCS / folder).glob(STALE):
+            if f"{folder}/{old.name}" not in pages:
+                old.unlink()
     for name, text in pages.items():
-        _put(DOCS / folder / name, text)
+        _put(DOCS / name, text)
+
+
+def stored_pages() -> dict[str, str]:
+    """Text of every generated page that the repository holds, by its path in docs/."""
+    examples = sorted((DOCS / "examples").glob("*.py"))
+    pages = {f"examples/{path.stem}.md": example_page(path) for path in examples}
+    return pages | {"gallery.md": gallery(examples), "api.md": _api_index(), "bibliography.md": bibliography()}
 
 
 def _put(path: Path, text: str) -> None:
@@ -106,12 +108,13 @@ def _sentences(module: ModuleType) -> dict[str, str]:
 
 def _api_index() -> str:
     """List of the modules' pages."""
-    rows = "\n".join(f"| [`{module}`](api/{module}.md) | {about} |" for module, about in API.items())
+    rows = "\n".join(f"| `{module}` | {about} |" for module, about in API.items())
     names = "\n".join(f"api/{module}" for module in API)
     return (
         "# API reference\n\nFrom the docstrings: shapes and units of every array, the errors raised. Inside Python all "
-        "numbers are SI (rad/s, Pa, m);\npressures of calls are gauge supply pressures.\n\n"
-        f"| module | for |\n|---|---|\n{rows}\n\n```{{toctree}}\n:hidden:\n\n{names}\n```\n"
+        "numbers are SI (rad/s, Pa, m);\npressures of calls are gauge supply pressures. A page of each module is made "
+        "with the site (`.ci/docs`); `help(rs.control)` shows the same.\n\n"
+        f"| module | for |\n|---|---|\n{rows}\n\n```{{toctree}}\n:maxdepth: 1\n\n{names}\n```\n"
     )
 
 
@@ -128,8 +131,8 @@ def example_page(path: Path) -> str:
     name = path.name
     return (
         f"# {title}\n\n{text}\n\n![{title}]({path.stem}.png)\n\n"
-        f"```{{literalinclude}} {name}\n:language: python\n```\n\n"
-        f"Run it: {{download}}`{name} <{name}>`, then `python {name}`, which draws the picture.\n"
+        f"Run it: [`{name}`]({name}), then `python {name}`, which draws the picture.\n\n"
+        f"```{{literalinclude}} {name}\n:language: python\n```\n"
     )
 
 
@@ -138,9 +141,8 @@ def gallery(examples: list[Path]) -> str:
     head = f"# Gallery\n\n{len(examples)} scripts of at most 60 lines and their pictures. The test suite runs them all."
     cells = [_card(path) for path in examples]
     rows = [f"| {' | '.join([*cells[k : k + 2], ''][:2])} |" for k in range(0, len(cells), 2)]
-    names = "\n".join(f"examples/{path.stem}" for path in examples)
     table = "\n".join(["| | |", "|---|---|", *rows])
-    return f"{head}\n\n{table}\n\n```{{toctree}}\n:hidden:\n\n{names}\n```\n"
+    return f"{head}\n\n{table}\n\n```{{toctree}}\n:hidden:\n:glob:\n\nexamples/*\n```\n"
 
 
 def _card(path: Path) -> str:
@@ -153,9 +155,9 @@ def bibliography() -> str:
     head = (
         "# Bibliography\n\nThe sources of the equations, under the keys that the modules cite them by. "
         "`rotorsim cite MACHINE` prints those of a\nmachine. "
-        "BibTeX: {download}`references.bib <../rotorsim/base/references/references.bib>`."
+        "BibTeX: [references.bib](../rotorsim/base/references/references.bib)."
     )
-    lines = [f"({key})=\n**{key}**: {_linked(shown(entry))}" for key, entry in sorted(entries().items())]
+    lines = [f'<a id="{key}"></a>**{key}**: {_linked(shown(entry))}' for key, entry in sorted(entries().items())]
     return "\n\n".join([head, *lines]) + "\n"
 
 
@@ -163,3 +165,7 @@ def _linked(text: str) -> str:
     """Text in which a DOI is a link and no sign is taken for Markdown."""
     plain = re.sub(r"([*_<])", r"\\\1", text)
     return re.sub(r"doi:(\S+?)\.?$", r"[doi:\1](https://doi.org/\1)", plain)
+
+
+if __name__ == "__main__":
+    write_pages()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 GENERATED = {"api.md", "bibliography.md", "changes.md", "gallery.md"}
-"""Pages that `docs/site_pages.py` writes from the sources."""
+"""Pages that follow from the sources."""
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?<=\n\n)((?: {4}[^\n]*\n)+)(?=\n)")
 
