@@ -63,7 +63,7 @@ def compiler(target: Target, alone: bool) -> list[str]:
         return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig]
     if alone and target == host():
         raise DataError(f"fmu export: no compiler for {target.name} is here; install gcc, or {EXTRA}")
-    raise DataError(f"--targets: other platforms than this one need zig, which is not here; install it with {EXTRA}")
+    raise DataError(f"targets: other platforms than this one need zig, which is not here; install it with {EXTRA}")
 
 
 def fmi_headers() -> Path:

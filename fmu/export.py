@@ -23,7 +23,7 @@ def versions(words: str) -> tuple[int, ...]:
     wanted = [word.strip().removesuffix(".0") for word in words.split(",") if word.strip()]
     wrong = [word for word in wanted if word not in ("2", "3")]
     if wrong or not wanted:
-        raise DataError(f"--fmi: '{','.join(wrong) or words}' is not known; choose 2, 3 or 2,3")
+        raise DataError(f"fmi: '{','.join(wrong) or words}' is not known; choose 2, 3 or 2,3")
     return tuple(sorted({int(word) for word in wanted}))
 
 
@@ -49,7 +49,7 @@ def export(
     from.
     """
     if cpu not in ("portable", "native"):
-        raise DataError(f"--cpu: '{cpu}' is not known; choose portable or native")
+        raise DataError(f"cpu: '{cpu}' is not known; choose portable or native")
     paths = file_names(out, chosen)
     for path in paths.values():
         check_place(path)

@@ -27,7 +27,7 @@ SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
 
 def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
     """A plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
-    ask_rim_speed(plant.machine, speed, "--speed")
+    ask_rim_speed(plant.machine, speed)
     return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
 
 
@@ -37,16 +37,16 @@ def linear_unit(given: LpvModel | str | Path, speed: float | None = None, pressu
     try:
         model = given if isinstance(given, LpvModel) else load_model(path)
     except ModelError as error:
-        raise DataError(f"--model: {error}, or take 'plant'") from error
+        raise DataError(f"model: {error}, or take 'plant'") from error
     if not isinstance(model, LpvModel):
         raise DataError(
-            f"--model: {path}: is a model of one operating point; give an LPV model, which 'rotorsim identify' "
+            f"model: {path}: is a model of one operating point; give an LPV model, which 'rotorsim identify' "
             "writes of records at several points"
         )
     middle = model.basis.middle
     start = [float(m) if v is None else v for m, v in zip(middle, (speed, pressure), strict=True)]
     if start[1] < -VACUUM:
-        raise DataError(f"--pressure: {start[1] / MPA:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
+        raise DataError(f"pressure: {start[1] / MPA:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
     return LinearUnit(model, path.stem, *start)
 
 

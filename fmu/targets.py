@@ -45,7 +45,7 @@ def host() -> Target:
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
     name = f"{machine}-{platform.system().lower()}"
     if name not in TARGETS:
-        raise DataError(f"--targets: this computer is a {name}; choose from {', '.join(TARGETS)}")
+        raise DataError(f"targets: this computer is a {name}; choose from {', '.join(TARGETS)}")
     return TARGETS[name]
 
 
@@ -54,8 +54,8 @@ def choose(names: str) -> tuple[Target, ...]:
     wanted = [part.strip() for part in names.split(",") if part.strip()]
     for name in wanted:
         if name != "host" and name not in TARGETS:
-            raise DataError(f"--targets: '{name}' is not known; choose from host, {', '.join(TARGETS)}")
+            raise DataError(f"targets: '{name}' is not known; choose from host, {', '.join(TARGETS)}")
     if not wanted:
-        raise DataError(f"--targets: none given; choose from host, {', '.join(TARGETS)}")
+        raise DataError(f"targets: none given; choose from host, {', '.join(TARGETS)}")
     chosen = {host().name if name == "host" else name for name in wanted}
     return tuple(target for target in TARGETS.values() if target.name in chosen)

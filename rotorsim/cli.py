@@ -53,7 +53,7 @@ def command(arguments: list[str]) -> None:
     except (RotorsimError, OSError, Unusual) as error:
         if debug:
             raise
-        print(sentence(error), file=sys.stderr)
+        print(as_option(sentence(error), arguments), file=sys.stderr)
         sys.exit(2)
 
 
@@ -111,6 +111,12 @@ def _named_stdout() -> None:
 def _print_no_more() -> None:
     """Send standard output nowhere, so that the flush at the end of the interpreter stays silent."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def as_option(text: str, arguments: list[str]) -> str:
+    """A sentence that begins with the name of an argument of a Python call, with that of the option that was given."""
+    option = "--" + text.partition(":")[0].replace("_", "-")
+    return f"--{text}" if option in (word.partition("=")[0] for word in arguments) else text
 
 
 def sentence(error: RotorsimError | OSError | Unusual) -> str:

@@ -78,7 +78,7 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
 def _correction(conditions: Conditions, found: Influence, wanted: str) -> tuple[str, Correction | None]:
     """Condition to balance and its weights; empty and None if there is no condition without added unbalance."""
     if wanted and wanted not in conditions.labels:
-        raise DataError(f"--correct: no condition {quote(wanted)}; there are {listing(conditions.labels)}")
+        raise DataError(f"correct: no condition {quote(wanted)}; there are {listing(conditions.labels)}")
     bare = [c for c, u in zip(conditions.labels, conditions.unbalance, strict=True) if (u == 0).all()]
     label = wanted or (bare[0] if bare else "")
     if not label:

@@ -40,6 +40,7 @@ def balance(
     found = assess(model, read_conditions(records, mapping), correct)
     names = ["balance.json", "unbalance.csv", *(["report.html"] if report else [])]
     with results(out, "balance", names, force) as folder:
+        page.begin(folder / "report.html", force)
         write_json(folder / "balance.json", summary(found))
         write_text(folder / "unbalance.csv", unbalance_csv(found))
         files = {"results": str(folder / "balance.json"), "unbalance": str(folder / "unbalance.csv")}

@@ -46,6 +46,7 @@ def compare(
     peaks = found.peaks()
     summary = {"order": order, "peaks": peaks}
     with results(out, "compare", ["compare.json", *(["report.html"] if report else [])], force) as folder:
+        page.begin(folder / "report.html", force)
         write_json(folder / "compare.json", summary)
         files = {"peaks": str(folder / "compare.json")}
         if report:

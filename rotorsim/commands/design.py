@@ -62,6 +62,7 @@ def design(
     if target in html:
         raise DataError(f"--out: {target} would be the name of the report too; name a .json")
     with files(target, *html, force=force):
+        page.begin(target.with_suffix(".html"), force)
         loaded = load_model(model)
         law = make(name, loaded, spec or (), preset)
         if zero_dc:

@@ -99,6 +99,7 @@ def diagnose(
         results(out, "diagnosis", tuple(RESULTS.values()), force) as folder,
         _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished,
     ):
+        page.begin(folder / RESULTS["report"], force)
         diagnosis = find(
             machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().show,
             resume=unfinished,

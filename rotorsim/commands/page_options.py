@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
+from glob import escape
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +13,7 @@ import typer
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
+from rotorsim.commands.results import refuse_replacing
 from rotorsim.report.export.browser import open_page
 from rotorsim.report.export.display_units import check_units
 
@@ -34,6 +37,21 @@ class PageOptions:
 
             check_kind(self.figures)
 
+    def begin(self, page: Path, force: bool | None = False) -> None:
+        """In the locked folder: refuse figures that would replace files; with `force` remove those of the older page.
+
+        `force` is None for a command without that option. Raises DataError.
+        """
+        if self.figures is None:
+            return
+        from rotorsim.report.export.figure_files import figure_paths
+
+        refuse_replacing(sorted(page.parent.glob(f"{escape(page.stem)}_*.{self.figures}")), force)
+        if page.is_file():
+            with suppress(DataError):  # a page without figures
+                for path in figure_paths(page, self.figures):
+                    path.unlink(missing_ok=True)
+
     def finish(self, page: str | Path) -> dict[str, str]:
         """Convert the units of a complete page, write its figures and open it.
 
@@ -54,7 +72,7 @@ class PageOptions:
                 save_figures(page, self.figures)
                 files["figures"] = str(page.with_name(f"{page.stem}_*.{self.figures}"))
             except DataError as error:
-                print(error, file=sys.stderr)
+                print(f"--figures: {error}", file=sys.stderr)
         if self.open_page and not open_page(page):
             print(f"--open: there is no browser with a display here; the page is {page.resolve()}", file=sys.stderr)
         return files

@@ -148,15 +148,16 @@ def files(*paths: Path, force: bool | None = False, another: str = "--out") -> I
     """Files of one existing folder, locked until the block ends; see `results`. `another` names the argument."""
     for folder in {path.parent for path in paths}:
         tidy(folder)
-    _refuse_replacing(paths, force, another)
+    refuse_replacing(paths, force, another)
     with ExitStack() as stack:
         for path in sorted(paths):
             stack.enter_context(_held(path, another))
-        _refuse_replacing(paths, force, another)  # what the holder before has written
+        refuse_replacing(paths, force, another)  # what the holder before has written
         yield
 
 
-def _refuse_replacing(paths: Iterable[Path], force: bool | None, another: str) -> None:
+def refuse_replacing(paths: Iterable[Path], force: bool | None, another: str = "--out") -> None:
+    """Raise DataError for files that are there, unless they are to be replaced; see `results` and `files`."""
     there = [path for path in paths if lexists(path)]
     for path in there:
         if force is not None and path.is_dir():

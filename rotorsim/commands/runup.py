@@ -71,6 +71,7 @@ def runup(
     ask_speeds(plant.machine, experiment)
     names = (RECORD, REPORT) if report else (RECORD,)
     with results(out, "runup", names, force) as folder:
+        page.begin(folder / REPORT, force)
         path = folder / RECORD
         note_compiling(plant.assembly, "settle", "run")
         outcome = record(plant, experiment, path, progress=not as_json)

@@ -64,6 +64,7 @@ def sweep(
     names = (NETCDF, TABLE, REPORT) if report else (NETCDF, TABLE)
     again = (out / CAMPAIGN / MANIFEST).is_file()
     with results(out, "sweep", names, again) as folder:
+        page.begin(folder / REPORT, again or None)
         if chosen.scheduler is None:
             note_compiling(plant.assembly, "settle")
         found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)

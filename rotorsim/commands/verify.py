@@ -47,6 +47,7 @@ def verify(
     loaded = load_law(law)
     plant = settings.plant(machine)
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
+        page.begin(folder / "report.html", force)
         note_compiling(plant.assembly, "settle", "run")
         result = closed_loop(loaded, plant, quick=quick, progress=_progress())
         if safe:

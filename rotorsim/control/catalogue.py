@@ -56,7 +56,7 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
     for change in changes:
         path, equals, value = change.partition("=")
         if not equals:
-            raise DesignError(f"--spec: '{change}' is not FIELD=VALUE; write e.g. weights.k_0=0.7")
+            raise DesignError(f"spec: '{change}' is not FIELD=VALUE; write e.g. weights.k_0=0.7")
         spec = _changed(spec, path.strip().split("."), value.strip(), change)
     return spec
 
@@ -115,18 +115,18 @@ def _check_point(name: str, model: Model, spec: Any, changes: Sequence[str]) -> 
 def _changed(spec: Any, path: list[str], value: str, setting: str) -> Any:
     known = {entry.name: entry for entry in fields(spec)}
     if path[0] not in known:
-        raise DesignError(f"--spec: '{setting}': no field '{path[0]}'; known are {', '.join(known)}")
+        raise DesignError(f"spec: '{setting}': no field '{path[0]}'; known are {', '.join(known)}")
     old = getattr(spec, path[0])
     if len(path) > 1:
         if not is_dataclass(old):
-            raise DesignError(f"--spec: '{setting}': '{path[0]}' has no fields of its own; write {path[0]}=VALUE")
+            raise DesignError(f"spec: '{setting}': '{path[0]}' has no fields of its own; write {path[0]}=VALUE")
         return replace(spec, **{path[0]: _changed(old, path[1:], value, setting)})
     if is_dataclass(old):
-        raise DesignError(f"--spec: '{setting}': '{path[0]}' has several fields; write {path[0]}.FIELD=VALUE")
+        raise DesignError(f"spec: '{setting}': '{path[0]}' has several fields; write {path[0]}.FIELD=VALUE")
     try:
         read = _value(known[path[0]], value)
     except ValueError as error:
-        raise DesignError(f"--spec: '{setting}': {explained(spec, path[0], str(error))}") from error
+        raise DesignError(f"spec: '{setting}': {explained(spec, path[0], str(error))}") from error
     return replace(spec, **{path[0]: read})
 
 

@@ -153,7 +153,7 @@ def test_without_a_compiler_the_user_learns_which_to_install(model, tmp_path, mo
     monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match=r"no compiler for .* is here; install gcc, or pip install 'rotorsim\[fmu\]'"):
         binaries.build(model, choose("host"), "portable", tmp_path)
-    with pytest.raises(DataError, match=r"--targets: .* need zig, which is not here; install it with pip install"):
+    with pytest.raises(DataError, match=r"targets: .* need zig, which is not here; install it with pip install"):
         binaries.build(model, choose("x86_64-windows"), "portable", tmp_path)
 
 

@@ -7,7 +7,9 @@ import webbrowser
 import pytest
 import typer
 
+import rotorsim as rs
 from fault_injection.commands import COMMANDS, leaves
+from rotorsim.base.errors import DataError
 from rotorsim.commands.app import app
 
 STEADY = ("experiment", "steady", "plain_rotor", "--duration", "1 s", "--out", "run")
@@ -62,6 +64,33 @@ def test_page_and_tables_are_in_the_units_that_were_asked_for(run, tmp_path):
     code, _, err = run(*STEADY, "--units", "imperial", "--figures", "csv")
     assert (code, err) == (0, "")
     assert "mil 0-pk" in (tmp_path / "run" / "steady_spectra.csv").read_text()
+
+
+def test_figures_replace_no_files_unless_they_may(run, tmp_path):
+    """A file that is named like a figure is refused before the run; --force removes the older page's figures alone."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / "steady_spectra.csv").write_text("mine")
+    code, out, err = run(*STEADY, "--figures", "csv")
+    assert (code, out) == (2, "")
+    assert err == "run/steady_spectra.csv: is there already; choose another --out or add --force\n"
+    assert [path.name for path in folder.iterdir()] == ["steady_spectra.csv"]
+    assert run(*STEADY, "--figures", "csv", "--force")[0] == 0
+    assert (folder / "steady_spectra.csv").read_text() != "mine"
+    (folder / "steady_notes.csv").write_text("mine")
+    page = folder / "steady.html"
+    page.write_text(page.read_text().replace("<h2>Spectra</h2>", "<h2>Older</h2>"))
+    (folder / "steady_older.csv").write_text("of the older page")
+    assert run(*STEADY, "--figures", "csv", "--force")[0] == 0
+    assert not (folder / "steady_older.csv").exists() and (folder / "steady_notes.csv").read_text() == "mine"
+
+
+def test_a_python_call_names_its_own_argument(run, tmp_path):
+    assert run(*STEADY, "--no-report")[0] == 0
+    record = rs.open_record(tmp_path / "run" / "steady.nc")
+    for argument, value in (("units", "imp"), ("figures", "pdf")):
+        with pytest.raises(DataError, match=f"^{argument}: '{value}' is not known"):
+            rs.write_report(record, tmp_path / "page.html", **{argument: value})
 
 
 @pytest.mark.parametrize(

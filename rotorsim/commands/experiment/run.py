@@ -39,6 +39,7 @@ def run_experiment(
     names = (f"{name}.nc", f"{name}.html") if report else (f"{name}.nc",)
     with results(out, name, names, force) as folder:
         path = folder / names[0]
+        page.begin(path.with_suffix(".html"), force)
         note_compiling(plant.assembly, "settle", "run")
         experiment = setup.experiment(plant) if hasattr(setup, "experiment") else setup
         outcome = record(plant, experiment, path, number, progress=not as_json)

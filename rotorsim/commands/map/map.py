@@ -83,6 +83,7 @@ def map_command(
         ask_machine(with_fields(plant.machine, fields, [field.values[end] for field in fields]))
     film = quantity("least-film", least_film, "m")
     with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
+        page.begin(folder / REPORT, force)
         note_compiling(plant.assembly, "settle")
         with bar(text="operating points", show=not as_json) as update:
             shown, least = update and _count(update), film if with_lift_off else None

@@ -55,7 +55,7 @@ _TABLE, _ROW, _CELL = (re.compile(rf"(<{tag}>)(.*?)(</{tag}>)", re.DOTALL) for t
 def check_units(units: str) -> None:
     """Raise DataError for a system of units that is not known."""
     if units not in SYSTEMS:
-        raise DataError(f"--units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}")
+        raise DataError(f"units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}")
 
 
 def imperial(unit: str) -> tuple[str, float]:

@@ -11,18 +11,18 @@ from rotorsim.base.suggest import did_you_mean
 from rotorsim.report.export.browser import NO_CHROME, chrome
 from rotorsim.report.export.figure_table import figure_csv
 from rotorsim.report.export.images import images
-from rotorsim.report.pages.html import figures_of
+from rotorsim.report.pages.html import Drawn, figures_of
 
 KINDS = ("png", "svg", "csv")
 """Kinds of files of a figure."""
 
 
-def check_kind(kind: str) -> None:
-    """Raise DataError for a kind of file that is not known, or one that nothing here can draw."""
+def check_kind(kind: str, name: str = "figures") -> None:
+    """Raise DataError for a kind of file that is not known, or that nothing here can draw; `name` is the argument's."""
     if kind not in KINDS:
-        raise DataError(f"--figures: '{kind}' is not known; {did_you_mean(kind, KINDS)}")
+        raise DataError(f"{name}: '{kind}' is not known; {did_you_mean(kind, KINDS)}")
     if kind != "csv" and chrome() is None:
-        raise DataError(f"--figures: {NO_CHROME}, or write --figures csv")
+        raise DataError(f"{name}: {NO_CHROME}, or write csv")
 
 
 def save_figures(page: str | Path, kind: str) -> list[Path]:
@@ -48,11 +48,8 @@ def save_figures(page: str | Path, kind: str) -> list[Path]:
     '.csv'
     """
     page = Path(page)
-    check_kind(kind)
-    try:
-        found = figures_of(page.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{page}: cannot be read as the page of a report; name one that a command wrote") from error
+    check_kind(kind, "kind")
+    found = _figures(page)
     paths = _paths(page, [one.title for one in found], kind)
     figures = [one.figure for one in found]
     if kind == "csv":
@@ -62,10 +59,22 @@ def save_figures(page: str | Path, kind: str) -> list[Path]:
     try:
         drawn = images(figures, kind) if figures else []
     except DataError as error:
-        raise DataError(f"--figures: the page {page} is complete, its figures are not drawn: {error}") from error
+        raise DataError(f"the page {page} is complete, its figures are not drawn: {error}") from error
     for path, content in zip(paths, drawn, strict=True):
         write_bytes(path, content)
     return paths
+
+
+def figure_paths(page: Path, kind: str) -> list[Path]:
+    """Files that `save_figures` writes for a page, there or not; raises DataError for a file other than a page."""
+    return _paths(page, [one.title for one in _figures(page)], kind)
+
+
+def _figures(page: Path) -> list[Drawn]:
+    try:
+        return figures_of(page.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{page}: cannot be read as the page of a report; name one that a command wrote") from error
 
 
 def _paths(page: Path, titles: list[str], kind: str) -> list[Path]:

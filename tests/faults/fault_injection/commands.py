@@ -57,6 +57,10 @@ COMMANDS = (
         ("run/steady.nc", "run/steady.html"), record="run/steady.nc",
     ),
     Command(
+        ("experiment", "steady"), (ROTOR, "--duration", "1 s", "--figures", "csv", "--out", f"{OUT}/run"),
+        ("run/steady.nc", "run/steady.html", "run/steady_spectra.csv"), record="run/steady.nc", label="figures",
+    ),
+    Command(
         ("map",), (ROTOR, "--speed", "100 rpm:200 rpm:2", "--pressure", "0 MPa", "--out", f"{OUT}/map"),
         ("map/map.nc", "map/report.html"),
     ),
