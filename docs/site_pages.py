@@ -34,6 +34,7 @@ API = {
     "rotorsim.bench": "Speed and accuracy, measured here",
     "rotorsim.reproduction": "The thesis' claims",
     "rotorsim.machine": "Machine files",
+    "rotorsim.errors": "Errors and warnings that calls raise",
     "rotorsim.plant": "The coupled plant",
     "rotorsim.effects": "Physical effects",
     "identification": "Records in, models out",

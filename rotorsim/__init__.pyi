@@ -19,6 +19,7 @@ from . import (
     control as control,
     discrepancy as discrepancy,
     effects as effects,
+    errors as errors,
     experiments as experiments,
     fmu as fmu,
     live as live,

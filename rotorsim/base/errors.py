@@ -14,7 +14,7 @@ class RotorsimError(Exception):
 
 
 class MachineFileError(RotorsimError):
-    """A machine file that cannot be read or does not describe a machine; one line per problem."""
+    """Raised for a machine file that cannot be read or does not describe a machine; one line per problem."""
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -23,28 +23,34 @@ class MachineFileError(RotorsimError):
 
 
 class ContactError(RotorsimError):
-    """The journal touches its sleeve where no contact is allowed."""
+    """Raised where the journal touches its sleeve and no contact is allowed."""
 
 
 class NoLiftOffError(RotorsimError):
-    """The film cannot carry the rotor at this speed and supply pressure."""
+    """Raised where the film cannot carry the rotor at a speed and supply pressure."""
 
 
 class ConvergenceError(RotorsimError):
-    """An iteration ended without reaching its tolerance."""
+    """Raised where an iteration ended without reaching its tolerance."""
 
 
 class DataError(RotorsimError):
-    """A record that lacks a channel, has wrong units or cannot be read."""
+    """Raised for values, files and options that cannot be used: a record that lacks a channel or has wrong units, ..."""
 
 
 class ControllerError(DataError):
-    """A controller that gave anything but two finite voltages; `where` holds the samples done before."""
+    """Raised for a controller that cannot run or gave anything but two finite voltages.
+
+    `where` holds the samples done before.
+    """
 
 
 class Unusual(UserWarning):
-    """A value far from all that is built; the command line asks for --yes, in Python it is a warning as any other."""
+    """Warning, raised for a value far from all that is built: the command line asks for --yes.
+
+    In Python it is a warning as any other, filtered by `warnings`.
+    """
 
 
 class LeftOut(UserWarning):
-    """An installed package that could not be loaded; the command line prints its sentence alone."""
+    """Warning, raised for an installed package that could not be loaded; the command line prints its sentence alone."""

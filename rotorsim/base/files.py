@@ -43,7 +43,7 @@ _numbers = count()
 
 
 class WriteError(OSError):
-    """A file that cannot be written; its text is one sentence: file, reason, way out.
+    """Raised for a file that cannot be written; its text is one sentence: file, reason, way out.
 
     `errno` and `filename` are those of any OSError.
     """

@@ -1,0 +1,11 @@
+"""Errors and warnings that calls raise, each with a one-sentence message; `RotorsimError` is the base of almost all.
+
+    try:
+        plant.equilibrium(300.0, 0.1e6)
+    except rs.errors.NoLiftOffError as error:
+        print(error)
+"""
+
+from rotorsim.base.public import lazy
+
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

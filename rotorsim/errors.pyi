@@ -1,0 +1,24 @@
+from fe_shaft import ShaftError as ShaftError
+from identification import (
+    ExtrapolationWarning as ExtrapolationWarning,
+    ModelError as ModelError,
+    ReadError as ReadError,
+    SchemaError as SchemaError,
+    UnfitError as UnfitError,
+)
+from reynolds import FilmError as FilmError
+from rotorsim.base.errors import (
+    ContactError as ContactError,
+    ControllerError as ControllerError,
+    ConvergenceError as ConvergenceError,
+    DataError as DataError,
+    LeftOut as LeftOut,
+    MachineFileError as MachineFileError,
+    NoLiftOffError as NoLiftOffError,
+    RotorsimError as RotorsimError,
+    Unusual as Unusual,
+)
+from rotorsim.base.files import WriteError as WriteError
+from rotorsim.campaign.errors import ClusterError as ClusterError, PlanError as PlanError, StoreError as StoreError
+from rotorsim.control.errors import DesignError as DesignError, LawError as LawError
+from rotorsim.signals.missing import MissingError as MissingError
