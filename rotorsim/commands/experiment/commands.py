@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import Field
 from pathlib import Path
+from shlex import split
 from typing import Annotated, Any
 
 import typer
 
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.units import show
+from rotorsim.base.units import parse, show
 from rotorsim.commands.experiment.controlled import LawFile, Setup
 from rotorsim.commands.experiment.run import run_experiment
 from rotorsim.commands.lazy_group import click_command, example, with_options
@@ -31,6 +32,12 @@ EXAMPLES = {
     "impact": "--peak '20 N' --width '1 ms' --angle '90 deg' --hits 5",
     "controlled": "--pressure '0.6 MPa' --gain-x '0.25 V/um' --gain-y '0.22 V/um' --hit '20 N' --duration '2 s'",
 }
+CALLS = {
+    "controlled": "rs.experiments.controlled(plant, rs.experiments.ProportionalLaw(0.25e6, 0.22e6, "
+    "centre=plant.equilibrium(0.0, 0.6e6).disc), pressure=0.6e6, duration=2.0, "
+    "excitations=(rs.experiments.Impact(peak=20.0, hits=2),))",
+}
+"""Calls in Python of the examples that take more than numbers."""
 Out = Annotated[
     Path | None, typer.Option("--out", callback=a_folder, help="Folder for record and report; default a new one.")
 ]
@@ -62,7 +69,22 @@ def function(name: str, kind: Any, doc: str) -> Callable[..., None]:
 
     command.__doc__ = doc
     line = f"rotorsim experiment {name} dtu_gas_bearing {EXAMPLES[name]}"
-    return example(line, f"rs.experiments.{name}(plant)")(with_options(command, table))
+    return example(line, CALLS.get(name) or python_call(name, entries))(with_options(command, table))
+
+
+def python_call(name: str, entries: list[tuple[Field[Any], Quantity]]) -> str:
+    """The call of an experiment's function with the values of its example, SI."""
+    words, known = split(EXAMPLES[name]), {entry.name: quantity for entry, quantity in entries}
+    given = {word[2:].replace("-", "_"): text for word, text in zip(words[::2], words[1::2], strict=True)}
+    values = (f"{key}={_literal(text, known.get(key))}" for key, text in given.items())
+    return f"rs.experiments.{name}(plant, {', '.join(values)})"
+
+
+def _literal(text: str, known: Quantity | None) -> str:
+    """A value of an option as Python reads it; those that are no parameters are whole numbers."""
+    if known is None:
+        return text
+    return repr(text) if known.choices else f"{parse(text, known.unit):.6g}"
 
 
 def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
