@@ -35,7 +35,7 @@ class ConvergenceError(RotorsimError):
 
 
 class DataError(RotorsimError):
-    """Raised for values, files and options that cannot be used: a record that lacks a channel or has wrong units, ..."""
+    """Raised for what cannot be used: a record that lacks a channel or has wrong units, a value, file or option."""
 
 
 class ControllerError(DataError):
