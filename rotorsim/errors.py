@@ -1,10 +1,4 @@
-"""Errors and warnings that calls raise, each with a one-sentence message; `RotorsimError` is the base of almost all.
-
-    try:
-        plant.equilibrium(300.0, 0.1e6)
-    except rs.errors.NoLiftOffError as error:
-        print(error)
-"""
+"""Errors and warnings that calls raise, each with a one-sentence message; `RotorsimError` is the base of almost all."""
 
 from rotorsim.base.public import lazy
 
