@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from identification import read
+from identification import Mapping, load_mapping, read
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.commands.lazy_group import example
@@ -27,7 +27,8 @@ def compare(
         list[Path], typer.Argument(metavar="RUN", help="Records or run-up vectors; the first is the reference.")
     ],
     mapping: Annotated[
-        Path | None, typer.Option(help="TOML file that states which column is which, for CSV files.")
+        Path | None,
+        typer.Option(help="TOML file that states which column is which; its [conditions] hold for .nc too."),
     ] = None,
     order: Annotated[int, typer.Option(help="Multiple of the shaft speed.", min=1, max=100)] = 1,
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'compare'.")] = None,
@@ -41,7 +42,8 @@ def compare(
     page.check(report)
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
-    opened = {name: read(path, None if path.suffix == ".nc" else mapping) for name, path in _named(runs).items()}
+    mapped = _mappings(runs, None if mapping is None else load_mapping(mapping))
+    opened = {name: read(path, mapped[path]) for name, path in _named(runs).items()}
     found = compare_runs(opened, order)
     peaks = found.peaks()
     summary = {"order": order, "peaks": peaks}
@@ -59,10 +61,20 @@ def compare(
         return
     for peak in peaks:
         change = peak.get("um_change")
-        more = "" if change is None else f", {100 * change:+.1f} % of the first's"
-        typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{more}")
+        end = "" if peak["local_maximum"] else " at the end of the run"
+        more = "" if change is None else f", {100 * change:+.1f} % against the first"
+        typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}")
     for kind, path in files.items():
         typer.echo(f"{kind}: {path}")
+
+
+def _mappings(runs: list[Path], given: Mapping | None) -> dict[Path, Mapping | None]:
+    """By file what holds for it of a mapping: of one for the columns of other files, the conditions of a .nc."""
+    own = [path for path in runs if path.suffix == ".nc"]
+    mapped: dict[Path, Mapping | None] = dict.fromkeys(runs, given)
+    if given is not None and given.maps_columns and len(own) < len(runs):
+        mapped |= dict.fromkeys(own, Mapping(conditions=given.conditions))
+    return mapped
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:

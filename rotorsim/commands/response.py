@@ -77,6 +77,7 @@ def response(
     given = _unbalance(plant.machine, unbalance, disc)
     names = ("response.nc", "response.csv", *(["report.html"] if report else []))
     with results(out, "response", names, force) as folder:
+        page.begin(folder / "report.html", force)
         note_compiling(plant.assembly, "settle")
         found = unbalance_response(plant, grid, supply, given)
         files = _write(found, folder, "response", _response_rows(found))
@@ -126,6 +127,7 @@ def campbell(
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
     with results(out, "campbell", names, force) as folder:
+        page.begin(folder / "report.html", force)
         note_compiling(plant.assembly, "settle")
         found = find_modes(plant, grid, supply, modes)
         lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))

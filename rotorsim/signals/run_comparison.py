@@ -33,7 +33,8 @@ class RunComparison:
     def peaks(self) -> list[dict[str, Any]]:
         """Peaks of the order: run, axis, rpm, um (0-pk), phase_lag_deg, and rpm_change, um_change from the first run.
 
-        A change is a share of the first run's value, None where that has no peak near.
+        A change is a share of the first run's value, None where that has no peak near; a phase lag is within half a
+        turn of that of the near peak.
         """
         rows: list[dict[str, Any]] = []
         first = next(iter(self.tracked))
@@ -66,6 +67,10 @@ def compare_runs(runs: Mapping[str, xr.Dataset], order: int = 1) -> RunCompariso
     >>> rs.signals.compare_runs({"before": runup, "after": runup}).peaks()[0]["run"]
     'before'
     """
+    if isinstance(runs, xr.Dataset) or not isinstance(runs, Mapping):
+        raise DataError(
+            f"runs: a {type(runs).__name__}; give Datasets by name, e.g. {{'before': first, 'after': second}}"
+        )
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two")
     return RunComparison({name: _orders(name, run, order) for name, run in runs.items()}, order)
@@ -97,8 +102,13 @@ def _peaks(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
 
 
 def _change(peak: dict[str, Any], of_first: list[dict[str, Any]]) -> dict[str, float | None]:
-    """Relative changes of speed and size from the nearest peak of the first run."""
+    """Relative changes of speed and amplitude from the nearest peak of the first run, and the phase lag beside its."""
     near = min(of_first, key=lambda p: abs(p["rpm"] - peak["rpm"]), default=None)
     if near is None or abs(near["rpm"] - peak["rpm"]) > NEAR * abs(peak["rpm"]) or not near["um"]:
         return {"rpm_change": None, "um_change": None}
-    return {"rpm_change": peak["rpm"] / near["rpm"] - 1, "um_change": peak["um"] / near["um"] - 1}
+    turns = round((peak["phase_lag_deg"] - near["phase_lag_deg"]) / 360)
+    return {
+        "phase_lag_deg": peak["phase_lag_deg"] - 360 * turns,
+        "rpm_change": peak["rpm"] / near["rpm"] - 1,
+        "um_change": peak["um"] / near["um"] - 1,
+    }

@@ -3,12 +3,14 @@
 import json
 import sys
 import webbrowser
+from pathlib import Path
 
 import pytest
 import typer
 
 import rotorsim as rs
 from fault_injection.commands import COMMANDS, leaves
+from rotorsim import commands
 from rotorsim.base.errors import DataError
 from rotorsim.commands.app import app
 
@@ -20,6 +22,14 @@ WITH_PAGE = [one.words for one in COMMANDS if any(name.endswith(".html") for nam
 @pytest.mark.parametrize("words", WITH_PAGE, ids=" ".join)
 def test_every_command_that_writes_a_page_opens_it_and_writes_its_figures(words):
     assert {"--open", "--figures", "--units"} <= {name for p in FOUND[words].params for name in p.opts}
+
+
+def test_every_command_that_writes_figures_asks_before_whether_it_may():
+    """Those of a study lie in a folder of its own."""
+    folder = Path(commands.__file__).parent
+    texts = [path.read_text() for path in folder.rglob("*.py") if path.parent.name != "study"]
+    finished = [text.count("page.finish(") + text.count("options.finish(") for text in texts]
+    assert sum(finished) > 8 and finished == [text.count("page.begin(") for text in texts]
 
 
 @pytest.fixture
@@ -34,7 +44,7 @@ def opened(monkeypatch):
 
 def test_the_page_is_opened_when_it_is_complete(run, tmp_path, opened):
     code, _, err = run(*STEADY, "--open")
-    assert (code, err) == (0, "")
+    assert code == 0 and "--open" not in err
     assert opened == [(tmp_path / "run" / "steady.html").as_uri()]
 
 

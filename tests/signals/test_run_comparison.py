@@ -85,7 +85,7 @@ def test_the_command_writes_peaks_and_page(tmp_path, capsys):
     given = [str(tmp_path / "a.nc"), str(tmp_path / "b.nc"), "--out", str(tmp_path / "c")]
     with pytest.raises(SystemExit) as end:
         main(["compare", *given])
-    assert end.value.code == 0 and "+100.0 % of the first's" in capsys.readouterr().out
+    assert end.value.code == 0 and "+100.0 % against the first" in capsys.readouterr().out
     assert len(json.loads((tmp_path / "c" / "compare.json").read_text())["peaks"]) == 4
     assert "plotly" in (tmp_path / "c" / "report.html").read_text().lower()
     for arguments in (given, [given[0]], [given[0], given[0], "--out", str(tmp_path / "d")]):
@@ -93,6 +93,69 @@ def test_the_command_writes_peaks_and_page(tmp_path, capsys):
             main(["compare", *arguments])
         assert end.value.code == 2
     assert not (tmp_path / "d").exists()
+
+
+def turned(lag, critical=CRITICAL):
+    """Vectors about 1 um whose phase lag [deg] is `lag` plus that of a resonance, over speeds up to the peak."""
+    speed = np.linspace(50, 150, 101)
+    a = response(speed, 1e-6, critical) * np.exp(-1j * np.radians(lag))
+    return make_vectors(speed, np.abs(a)[:, None, None], -np.angle(a)[:, None, None], (1,), axes=("x",))
+
+
+def test_phases_a_degree_apart_are_drawn_a_degree_apart():
+    """Lags whose medians lie on both sides of 270 deg were drawn a turn apart."""
+    lags = -np.degrees(np.unwrap(np.angle(response(np.linspace(50, 150, 101), 1.0))))
+    shift = 269.5 - np.median(lags)
+    figure = overlay(compare_runs({"a": turned(shift), "b": turned(shift + 1.0)}))
+    first, other = (np.asarray(t.y, float) for t in figure.data if t.yaxis == "y2")
+    np.testing.assert_allclose(other - first, 1.0, atol=1e-3)
+    found = compare_runs({"a": turned(shift), "b": turned(shift + 1.0)}).peaks()
+    assert found[1]["phase_lag_deg"] - found[0]["phase_lag_deg"] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_peak_at_the_end_of_a_run_is_stated(tmp_path, capsys):
+    for name in "ab":
+        save(turned(0.0), tmp_path / f"{name}.nc")
+    with pytest.raises(SystemExit):
+        main(["compare", str(tmp_path / "a.nc"), str(tmp_path / "b.nc"), "--no-report", "--out", str(tmp_path / "c")])
+    assert "rpm at the end of the run, +0.0 % against the first" in capsys.readouterr().out
+
+
+def command(*words):
+    with pytest.raises(SystemExit) as end:
+        main(["compare", *map(str, words)])
+    return end.value.code
+
+
+def test_a_mapping_is_read_whatever_the_files(tmp_path, capsys):
+    """One that is not there is refused; of one with columns only the conditions hold for a record."""
+    for name in "ab":
+        save(vectors(1e-6), tmp_path / f"{name}.nc")
+    pair, rest = [tmp_path / "a.nc", tmp_path / "b.nc"], ["--no-report", "--out", tmp_path / "c"]
+    assert command(*pair, "--mapping", tmp_path / "none.toml", *rest) == 2
+    assert "none.toml" in capsys.readouterr().err and not (tmp_path / "c").exists()
+    (tmp_path / "slow.toml").write_text('[slow_roll]\nbelow = "60 rad/s"\n')
+    assert command(*pair, "--mapping", tmp_path / "slow.toml", *rest) == 0
+    subtracted = json.loads((tmp_path / "c" / "compare.json").read_text())["peaks"][0]["um"]
+    assert subtracted != pytest.approx(
+        compare_runs({"a": vectors(1e-6), "b": vectors(1e-6)}).peaks()[0]["um"], rel=1e-4
+    )
+    save(vectors(1e-6), tmp_path / "m.csv")
+    text = (tmp_path / "m.csv").read_text()
+    (tmp_path / "m.csv").write_text(text.replace("amplitude_1X_x", "mine"))
+    (tmp_path / "rig.toml").write_text(
+        "[speed]\ncolumn = 'speed [rpm]'\nunit = 'rpm'\n[vectors.1X.x]\n"
+        "amplitude = {column = 'mine [um]', unit = 'um'}\nphase = {column = 'phase_1X_x [deg]', unit = 'deg'}\n"
+    )
+    assert command(*pair, "--mapping", tmp_path / "rig.toml", "--force", *rest) == 2
+    assert "a netCDF record describes itself" in capsys.readouterr().err
+    assert command(pair[0], tmp_path / "m.csv", "--mapping", tmp_path / "rig.toml", "--force", *rest) == 0
+
+
+@pytest.mark.parametrize("runs", [[vectors(1e-6), vectors(2e-6)], vectors(1e-6)])
+def test_runs_without_names_are_refused(runs):
+    with pytest.raises(DataError, match=r"runs: a (list|Dataset); give Datasets by name, e\.g\. \{'before': first"):
+        compare_runs(runs)
 
 
 def test_names_in_the_page_are_text(tmp_path):

@@ -31,6 +31,28 @@ def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
     return lag
 
 
+def beside(lag: np.ndarray, speed: np.ndarray, first: np.ndarray, of_first: np.ndarray) -> np.ndarray:
+    """Phase lags [deg] moved by the whole turns that bring them nearest those of a first run over common speeds.
+
+    Parameters
+    ----------
+    lag, speed : arrays (n,)
+        Phase lags [deg], NaN where there is none, and their speeds.
+    first, of_first : arrays (m,)
+        Those of the first run.
+    """
+    seen = np.isfinite(first)
+    if not seen.any():
+        return lag
+    order = np.argsort(of_first[seen])
+    at, values = of_first[seen][order], first[seen][order]
+    common = np.isfinite(lag) & (speed >= at[0]) & (speed <= at[-1])
+    if not common.any():
+        return lag
+    apart = np.median(lag[common] - np.interp(speed[common], at, values))
+    return np.asarray(lag - 360 * np.round(apart / 360))
+
+
 def wrapped(lag: np.ndarray) -> np.ndarray:
     """Phase lags [deg] in [-90, 270)."""
     return (lag + 90) % 360 - 90

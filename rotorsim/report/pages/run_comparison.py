@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.report.figures.phase import FAINTEST, phase_axes, phase_lag
+from rotorsim.report.figures.phase import FAINTEST, beside, phase_axes, phase_lag
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.signals.run_comparison import RunComparison
@@ -18,16 +18,18 @@ HEADS = (
     "run",
     "axis",
     "speed [rpm]",
-    "size [µm 0-pk]",
+    "amplitude [µm 0-pk]",
     "phase lag [deg]",
     "speed against the first",
-    "size against the first",
+    "amplitude against the first",
 )
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
 def overlay(found: RunComparison) -> go.Figure:
     """Amplitude (0-pk, um) over phase lag (deg) of every run against speed; a column an axis.
+
+    Whole turns are taken off the phase of a run so that it lies beside that of the first run with this axis.
 
     Examples
     --------
@@ -38,22 +40,24 @@ def overlay(found: RunComparison) -> go.Figure:
     titles = [f"{found.order}X, {axis}" for axis in axes]
     figure = make_subplots(2, len(axes), shared_xaxes=True, shared_yaxes=True, vertical_spacing=0.06,
                            horizontal_spacing=0.08, row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
+    lags: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for number, (name, tracked) in enumerate(found.tracked.items()):
         look = {"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)]}
         for column, axis in enumerate(axes, 1):
             if axis not in tracked["axis"].values:
                 continue
             a = tracked["amplitude"].sel(order=found.order, axis=axis).values
-            least = FAINTEST * float(np.abs(a).max(initial=0.0))
+            speed, lag = tracked["speed"].values, phase_lag(a, FAINTEST * float(np.abs(a).max(initial=0.0)))
+            lag = beside(lag, speed, *lags.setdefault(axis, (lag, speed)))
             common = {
-                "x": compact(tracked["speed"].values * TO_RPM, 6),
+                "x": compact(speed * TO_RPM, 6),
                 "name": name,
                 "legendgroup": name,
                 "line": look,
                 "mode": "lines",
             }
             figure.add_trace(go.Scatter(y=compact(np.abs(a) * TO_UM), showlegend=column == 1, **common), 1, column)
-            figure.add_trace(go.Scatter(y=compact(phase_lag(a, least)), showlegend=False, **common), 2, column)
+            figure.add_trace(go.Scatter(y=compact(lag), showlegend=False, **common), 2, column)
     figure.update_xaxes(title_text="speed [rpm]", row=2)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
     phase_axes(figure, 2)
