@@ -102,7 +102,7 @@ def _peaks(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
 
 
 def _change(peak: dict[str, Any], of_first: list[dict[str, Any]]) -> dict[str, float | None]:
-    """Relative changes of speed and amplitude from the nearest peak of the first run, and the phase lag beside its."""
+    """Relative changes of speed and amplitude from the nearest peak of the first run, and the phase lag next to its."""
     near = min(of_first, key=lambda p: abs(p["rpm"] - peak["rpm"]), default=None)
     if near is None or abs(near["rpm"] - peak["rpm"]) > NEAR * abs(peak["rpm"]) or not near["um"]:
         return {"rpm_change": None, "um_change": None}

@@ -144,8 +144,8 @@ def test_a_mapping_is_read_whatever_the_files(tmp_path, capsys):
     text = (tmp_path / "m.csv").read_text()
     (tmp_path / "m.csv").write_text(text.replace("amplitude_1X_x", "mine"))
     (tmp_path / "rig.toml").write_text(
-        "[speed]\ncolumn = 'speed [rpm]'\nunit = 'rpm'\n[vectors.1X.x]\n"
-        "amplitude = {column = 'mine [um]', unit = 'um'}\nphase = {column = 'phase_1X_x [deg]', unit = 'deg'}\n"
+        "[speed]\ncolumn = 'speed'\nunit = 'rad/s'\n[vectors.1X.x]\n"
+        "amplitude = {column = 'mine', unit = 'm'}\nphase = {column = 'phase_1X_x', unit = 'rad'}\n"
     )
     assert command(*pair, "--mapping", tmp_path / "rig.toml", "--force", *rest) == 2
     assert "a netCDF record describes itself" in capsys.readouterr().err

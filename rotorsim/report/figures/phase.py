@@ -31,7 +31,7 @@ def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
     return lag
 
 
-def beside(lag: np.ndarray, speed: np.ndarray, first: np.ndarray, of_first: np.ndarray) -> np.ndarray:
+def next_to(lag: np.ndarray, speed: np.ndarray, first: np.ndarray, of_first: np.ndarray) -> np.ndarray:
     """Phase lags [deg] moved by the whole turns that bring them nearest those of a first run over common speeds.
 
     Parameters

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.report.figures.phase import FAINTEST, beside, phase_axes, phase_lag
+from rotorsim.report.figures.phase import FAINTEST, next_to, phase_axes, phase_lag
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.signals.run_comparison import RunComparison
@@ -29,7 +29,7 @@ DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 def overlay(found: RunComparison) -> go.Figure:
     """Amplitude (0-pk, um) over phase lag (deg) of every run against speed; a column an axis.
 
-    Whole turns are taken off the phase of a run so that it lies beside that of the first run with this axis.
+    Whole turns are taken off the phase of a run so that it lies next to that of the first run with this axis.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def overlay(found: RunComparison) -> go.Figure:
                 continue
             a = tracked["amplitude"].sel(order=found.order, axis=axis).values
             speed, lag = tracked["speed"].values, phase_lag(a, FAINTEST * float(np.abs(a).max(initial=0.0)))
-            lag = beside(lag, speed, *lags.setdefault(axis, (lag, speed)))
+            lag = next_to(lag, speed, *lags.setdefault(axis, (lag, speed)))
             common = {
                 "x": compact(speed * TO_RPM, 6),
                 "name": name,
