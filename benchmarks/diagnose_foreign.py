@@ -139,7 +139,7 @@ def noise_draw(seed: int) -> tuple[Any, list[Any]]:
 
 def run_up() -> tuple[Any, list[Any]]:
     """The measured run-up, one probe."""
-    return load_machine("bently_rk4"), [read(RK4 / "runup.csv", RK4.parent / "examples" / "rk4_runup.toml")]
+    return load_machine("bently_rk4"), [read(RK4 / "runup.csv", RK4 / "runup.toml")]
 
 
 CASES: dict[str, Callable[[], tuple[Any, list[Any]]]] = {

@@ -129,12 +129,19 @@ def docstring(path: Path) -> tuple[str, str]:
 def example_page(path: Path) -> str:
     """Page of an example: its text, its picture, its script."""
     title, text = docstring(path)
-    name = path.name
+    name, data = path.name, data_of(path)
+    files = [f"[`{one}`](../rk4/{one})" for one in data]
+    needed = f", with {' and '.join(files)} in a folder `rk4` next to it" if data else ""
     return (
         f"# {title}\n\n{text}\n\n![{title}]({path.stem}.png)\n\n"
-        f"Run it: [`{name}`]({name}), then `python {name}`, which draws the picture.\n\n"
+        f"Run it: [`{name}`]({name}){needed}, then `python {name}`, which draws the picture.\n\n"
         f"```{{literalinclude}} {name}\n:language: python\n```\n"
     )
+
+
+def data_of(path: Path) -> list[str]:
+    """Files of measured data, in docs/rk4, that an example reads."""
+    return re.findall(r'data / "([\w.]+)"', path.read_text(encoding="utf-8"))
 
 
 def gallery(examples: list[Path]) -> str:

@@ -10,7 +10,9 @@ import matplotlib.pyplot as plt
 
 import rotorsim as rs
 
-data = next(folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists())
+data = next((folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists()), None)
+if data is None:
+    raise SystemExit("no folder rk4 with open.csv and balance.toml here or above: the page of this example has them")
 conditions = rs.balance.read_conditions([data / "open.csv"], data / "balance.toml")
 test = rs.balance.leave_one_out(conditions)
 print(f"vector error of a plane: {test.vector_rms * 1e6:.1f} g mm rms")

@@ -12,8 +12,10 @@ import numpy as np
 import identification as idn
 import rotorsim as rs
 
-data = next(folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists())
-vectors = idn.read(data / "runup.csv", data.resolve().parent / "examples" / "rk4_runup.toml")
+data = next((folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists()), None)
+if data is None:
+    raise SystemExit("no folder rk4 with runup.csv and runup.toml here or above: the page of this example has them")
+vectors = idn.read(data / "runup.csv", data / "runup.toml")
 
 found = rs.discrepancy.diagnose("bently_rk4", [vectors], effects=["runout", "shaft_bow"])
 print(f"verdict: {found.status}")

@@ -12,7 +12,9 @@ import numpy as np
 
 import rotorsim as rs
 
-data = next(folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists())
+data = next((folder / "rk4" for folder in Path(__file__).resolve().parents if (folder / "rk4").exists()), None)
+if data is None:
+    raise SystemExit("no folder rk4 with runup.csv here or above: the page of this example has them")
 rpm, amplitude = np.loadtxt(data / "runup.csv", delimiter=",", skiprows=1, usecols=(0, 3)).T  # um, 0-pk, of one probe
 
 plant = rs.Plant("bently_rk4")

@@ -170,9 +170,7 @@ def test_a_hidden_force_is_found_by_one_probe():
 
 
 def kit(degrees):
-    return read(KIT / "runup.csv", KIT.parent / "examples" / "rk4_runup.toml").assign_attrs(
-        probe_angle=np.radians(degrees)
-    )
+    return read(KIT / "runup.csv", KIT / "runup.toml").assign_attrs(probe_angle=np.radians(degrees))
 
 
 def test_the_measured_run_up_is_fitted_by_a_probe_at_45_deg_and_not_at_0_deg():

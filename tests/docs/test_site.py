@@ -1,6 +1,8 @@
 """The site: every package has its page, every page its place, and links to files exist (`.ci/docs` builds it)."""
 
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -51,6 +53,22 @@ def test_an_example_has_a_page_with_its_text_picture_and_script():
     text = site_pages.example_page(DOCS / "examples" / "campbell.py")
     assert text.startswith("# Campbell diagram of a rotor\n") and "](campbell.png)" in text
     assert "{literalinclude} campbell.py" in text
+
+
+@pytest.mark.parametrize("name", ["balance", "diagnose_runup", "measured_runup"])
+def test_an_example_of_measured_data_offers_them_and_names_what_is_missing(name, tmp_path):
+    """Downloaded alone it ended in StopIteration."""
+    script = DOCS / "examples" / f"{name}.py"
+    data = site_pages.data_of(script)
+    assert data and all((DOCS / "rk4" / one).is_file() for one in data)
+    assert all(f"](../rk4/{one})" in site_pages.example_page(script) for one in data)
+    alone = tmp_path / script.name
+    alone.write_text(script.read_text(encoding="utf-8"), encoding="utf-8")
+    ran = subprocess.run(
+        [sys.executable, alone], capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"}
+    )
+    assert ran.returncode == 1 and "Traceback" not in ran.stderr
+    assert len(ran.stderr.splitlines()) == 1 and all(one in ran.stderr for one in data)
 
 
 def test_the_bibliography_has_every_reference_and_links_a_doi():
