@@ -12,6 +12,16 @@ from rotorsim.commands.campaign.group import Campaign
 from rotorsim.commands.experiment.group import Experiments
 from rotorsim.commands.lazy_group import LazyGroup
 
+PANELS = {
+    "Simulate in time": ("runup", "experiment", "campaign", "live"),
+    "Without time simulation": ("map", "sweep", "response", "campbell", "modes"),
+    "Machine files": ("machine", "cite"),
+    "Measured data": ("data", "compare", "balance", "diagnose", "hide"),
+    "Models, control, other simulators": ("identify", "design", "verify", "fmu"),
+    "This installation, and the thesis": ("warm", "bench", "study"),
+}
+"""Commands by the title under which the help lists them."""
+
 
 class Commands(LazyGroup):
     """Top-level command group; Ctrl-C in any command ends with one sentence."""
@@ -35,6 +45,11 @@ class Commands(LazyGroup):
         "cite": "cite.cite",
         "compare": "compare.compare",
     }
+    panels: ClassVar = PANELS
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of all commands, panel by panel."""
+        return [name for names in PANELS.values() for name in names]
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Read the command line."""
@@ -105,15 +120,20 @@ GROUPS: dict[str, type[LazyGroup]] = {
 app = typer.Typer(
     cls=Commands,
     name="rotorsim",
-    help="First-principles simulation of rotors on active gas bearings.",
-    epilog="Example: rotorsim machine show dtu_gas_bearing",
+    help="Simulate rotors on gas bearings.\n\nMACHINE is a shipped machine, such as dtu_gas_bearing or plain_rotor, "
+    "or a machine file of your own. 'rotorsim COMMAND --help' shows the options of a command and an example.",
+    epilog="Example: rotorsim runup\n\nExample: rotorsim experiment impact plain_rotor --out impact --open",
+    context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
 
 
-for _name, _group in GROUPS.items():
-    app.add_typer(typer.Typer(cls=_group, help=_group.__doc__, epilog=_group.epilog, no_args_is_help=True), name=_name)
+for _title, _names in PANELS.items():
+    for _name in filter(GROUPS.__contains__, _names):
+        _group = GROUPS[_name]
+        _made = typer.Typer(cls=_group, help=_group.__doc__, epilog=_group.epilog, no_args_is_help=True)
+        app.add_typer(_made, name=_name, rich_help_panel=_title)
 
 
 def _version(asked: bool) -> None:
@@ -128,7 +148,7 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and end.")
     ] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error; goes anywhere.")] = False,
-    yes: Annotated[bool, typer.Option("--yes", help="Run with unusual values, unquestioned; goes anywhere.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error; may stand anywhere.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Run with unusual values too; may stand anywhere.")] = False,
 ) -> None:
     pass

@@ -34,7 +34,10 @@ def balance(
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Estimate unbalance by influence coefficients and by the machine's model, side by side, and correct it."""
+    """Find unbalance and correction weights from 1X vectors.
+
+    By influence coefficients and by the machine's model, side by side.
+    """
     page.check(report)
     model = load_machine(machine)
     found = assess(model, read_conditions(records, mapping), correct)

@@ -41,7 +41,10 @@ def bench(
         Path | None, typer.Option("--keep", help="diagnose: file of finished cases, from which it resumes.")
     ] = None,
 ) -> None:
-    """Measure speed and accuracy and print each figure with its bound; times depend on what else runs."""
+    """Measure speed and accuracy, each with its bound.
+
+    Times depend on what else runs on the computer.
+    """
     if part == "diagnose":
         _diagnose(cases, seed, keep, as_json)
         return

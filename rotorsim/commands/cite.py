@@ -27,7 +27,7 @@ def cite(
     as_bibtex: Annotated[bool, typer.Option("--bibtex", help="As BibTeX entries.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print the sources of the equations and data that a machine or a result stands on."""
+    """Print the sources that a machine or a result stands on."""
     parts = cited(what)
     keys = sorted_keys(key for part in parts.values() for key in part)
     if as_json:

@@ -38,7 +38,7 @@ def compare(
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Overlay an order of several runs, and list how their peaks differ."""
+    """Overlay several runs and list how their peaks differ."""
     page.check(report)
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")

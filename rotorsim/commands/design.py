@@ -50,7 +50,10 @@ def design(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     fields: Annotated[bool, typer.Option("--fields", help="List the fields of --spec for this design.")] = False,
 ) -> None:
-    """Design a control law on an identified model and check its loop over the model's range."""
+    """Design a control law on an identified model.
+
+    The loop is checked over the model's range.
+    """
     if fields:
         _print_fields(name, preset)
         return

@@ -81,7 +81,9 @@ def diagnose(
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Find the missing effect, write it into a new machine file and show the gap before and after.
+    """Find the effect that a machine file lacks against records.
+
+    It is written into a new machine file; the report shows the gap before and after.
 
     Exit code: 0 no disagreement, 10 an effect is named, 11 a tie or a partial explanation, 12 unknown, 2 bad input.
     Records of one folder may state in their attribute `role` what they are for: fit, held_out or untouched. What was

@@ -39,7 +39,9 @@ def hide(
     ] = Path("hidden"),
     as_json: AsJson = False,
 ) -> None:
-    """Record a campaign of a machine in which effects are hidden; without --effect nothing is.
+    """Make records with hidden effects, to try 'diagnose' on.
+
+    Without --effect nothing is hidden.
 
     Records go to OUT/records; the truth to OUT/sealed/truth.json, which `rotorsim diagnose` never opens.
     """

@@ -50,7 +50,10 @@ def identify(
     jobs: Annotated[int, typer.Option("--jobs", help="Records identified at a time.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
-    """Identify grey-box or black-box models from records; several operating points give an LPV model."""
+    """Identify a grey-box, black-box or LPV model from records.
+
+    Records at several operating points give an LPV model.
+    """
     _check(surfaces, refine, runout, median)
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
     outputs = tuple(name.strip() for name in probes.split(",")) if probes else ()

@@ -25,6 +25,8 @@ class LazyGroup(TyperGroup):
     epilog: str | None = None
     places: ClassVar[Mapping[str, str]] = {}
     """By name of a command: its module below `rotorsim.commands` and its function, as "module.function"."""
+    panels: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Names of commands by the title under which the help lists them."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -36,7 +38,11 @@ class LazyGroup(TyperGroup):
         if cmd_name not in self.places:
             return super().get_command(ctx, cmd_name)
         place = self.places[cmd_name]
-        return TyperCommand(cmd_name, help=docstring(place)) if self.listing else load(cmd_name, place)
+        return self._listed(cmd_name) if self.listing else load(cmd_name, place)
+
+    def _listed(self, name: str) -> TyperCommand:
+        panel = next((title for title, names in self.panels.items() if name in names), None)
+        return TyperCommand(name, help=docstring(self.places[name]), rich_help_panel=panel)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help with its list of commands."""

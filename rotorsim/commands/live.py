@@ -40,7 +40,7 @@ def live(
     keep_open: Annotated[bool, typer.Option("--keep-open", help="Run on after the last window is closed.")] = False,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
-    """Stand at the rig: turn it in the browser while it runs.
+    """The rig in the browser: change it while it runs.
 
     MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
     """

@@ -44,7 +44,7 @@ def modes(
     force: Annotated[bool, typer.Option("--force", help="Replace modes that are in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
-    """Draw the modes of rotor and film together at one operating point."""
+    """Draw the modes of rotor and film at one operating point."""
     from rotorsim.report.scenes.film import lacking
 
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")

@@ -69,7 +69,10 @@ def response(
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Unbalance response over speed: amplitude and phase at measuring plane, discs, bearings and probes."""
+    """Unbalance response over speed: amplitude and phase.
+
+    At the measuring plane, discs, bearings and probes.
+    """
     page.check(report)
     grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
@@ -119,7 +122,10 @@ def campbell(
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Campbell diagram of the lowest modes from 0 Hz, with critical speeds of the orders 1, 2, 3."""
+    """Campbell diagram with critical speeds of the orders 1, 2, 3.
+
+    Of the lowest modes from 0 Hz.
+    """
     page.check(report)
     grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
     ends = read_axis("stiffness", f"{stiffness}:2", "N/m") if critical_map else None

@@ -56,7 +56,7 @@ def runup(
     report: WithReport = True,
     as_json: AsJson = False,
 ) -> None:
-    """Spin a machine up and report amplitude and phase, orbits, film and contacts."""
+    """Run a machine up: amplitude and phase, orbits, film, contacts."""
     page.check(report)
     ramp = {name: quantity(name, text, "rad/s") for name, text in (("start", start), ("stop", stop))}
     ramp["rate"] = quantity("rate", rate, "rad/s^2")

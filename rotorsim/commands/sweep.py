@@ -54,7 +54,10 @@ def sweep(
     ),
     report: WithReport = True,
 ) -> None:
-    """Sweep values of the machine, speed or pressure: lift-off, onset, load, flow, damping, response, best points."""
+    """Sweep machine, speed or pressure and find the best points.
+
+    Lift-off, whirl onset, load, flow, damping and response at every point.
+    """
     page.check(report)
     chosen, plant = run.settings(), settings.plant(machine)
     point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")

@@ -42,7 +42,10 @@ def verify(
     force: Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
-    """Verify a control law on a machine's nonlinear plant; exit code 1 if a criterion fails."""
+    """Verify a control law on a machine's nonlinear plant.
+
+    Exit code 1 if a criterion fails.
+    """
     page.check()
     loaded = load_law(law)
     plant = settings.plant(machine)

@@ -32,7 +32,7 @@ def warm(
     settings: PlantOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Compile the kernels of machines now, so that their first run starts at once."""
+    """Compile machines now, so that their first run starts at once."""
     plants = {name: settings.plant(name) for name in machines or shipped_machines()}
     took = {}
     for name, plant in plants.items():

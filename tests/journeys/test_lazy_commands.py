@@ -6,7 +6,8 @@ import sys
 import pytest
 import typer
 
-from rotorsim.commands.app import app
+from rotorsim.cli import main
+from rotorsim.commands.app import GROUPS as GROUPS_OF_APP, PANELS, Commands, app
 from rotorsim.commands.lazy_group import LazyGroup
 
 HEAVY = {"numpy", "numba", "scipy", "xarray"}
@@ -31,6 +32,32 @@ def test_the_list_of_a_group_shows_the_help_of_its_commands(path):
     with group.listed():
         assert {name: group.get_command(None, name).help for name in group.list_commands(None)} == loaded
     assert all(loaded.values())
+
+
+def test_every_command_stands_under_one_title_of_the_help():
+    listed = [name for names in PANELS.values() for name in names]
+    assert sorted(listed) == sorted(Commands.places | GROUPS_OF_APP) and len(set(listed)) == len(listed)
+
+
+def test_the_help_has_one_line_a_command_and_two_examples(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit) as end:
+        main(["-h"])
+    text = capsys.readouterr().out
+    assert end.value.code == 0 and text.count("Example: rotorsim ") == 2
+    for title, names in PANELS.items():
+        panel = text.partition(f"─ {title} ─")[2].partition("╰")[0]
+        assert [line.split()[1] for line in panel.splitlines()[1:]] == list(names)
+
+
+@pytest.mark.parametrize("path", ["map", "machine", "experiment impact", "campaign", "fmu export"])
+def test_the_short_option_shows_the_help_of_every_command(path, capsys):
+    for option in ("-h", "--help"):
+        with pytest.raises(SystemExit) as end:
+            main([*path.split(), option])
+        assert end.value.code == 0
+    short, *_, rest = capsys.readouterr().out.partition("Usage: ")[2].partition("Usage: ")
+    assert short.split() == rest.split()
 
 
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["machine", "--help"], ["study", "--help"]])

@@ -10,7 +10,7 @@ USAGE = "rotorsim campaign PLAN --out DIR [OPTIONS] | status DIR | retry DIR | c
 
 
 class Campaign(LazyGroup):
-    """Run many virtual experiments by a plan, on all cores or on a cluster; nothing is lost or run twice."""
+    """Run many experiments by a plan, on all cores or a cluster."""
 
     epilog = "Example: rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign"
     places: ClassVar = {
@@ -23,7 +23,7 @@ class Campaign(LazyGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Put `run` before a plan."""
-        if args and args[0] not in self.commands and args[0] != "--help":
+        if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
             args = ["run", *args]
         rest: list[str] = super().parse_args(ctx, args)
         return rest

@@ -71,7 +71,10 @@ def map_command(
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,
 ) -> None:
-    """Map a machine over its operating points, without time simulation, and shade what is safe."""
+    """Map the operating points of a machine and shade what is safe.
+
+    Equilibria and linear models; no time simulation.
+    """
     page.check(report)
     speeds, pressures = read_axis("speed", speed, "rad/s"), read_axis("pressure", pressure, "Pa")
     fields = [read_field(text) for text in over or []]
