@@ -13,7 +13,8 @@ from reynolds import kernels
 from reynolds.errors import FilmError
 from reynolds.grid import Grid, Layout, cells
 from reynolds.injector import Injector
-from reynolds.perturbation import dynamic_stiffness, linear_film
+from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
+from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.steady import settle_film
 from reynolds.transient import GAMMA, MID, STAGE
 from reynolds.workspace import FilmModel, Gas
@@ -93,7 +94,9 @@ class GasBearing:
     mean_free_path: float = field(default=0.0, kw_only=True)
     """Mean free path [m] at ambient pressure of a gas that slips at the walls; about 68 nm in air."""
     symmetric: bool | None = field(default=None, kw_only=True)
-    """Solve one half: True, False, or None to decide by the injectors."""
+    """Solve one half: True, False, or None to decide by the injectors and the sleeve."""
+    sleeve: Sleeve = field(default=PLAIN, kw_only=True)
+    """Form of the sleeve: lobes, steps, grooves, foil."""
 
     def __post_init__(self) -> None:
         for name in ("radius", "length", "viscosity", "ambient_pressure", "temperature", "gas_constant"):
@@ -103,13 +106,14 @@ class GasBearing:
     @cached_property
     def model(self) -> FilmModel:
         """Grid, gas and injectors as the kernels' workspace takes them."""
-        half = all(i.offset == 0 for i in self.injectors) if self.symmetric is None else self.symmetric
+        even = self.sleeve.symmetric and all(i.offset == 0 for i in self.injectors)
+        half = even if self.symmetric is None else self.symmetric
         gas = Gas(
             self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio,
             self.mean_free_path,
         )  # fmt: skip
         grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
-        return FilmModel(grid, self.clearance, gas, tuple(self.injectors))
+        return FilmModel(grid, self.clearance, gas, tuple(self.injectors), sleeve=self.sleeve)
 
     @cached_property
     def _built(self) -> tuple[Layout, Array, NDArray[np.int64]]:
@@ -153,7 +157,7 @@ class GasBearing:
         """
         w, F, _ = self._solve(journal, speed, supply_pressure, pins)
         omega = np.atleast_1d(np.asarray(whirl_frequency, float))
-        film = linear_film(self.model, self._built[0], w, self._built[2], F, speed)
+        film = linear_film(self.model, self._built[0], w, self._built[2], F, speed, common_kernels(self._built[0]))
         Z = np.stack([dynamic_stiffness(film, value) for value in omega])
         rate = np.where(omega == 0, 1.0, omega)[:, None, None]
         C = Z.imag / rate

@@ -12,7 +12,7 @@ Cites: hamrock_2004.
 
 from __future__ import annotations
 
-from reynolds.jit import inlined
+from reynolds.jit import inlined, view
 from reynolds.lanes import two_dots
 
 
@@ -24,6 +24,8 @@ def thickness(w, F, L):
     inverse = 0.25 / low
     for k in range(L.length):
         gap = w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
+        if L.foil == 1:
+            gap = gap + w[L.bend + k]
         near = gap if gap > 0.0 else 0.0
         near = near if near < 2.0 * low else 2.0 * low
         # the parabola lies above the gap and touches it at 2 h_min, where `near` ends
@@ -39,7 +41,25 @@ def thickness_slope(w, F, L):
     inverse = 0.5 / low
     for k in range(L.length):
         gap = w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
+        if L.foil == 1:
+            gap = gap + w[L.bend + k]
         w[L.slope + k] = min(max(gap, 0.0), 2.0 * low) * inverse
+
+
+@view
+def stored(w, L, k):
+    """Mass p h of cell k (times R_g T); grooves and steps hold gas too, by their mean depth."""
+    return w[L.p + k] * w[L.h + k] if L.textured == 0 else w[L.p + k] * (w[L.h + k] + w[L.deep + k])
+
+
+@inlined
+def wrap(w, L, array):
+    """Copy the ring's ends into the ghost lines."""
+    start = array + L.first
+    end = start + L.n_theta * L.stride
+    for j in range(L.n_rows):
+        w[start - L.stride + j] = w[end - L.stride + j]
+        w[end + j] = w[start + j]
 
 
 @inlined

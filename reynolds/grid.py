@@ -20,10 +20,14 @@ import numpy as np
 from reynolds.errors import FilmError
 
 FILM_ARRAYS = (
-    "cos", "sin", "weight", "per_weight", "link", "clearance", "p", "h", "flow_t", "flow_z", "r", "m_rhs",
+    "cos", "sin", "weight", "per_weight", "link", "form", "clearance", "p", "h", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "p_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
+FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
+TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "south_west", "south_east", "north_west",
+                  "north_east")  # fmt: skip
+"""Arrays of films with a foil or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
@@ -40,6 +44,8 @@ class Layout(NamedTuple):
     half: int
     law: int
     rarefied: int
+    foil: int
+    textured: int
     n_inj: int
     n_border: int
     length: int
@@ -50,6 +56,7 @@ class Layout(NamedTuple):
     weight: int
     per_weight: int
     link: int
+    form: int
     clearance: int
     p: int
     h: int
@@ -76,6 +83,21 @@ class Layout(NamedTuple):
     p_1: int
     p_2: int
     p_3: int
+    soft: int
+    bend: int
+    bend_rhs: int
+    bend_old: int
+    bend_rate: int
+    bend_mid: int
+    depth: int
+    share: int
+    cos_squared: int
+    sin_cos: int
+    deep: int
+    south_west: int
+    south_east: int
+    north_west: int
+    north_east: int
     plenum: int
     plenum_rhs: int
     pin_conductance: int
@@ -191,8 +213,9 @@ class Grid:
 
 
 def make_layout(
-    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False
-) -> Layout:
+    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
+    foil: bool = False, textured: bool = False,
+) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector.
 
     A `rarefied` film slips at the walls by w[slip]; mu and slip stand in the workspace because effects change them.
@@ -203,6 +226,7 @@ def make_layout(
     span = _round(grid.n_theta * stride)
     borders, blocks = n_inj + 2, grid.n_theta * rows * rows
     sizes = {name: length for name in FILM_ARRAYS}
+    further = {name: length * foil for name in FOIL_ARRAYS} | {name: length * textured for name in TEXTURE_ARRAYS}
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
@@ -212,7 +236,7 @@ def make_layout(
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
-    }  # fmt: skip
+    } | further  # fmt: skip
     offsets, at = {}, 0
     for name, size in sizes.items():
         offsets[name], at = at, _round(at + max(size, 1))
@@ -224,7 +248,8 @@ def make_layout(
     }  # fmt: skip
     return Layout(
         n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, rarefied=int(rarefied),
-        n_inj=n_inj, n_border=borders, length=length, span=span, first=first, size=at, **offsets, **integers,
+        foil=int(foil), textured=int(textured), n_inj=n_inj, n_border=borders, length=length, span=span,
+        first=first, size=at, **offsets, **integers,
     )  # fmt: skip
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from reynolds.film import force, thickness_slope
+from reynolds.film import force
 from reynolds.forces import friction_torque as torque
 from reynolds.jit import kernel
-from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, journal_direction, newton, refresh
-from reynolds.residual import jacobian, residual, thickness_derivative
+from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.steady import begin_pseudo_step
 from reynolds.transient import STAGE, end_stage, predict, stage_rhs, start
 
@@ -43,18 +42,6 @@ def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
     status = stage_solve(w, ix, F, L, U, iadt, tolerance, True)
     force(w, L)
     return status
-
-
-@kernel
-def linear_terms(w, ix, F, L, U):
-    """Jacobian without storage at the present state, and thickness derivatives after X and Y in borders 0 and 1."""
-    residual(w, ix, F, L, U, 0.0)
-    thickness_slope(w, F, L)
-    jacobian(w, F, L, U, 0.0)
-    for axis in range(2):
-        journal_direction(w, L, axis)
-        thickness_derivative(w, ix, F, L, U, 0.0, L.film_h, L.border + axis * L.length)
-    residual(w, ix, F, L, U, 0.0)
 
 
 @kernel

@@ -20,10 +20,11 @@ import math
 
 from numpy import float32
 
-from reynolds.film import thickness_slope
+from reynolds.differences import gap_derivative, numerical_jacobian
+from reynolds.film import thickness_slope, wrap
 from reynolds.jit import inlined
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
-from reynolds.residual import CAREFUL, jacobian, residual, thickness_derivative
+from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
@@ -67,7 +68,7 @@ def refresh(w, ix, F, L, U, iadt):
     """Factorise at the present state: ring, borders and the small system. Leaves no residual behind."""
     residual(w, ix, F, L, U, iadt)
     thickness_slope(w, F, L)
-    jacobian(w, F, L, U, iadt)
+    cell_jacobian(w, F, L, U, iadt)
     factor(w, L)
     for k in range(L.length):
         w[L.h_frozen + k] = w[L.h + k]
@@ -88,6 +89,26 @@ def refresh(w, ix, F, L, U, iadt):
 
 
 @inlined
+def cell_jacobian(w, F, L, U, iadt):
+    """Derivatives of the residual after q: of a plain film in closed form, of any other by differences."""
+    if L.foil == 1 or L.textured == 1:
+        numerical_jacobian(w, F, L, U, iadt)
+    else:
+        jacobian(w, F, L, U, iadt)
+
+
+@inlined
+def journal_derivative(w, ix, F, L, U, iadt, axis, gain, column):
+    """Derivative of the residual after the journal's displacement along an axis, into the array at offset `column`."""
+    journal_direction(w, L, axis)
+    if L.foil == 1 or L.textured == 1:
+        gap_derivative(w, F, L, U, iadt, axis, column)
+    else:
+        thickness_derivative(w, F, L, U, iadt, column)
+    injected_derivative(w, ix, F, L, gain, column)
+
+
+@inlined
 def keep_border(w, ix, L, border):
     """Store the border column just solved in r, and what injectors and journal read of it."""
     close_ring(w, L, L.r)
@@ -105,8 +126,7 @@ def keep_border(w, ix, L, border):
 def border_column(w, ix, F, L, U, iadt, c, column):
     """Right-hand side of border c: a unit film flow of injector c, or a unit journal displacement."""
     if c >= L.n_inj:
-        journal_direction(w, L, c - L.n_inj)
-        thickness_derivative(w, ix, F, L, U, iadt, L.gain_h, column)
+        journal_derivative(w, ix, F, L, U, iadt, c - L.n_inj, L.gain_h, column)
         for k in range(L.length):
             w[column + k] = -w[column + k]
     else:
@@ -239,16 +259,6 @@ def update(w, ix, F, L):
         change = w[L.shift + i] + w[L.pull_q + i] * dq + w[L.pull_h + i] * dh
         w[L.plenum + i] = min(max(w[L.plenum + i] - change, 0.2 * w[L.plenum + i]), 5.0 * w[L.plenum + i])
     return math.sqrt(total / (L.n_theta * L.n_rows)) / F.pa + (abs(dx) + abs(dy)) / F.clearance
-
-
-@inlined
-def wrap(w, L, array):
-    """Copy the ring's ends into the ghost lines."""
-    start = array + L.first
-    end = start + L.n_theta * L.stride
-    for j in range(L.n_rows):
-        w[start - L.stride + j] = w[end - L.stride + j]
-        w[end + j] = w[start + j]
 
 
 @inlined

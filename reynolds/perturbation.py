@@ -13,8 +13,8 @@ Cites: hamrock_2004, thesis.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,9 +22,12 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
-from reynolds import kernels
+from reynolds import linear_terms
 from reynolds.grid import Layout, cells
 from reynolds.workspace import FilmModel
+
+CORNERS = (("south_west", 1, 1), ("south_east", -1, 1), ("north_west", 1, -1), ("north_east", -1, -1))
+"""Corners of the nine-point Jacobian of a textured film, and where the neighbour is, in lines and rows."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +51,32 @@ def dynamic_stiffness(film: LinearFilm, omega: float) -> np.ndarray:
     return np.asarray(film.F_y @ splu(matrix.tocsc()).solve(film.J_X + 1j * omega * film.S_X))
 
 
-def linear_film(model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float) -> LinearFilm:
+@dataclass(frozen=True)
+class Kernels:
+    """`reynolds.linear_terms` for a layout: the functions for all layouts, or those compiled for this one."""
+
+    terms: Callable[..., None]
+    gap: Callable[..., None]
+
+
+def common_kernels(layout: Layout) -> Kernels:
+    """Kernels that take the sizes of the film as an argument."""
+
+    def terms(w: np.ndarray, ix: np.ndarray, F: Any, U: float) -> None:
+        linear_terms.linear_terms(w, ix, F, layout, U)
+
+    def gap(w: np.ndarray, F: Any, U: float) -> None:
+        linear_terms.gap_terms(w, F, layout, U)
+
+    return Kernels(terms, gap)
+
+
+def linear_film(
+    model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float, kernels: Kernels
+) -> LinearFilm:
     """Matrices at the steady state held in the workspace w (left as it is) for shaft speed `speed` [rad/s]."""
     w = w.copy()
-    kernels.linear_terms(w, ix, F, layout, speed * model.grid.radius)
+    kernels.terms(w, ix, F, speed * model.grid.radius)
     index = cells(layout)
     n, ni = index.size, layout.n_inj
 
@@ -60,7 +85,8 @@ def linear_film(model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray,
 
     J = _injector_rows(layout, w, ix, F, index, _ring_matrix(layout, w))
     capacity = w[layout.capacity : layout.capacity + ni]
-    S = np.concatenate([film(layout.weight) * 0.5 * film(layout.h) / film(layout.p), capacity])
+    held = film(layout.h) + film(layout.deep) if layout.textured else film(layout.h)
+    S = np.concatenate([film(layout.weight) * 0.5 * held / film(layout.p), capacity])
     axes = np.stack([-film(layout.cos) * film(layout.slope), -film(layout.sin) * film(layout.slope)], axis=1)
     S_X = np.vstack([(film(layout.weight) * film(layout.p))[:, None] * axes, np.zeros((ni, 2))])
     local = np.stack([w[layout.inj_cos : layout.inj_cos + ni], w[layout.inj_sin : layout.inj_sin + ni]], axis=1)
@@ -72,7 +98,36 @@ def linear_film(model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray,
     )
     read = 0.5 * float(F["area"]) * film(layout.weight) / film(layout.p)
     F_y = np.hstack([-np.stack([read * film(layout.cos), read * film(layout.sin)]), np.zeros((2, ni))])
-    return LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
+    linear = LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
+    return _on_foil(linear, layout, w, F, speed * model.grid.radius, kernels) if layout.foil else linear
+
+
+def _on_foil(film: LinearFilm, layout: Layout, w: np.ndarray, F: Any, U: float, kernels: Kernels) -> LinearFilm:
+    """The film with the foil's deflection, one more state a node where the foil has losses.
+
+    Without storage J has the foil at rest under the pressure. With J_w the derivative after the gap, a film whose foil
+    moves has S q' + M w' + (J - J_w R) q + J_w w = 0 and tau w' + w = R q, with R = dw/dq at rest and M what a gap
+    that opens takes; w' is put in from the second, so that S stays diagonal.
+    """
+    n, at = film.F_y.shape[1] - layout.n_inj, cells(layout)
+    softness = (w[layout.soft + at] * 0.5 / w[layout.p + at]).ravel()
+    opening = (w[layout.weight + at] * w[layout.p + at] * w[layout.slope + at]).ravel()
+    if not F["bend_time"] > 0:
+        S = film.S.copy()
+        S[:n] += opening * softness
+        return replace(film, S=S)
+    kernels.gap(w, F, U)
+    ring = _ring_matrix(layout, w)
+    J_w = ring[:, :n] - sparse.vstack([sparse.diags(opening), sparse.csc_matrix((layout.n_inj, n))]) / F["bend_time"]
+    R = sparse.hstack([sparse.diags(softness), sparse.csc_matrix((n, layout.n_inj))])
+    J = sparse.bmat([[film.J - J_w @ R, J_w], [-R, sparse.identity(n)]], format="csc")
+
+    def below(rows: np.ndarray) -> np.ndarray:
+        return np.vstack([rows, np.zeros((n, rows.shape[1]))])
+
+    S = np.concatenate([film.S, np.full(n, F["bend_time"])])
+    F_y = np.hstack([film.F_y, np.zeros((2, n))])
+    return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), F_y)
 
 
 def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
@@ -102,6 +157,12 @@ def _ring_matrix(layout: Layout, w: np.ndarray) -> Any:
         (number[:, 1:], number[:, :-1], w[layout.down + at][:, 1:]),
         (number[:, :-1], number[:, 1:], w[layout.up + at][:, :-1]),
     ]
+    if layout.textured:
+        for name, di, dj in CORNERS:
+            own = slice(1, None) if dj > 0 else slice(None, -1)
+            other = slice(None, -1) if dj > 0 else slice(1, None)
+            column = np.roll(number, di, axis=0)[:, other]
+            entries.append((number[:, own], column, w[getattr(layout, name) + at][:, own]))
     rows, cols, values = (np.concatenate([np.ravel(e[part]) for e in entries]) for part in range(3))
     size = nt * nr + layout.n_inj
     return sparse.coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()

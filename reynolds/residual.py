@@ -22,9 +22,11 @@ from __future__ import annotations
 
 import math
 
-from reynolds.film import thickness
+from reynolds.film import stored, thickness
+from reynolds.foil import bend_foil
 from reynolds.injector import nozzle, nozzle_table, pin_flow
 from reynolds.jit import inlined
+from reynolds.texture import textured_fluxes
 
 CAREFUL = 4
 """Place in w[convergence] that asks for chord slopes of the injectors' flows."""
@@ -142,17 +144,27 @@ def injection(w, ix, F, L, iadt):
 
 
 @inlined
-def residual(w, ix, F, L, U, iadt):
-    """Residual of every cell [Pa m/s] into r, with the storage term (m - m_rhs) iadt."""
+def cell_residual(w, F, L, U, iadt):
+    """Residual of every cell [Pa m/s] into r without injectors, with the storage term (m - m_rhs) iadt."""
+    if L.foil == 1:
+        bend_foil(w, F, L, iadt)
     thickness(w, F, L)
-    fluxes(w, F, L, U)
+    if L.textured == 1:
+        textured_fluxes(w, F, L, U)
+    else:
+        fluxes(w, F, L, U)
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.r + k] = (
-            w[L.weight + k]
-            * ((w[L.p + k] * w[L.h + k] - w[L.m_rhs + k]) * iadt + w[L.flow_t + k] - w[L.flow_t + k - L.stride])
+            w[L.weight + k] * ((stored(w, L, k) - w[L.m_rhs + k]) * iadt + w[L.flow_t + k] - w[L.flow_t + k - L.stride])
             + w[L.flow_z + k]
             - w[L.flow_z + k - 1]
         )
+
+
+@inlined
+def residual(w, ix, F, L, U, iadt):
+    """Residual of every cell [Pa m/s] into r, that of the plena with it."""
+    cell_residual(w, F, L, U, iadt)
     injection(w, ix, F, L, iadt)
     for i in range(L.n_inj):
         rate = F.source * w[L.film_flow + i]
@@ -211,12 +223,8 @@ def jacobian(w, F, L, U, iadt):
 
 
 @inlined
-def thickness_derivative(w, ix, F, L, U, iadt, gain, out):
-    """Derivative of the residual in the direction w[dh] of the film thickness, into the array at offset `out`.
-
-    Includes the injectors, whose flow grows with the local thickness by w[gain]: `film_h` at a fixed plenum pressure,
-    `gain_h` with the plenum following.
-    """
+def thickness_derivative(w, F, L, U, iadt, out):
+    """Derivative of the cells' residual in the direction w[dh] of the film thickness, into the array at `out`."""
     shear = U / (4.0 * F.dy)
     drag = abs(shear)
     cross = 1.0 / (12.0 * w[L.mu] * F.dy * F.dy)
@@ -248,6 +256,15 @@ def thickness_derivative(w, ix, F, L, U, iadt, gain, out):
             + w[L.flow_z + k]
             - w[L.flow_z + k - 1]
         )
+
+
+@inlined
+def injected_derivative(w, ix, F, L, gain, out):
+    """Add what the injectors' flows change by in the direction w[dh].
+
+    They grow with the local thickness by w[gain]: `film_h` at a fixed plenum pressure, `gain_h` with the plenum
+    following.
+    """
     for i in range(L.n_inj):
         rate = F.source * w[gain + i] * local_thickness(w, ix, L, i, L.dh)
         for n in range(ix[L.source_start + i], ix[L.source_start + i + 1]):

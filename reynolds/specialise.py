@@ -147,6 +147,11 @@ def kernel_functions(source: ModuleType | str) -> list[ast.FunctionDef]:
     return [n for n in tree.body if isinstance(n, ast.FunctionDef) and _decorator(n) in DECORATORS]
 
 
+def is_view(function: ast.FunctionDef) -> bool:
+    """Whether a function is written where it is called, in each module that calls it."""
+    return _decorator(function) == "view"
+
+
 def write_module(
     functions: Iterable[ast.FunctionDef],
     layouts: Mapping[str, Any],
@@ -162,8 +167,8 @@ def write_module(
     name without a meaning.
     """
     numbers, functions = Numbers(layouts), list(functions)
-    views = Views({f.name: f for f in functions if _decorator(f) == "view"})
-    found = [numbers.visit(views.visit(f)) for f in functions if _decorator(f) != "view"]
+    views = Views({f.name: f for f in functions if is_view(f)})
+    found = [numbers.visit(views.visit(f)) for f in functions if not is_view(f)]
     for function in found:
         if function.name in entries:
             function.decorator_list = [ast.Name(decorator)]

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reynolds.film import thickness
+from reynolds.film import stored, thickness
 from reynolds.grid import Layout
 from reynolds.jit import inlined
 
@@ -28,7 +28,9 @@ def begin_pseudo_film(w, F, L):
     """Right-hand sides of an implicit Euler step of the film from the present state."""
     thickness(w, F, L)
     for k in range(L.length):
-        w[L.m_rhs + k] = w[L.p + k] * w[L.h + k]
+        w[L.m_rhs + k] = stored(w, L, k)
+        if L.foil == 1:
+            w[L.bend_rhs + k] = w[L.bend + k]
     for i in range(L.n_inj):
         w[L.plenum_rhs + i] = w[L.plenum + i]
 

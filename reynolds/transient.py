@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 
-from reynolds.film import thickness
+from reynolds.film import stored, thickness
+from reynolds.foil import rest_foil
 from reynolds.jit import inlined
 
 GAMMA = 2.0 - math.sqrt(2.0)
@@ -69,8 +70,10 @@ def start(w, ix, F, L):
     """Take the present state as one at rest: stored mass, no rates."""
     thickness(w, F, L)
     for k in range(L.length):
-        w[L.m_old + k] = w[L.p + k] * w[L.h + k]
+        w[L.m_old + k] = stored(w, L, k)
         w[L.rate + k] = 0.0
+    if L.foil == 1:
+        rest_foil(w, L)
     for i in range(L.n_inj):
         w[L.plenum_old + i] = w[L.plenum + i]
         w[L.plenum_rate + i] = 0.0
@@ -79,6 +82,8 @@ def start(w, ix, F, L):
 @inlined
 def stage_rhs(w, L, stage, adt):
     """Right-hand sides m_rhs and plenum_rhs of a stage."""
+    if L.foil == 1:
+        foil_rhs(w, L, stage, adt)
     if stage == TO_MID:
         for k in range(L.length):
             w[L.m_rhs + k] = w[L.m_old + k] + adt * w[L.rate + k]
@@ -92,6 +97,27 @@ def stage_rhs(w, L, stage, adt):
 
 
 @inlined
+def foil_rhs(w, L, stage, adt):
+    """Right-hand side of the foil's deflection in a stage."""
+    for k in range(L.length):
+        if stage == TO_MID:
+            w[L.bend_rhs + k] = w[L.bend_old + k] + adt * w[L.bend_rate + k]
+        else:
+            w[L.bend_rhs + k] = MID * w[L.bend_mid + k] + OLD * w[L.bend_old + k]
+
+
+@inlined
+def end_foil(w, L, stage, adt):
+    """Keep the foil's deflection as `end_stage` keeps the mass."""
+    for k in range(L.length):
+        if stage == TO_MID:
+            w[L.bend_mid + k] = w[L.bend + k]
+        else:
+            w[L.bend_rate + k] = (w[L.bend + k] - w[L.bend_rhs + k]) / adt
+            w[L.bend_old + k] = w[L.bend + k]
+
+
+@inlined
 def end_stage(w, L, stage, adt):
     """Keep what the stage found: mass and plena at gamma dt, or at the step's end together with the rates.
 
@@ -101,9 +127,11 @@ def end_stage(w, L, stage, adt):
     keep = L.m_mid if stage == TO_MID else L.m_old
     inverse = 1.0 / adt
     for k in range(L.first, L.first + L.n_theta * L.stride):
-        m = w[L.p + k] * w[L.h + k] - adt * w[L.per_weight + k] * w[L.r + k]
+        m = stored(w, L, k) - adt * w[L.per_weight + k] * w[L.r + k]
         w[L.rate + k] = (m - w[L.m_rhs + k]) * inverse if stage == TO_END else w[L.rate + k]
         w[keep + k] = m
+    if L.foil == 1:
+        end_foil(w, L, stage, adt)
     for i in range(L.n_inj):
         rate = (w[L.pin_flow + i] - w[L.film_flow + i]) / w[L.capacity + i]
         if stage == TO_MID:

@@ -10,13 +10,13 @@ import numpy as np
 from reynolds.errors import FilmError
 from reynolds.grid import Grid, Layout, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
+from reynolds.sleeve import PLAIN, Sleeve, fill_texture
 
-FILM_DTYPE = np.dtype(
-    [
-        (name, "f8")
-        for name in ("mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min")
-    ]
-)
+CONSTANTS = (
+    "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
+    "grooved",
+)  # fmt: skip
+FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
 
 def at_cache_line(size: int) -> np.ndarray:
@@ -54,12 +54,17 @@ class FilmModel:
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
     rarefied: bool = False
+    sleeve: Sleeve = PLAIN
 
     def __post_init__(self) -> None:
         if self.clearance <= 0:
             raise FilmError(f"clearance = {self.clearance} m: must be positive")
         if len({injector.law for injector in self.injectors}) > 1:
             raise FilmError("injectors: all must have the same law")
+        if self.grid.half and not self.sleeve.symmetric:
+            raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
+        if self.injectors and (self.sleeve.foil is not None or self.sleeve.grooves is not None):
+            raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 
@@ -73,17 +78,15 @@ class FilmModel:
         grid, gas = self.grid, self.gas
         rt = gas.gas_constant * gas.temperature
         area = grid.dy * grid.dz * (2 if grid.half else 1)
+        sleeve = self.sleeve
+        uneven = float(np.abs(sleeve.height(grid.theta, self.clearance)).max())
+        bend_time = 0.0 if sleeve.foil is None else sleeve.foil.time
+        grooved = 1.0 if sleeve.grooves is None else sleeve.grooves.sense
         row = (
-            gas.viscosity,
-            gas.mean_free_path,
-            grid.radius,
-            grid.dy,
-            grid.dz,
-            gas.ambient_pressure,
-            area,
-            rt / (grid.dy * grid.dz),
-        )
-        return np.array([(*row, self.clearance, self.h_min)], FILM_DTYPE).view(np.recarray)
+            gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
+            rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
+        )  # fmt: skip
+        return np.array([row], FILM_DTYPE).view(np.recarray)
 
     def footprints(self) -> list[Footprint]:
         """Every injector on the grid."""
@@ -120,10 +123,15 @@ class FilmModel:
         if not grid.half:
             lines = layout.link + layout.first + np.arange(-1, grid.n_theta + 1) * layout.stride
             w[lines + grid.n_rows + 1] = 1.0
-        fill(w, layout.clearance, layout, np.full(shape, self.clearance), self.clearance)
+        gap = self.clearance + self.sleeve.height(grid.theta, self.clearance)
+        for offset in (layout.form, layout.clearance, layout.h):
+            fill(w, offset, layout, np.broadcast_to(gap[:, None], shape), gap)
         for offset in (layout.p, layout.p_1, layout.p_2, layout.p_3):
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
-        fill(w, layout.h, layout, np.full(shape, self.clearance), self.clearance)
+        if layout.foil and self.sleeve.foil is not None:
+            w[layout.soft : layout.soft + layout.length] = 1 / self.sleeve.foil.stiffness
+        if layout.textured:
+            fill_texture(w, layout, grid, self.sleeve)
 
     def _fill_footprints(self, w: np.ndarray, ix: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> None:
         index = cells(layout)
@@ -182,7 +190,10 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)
     rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
-    layout = make_layout(first.grid, max(laws, default=0), sources, readers, rarefied)
+    layout = make_layout(
+        first.grid, max(laws, default=0), sources, readers, rarefied,
+        foil=any(f.sleeve.foil is not None for f in films), textured=any(f.sleeve.textured for f in films),
+    )  # fmt: skip
     w = np.zeros(len(films) * layout.size)
     ix = np.zeros(len(films) * layout.n_integers, np.int64)
     for k, (film, own) in enumerate(zip(films, prints, strict=True)):

@@ -111,6 +111,12 @@ TABLE: dict[str, Dimension] = {
         ("N/m", "MN/m"),
         {"N/m": "1", "kN/m": "1e3", "MN/m": "1e6", "N/mm": "1e3", "N/um": "1e6"},
     ),
+    "N/m^3": Dimension(
+        "stiffness per area",
+        "4.7 GN/m^3",
+        ("GN/m^3",),
+        {"N/m^3": "1", "MN/m^3": "1e6", "GN/m^3": "1e9", "N/mm^3": "1e9"},
+    ),
     "N*s/m": Dimension("damping", "100 N*s/m", ("N*s/m",), {"N*s/m": "1", "kN*s/m": "1e3", "N*s/mm": "1e3"}),
     "N*m": Dimension("torque", "5 mN*m", ("mN*m", "N*m"), {"N*m": "1", "mN*m": "1e-3", "kN*m": "1e3"}),
     "N*m*s": Dimension("torque/speed", "1e-5 N*m*s", ("N*m*s",), {"N*m*s": "1", "mN*m*s": "1e-3"}),

@@ -18,19 +18,23 @@ from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
 from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
+from rotorsim.machine.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.usual import ask_machine
 
 __all__ = [
     "SAMPLE",
     "Disc",
+    "Foil",
     "Gas",
     "GasFilm",
     "Grid",
+    "Grooves",
     "HousingAcceleration",
     "HousingVelocity",
     "Injection",
     "Injector",
     "LinearBearing",
+    "Lobes",
     "Machine",
     "Material",
     "Orifices",
@@ -39,6 +43,7 @@ __all__ = [
     "Shaft",
     "ShaftProbe",
     "Solver",
+    "Steps",
     "catalogue",
     "describe",
     "load_machine",

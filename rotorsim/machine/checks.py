@@ -92,6 +92,11 @@ def _injection(machine: MachineTables) -> Problems:
         return
     if common.bearing is not None and machine.film_at(common.bearing) is None:
         yield "injection.bearing", f"{common.bearing:g} {_no_film(machine)}"
+    if machine.injectors and machine.pinned_film is not None:
+        film = machine.films[machine.pinned_film]
+        for name in ("foil", "grooves"):
+            if getattr(film, name, None) is not None:
+                yield "injectors", f"feed a film with {'a foil' if name == 'foil' else name}; remove them or the {name}"
     if machine.injectors and common.law == "loss_factor" and any(film.orifices for _, film in _films(machine)):
         yield "injection.law", "'loss_factor' does not go with orifices, which are nozzles; write 'orifice'"
 

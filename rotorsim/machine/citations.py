@@ -33,6 +33,7 @@ def citations(machine: Machine) -> dict[str, list[str]]:
     found["coupled step"] = list(cited_by("rotorsim.plant.kernels.modal_rotor"))
     if machine.film is not None:
         found["film"] = _of("reynolds", FILM)
+        found["sleeves"] = [key for module in _forms(machine) for key in cited_by(f"reynolds.{module}")]
         found["equilibrium"] = list(cited_by("rotorsim.plant.kernels.equilibrium_kernel"))
     if machine.injectors:
         found["injectors"] = list(cited_by("reynolds.injector"))
@@ -40,6 +41,13 @@ def citations(machine: Machine) -> dict[str, list[str]]:
         found["actuators"] = list(cited_by("rotorsim.plant.kernels.piezo"))
     found |= {f"effects.{name}": list(REGISTRY[name].cites) for name in machine.effects}
     return {part: sorted_keys(keys) for part, keys in found.items() if keys}
+
+
+def _forms(machine: Machine) -> list[str]:
+    """Modules of `reynolds` for sleeves that are no plain cylinders."""
+    foil = any(film.foil is not None for film in machine.films)
+    textured = any(film.sleeve.textured for film in machine.films)
+    return [name for name, there in (("foil", foil), ("texture", textured), ("differences", foil or textured)) if there]
 
 
 def _of(package: str, modules: tuple[str, ...]) -> list[str]:

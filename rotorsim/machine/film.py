@@ -8,8 +8,10 @@ from typing import Literal
 
 from pydantic import Field
 
+from reynolds.sleeve import Sleeve
 from rotorsim.base.units import show
 from rotorsim.machine.part import Part, quantity
+from rotorsim.machine.sleeve import Foil, Grooves, Lobes, Steps
 
 
 class Orifices(Part):
@@ -73,6 +75,27 @@ class GasFilm(Part):
         4e6, above=0, high=1e12,
     )  # fmt: skip
     orifices: tuple[Orifices, ...] = Field((), description="Rows of orifices that feed the film without pins.")
+    lobes: Lobes | None = Field(None, description="Arcs of a sleeve that is not round.")
+    steps: tuple[Steps, ...] = Field((), description="Rows of pockets in the sleeve.")
+    grooves: Grooves | None = Field(None, description="Narrow slanted grooves on journal or sleeve.")
+    foil: Foil | None = Field(None, description="Bump foil on the sleeve.")
+
+    @property
+    def sleeve(self) -> Sleeve:
+        """Form of the sleeve as the film takes it."""
+        lobes, grooves, foil = (None if part is None else part.form for part in (self.lobes, self.grooves, self.foil))
+        return Sleeve(lobes, tuple(row.form for row in self.steps), grooves, foil)  # type: ignore[arg-type]
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Orifices stand in a sleeve that does not move and has no grooves; grooves fit in."""
+        for name in ("foil", "grooves"):
+            if self.orifices and getattr(self, name) is not None:
+                yield name, "does not go with orifices in the same film; remove the one or the other"
+        if self.grooves is not None and self.grooves.land >= self.length:
+            land, length = show(self.grooves.land, "m"), show(self.length, "m")
+            yield "grooves.land", f"'{land}' leaves no grooves in a film of '{length}'; make it shorter"
+        if self.grooves is not None and self.steps:
+            yield "steps", "do not go with grooves in the same film; remove the ones or the others"
 
 
 class Gas(Part):

@@ -8,6 +8,7 @@ recompile, and numba's disk cache holds the machine code next to it.
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import inspect
 import sys
@@ -18,10 +19,24 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
-from reynolds import film, forces, injector, lanes, newton, residual, ring, steady, transient
+from reynolds import (
+    differences,
+    film,
+    foil,
+    forces,
+    injector,
+    lanes,
+    linear_terms,
+    newton,
+    residual,
+    ring,
+    steady,
+    texture,
+    transient,
+)
 from reynolds.grid import Layout
 from reynolds.jit import cache_folder, cache_root, private_root
-from reynolds.specialise import kernel_functions, write_module
+from reynolds.specialise import is_view, kernel_functions, write_module
 from rotorsim.base.cache import key_of, source_files
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, make_folder, sweep, write_text
@@ -47,7 +62,11 @@ from rotorsim.plant.kernels.rig_layout import RigLayout
 from rotorsim.plant.ports import FUNCTIONS
 
 CHECK = "# hash of the lines above: "
-FILM_SOURCES = (film, forces, injector, lanes, residual, ring, newton, transient, steady)
+FILM_SOURCES = (
+    film, foil, texture, forces, injector, lanes, residual, differences, ring, newton, linear_terms, transient, steady,
+)  # fmt: skip
+LINEAR_ENTRIES = ("linear_terms", "gap_terms")
+"""Kernels of a film that are compiled where a linear model is asked for."""
 FILM_ENTRIES = ("newton", "refresh")
 SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "refresh")
 """Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
@@ -84,18 +103,25 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
     name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
 
     def film_text() -> str:
-        functions = [f for m in FILM_SOURCES for f in kernel_functions(m)]
-        return write_module(functions, {"L": layout}, FILM_SOURCES, entries, decorator="shared")
+        return write_module(
+            _film_functions(), {"L": layout}, FILM_SOURCES, (*entries, *LINEAR_ENTRIES), decorator="shared"
+        )
 
     def text() -> str:
         layouts = dict.fromkeys(("L", "FL", "FILM"), layout) | {"R": rotor, "ROTOR": rotor, "RIG": rig}
-        own = [f for m in SOURCES for f in kernel_functions(m)]
-        names = {f.name for m in FILM_SOURCES for f in kernel_functions(m)}
+        films = _film_functions()
+        own = [f for m in SOURCES for f in kernel_functions(m)] + [f for f in films if is_view(f)]
+        names = {f.name for f in films if not is_view(f)}
         imports = [f"from {film_name} import {', '.join(sorted(names))}", "from reynolds.jit import merged", *kernels]
         return write_module([*kernel_functions("\n".join(ports)), *own], layouts, SOURCES, ENTRIES, imports)
 
     load_module(film_name, film_text)
     return cast(KernelModule, load_module(name, text))
+
+
+def _film_functions() -> list[ast.FunctionDef]:
+    """Compiled functions of the films."""
+    return [f for m in FILM_SOURCES for f in kernel_functions(m)]
 
 
 def film_entries(n_films: int) -> tuple[str, ...]:

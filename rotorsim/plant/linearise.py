@@ -14,6 +14,7 @@ linear model. Forces that vary with the shaft angle (a crack) and the flow in a 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +25,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
-from reynolds.perturbation import LinearFilm, linear_film, side_by_side
+from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.notebook import Card, Shown
@@ -270,9 +271,11 @@ def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
 
 def linear_films(a: Assembly, w: np.ndarray, speed: float) -> LinearFilm:
     """Linear model of all films side by side: X and F hold the journals one after the other."""
+    own = sys.modules[a.module.newton.__module__]
+    kernels = Kernels(own.linear_terms, own.gap_terms)
     return side_by_side(
         [
-            linear_film(model, a.film, a.film_part(w, k), a.film_indices(k), a.film_constants(k), speed)
+            linear_film(model, a.film, a.film_part(w, k), a.film_indices(k), a.film_constants(k), speed, kernels)
             for k, model in enumerate(a.films)
         ]
     )

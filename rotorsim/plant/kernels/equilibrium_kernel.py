@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import math
 
-from reynolds.film import force
+from reynolds.film import force, stored
+from reynolds.foil import rest_foil
 from reynolds.jit import inlined, kernel
 from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
 from reynolds.transient import take_back
@@ -229,8 +230,10 @@ def rest_films(w):
         v = film_part(w, f)
         for k in range(FILM.length):
             v[FILM.p_1 + k] = v[FILM.p_2 + k] = v[FILM.p_3 + k] = v[FILM.p + k]
-            v[FILM.m_old + k] = v[FILM.p + k] * v[FILM.h + k]
+            v[FILM.m_old + k] = stored(v, FILM, k)
             v[FILM.rate + k] = 0.0
+        if FILM.foil == 1:
+            rest_foil(v, FILM)
         for k in range(FILM.n_inj):
             plenum = v[FILM.plenum + k]
             v[FILM.plenum_1 + k] = v[FILM.plenum_2 + k] = v[FILM.plenum_3 + k] = v[FILM.plenum_old + k] = plenum

@@ -18,21 +18,18 @@ def axial(F, row):
 
 @inlined
 def shape_gap(w, P, f, t, angle, speed):
-    """Write c + effects into the clearance of film f, ghosts and edges too; keeps the mean."""
+    """Write the sleeve's form and the effects into the clearance of film f, ghosts and edges too; keeps the mean."""
     F, v = film_constants(P, f), film_part(w, f)
     s = FILM.stride
     total = 0.0
-    uneven = 0.0
+    uneven = F.uneven
     for i in range(FILM.n_theta):
         height, slope = film_shape(f, t, angle, speed, i * (F.dy / F.radius), P)
-        gap = F.clearance + height
         total += height
         uneven = max(uneven, abs(height) + abs(slope))
-        line = FILM.clearance + FILM.first + i * s
-        for j in range(FILM.n_rows + 1):
-            v[line + j] = gap + slope * axial(F, j)
-        if FILM.half == 0:
-            v[line - 1] = gap + slope * axial(F, -1)
+        for j in range(FILM.half - 1, FILM.n_rows + 1):
+            k = FILM.first + i * s + j
+            v[FILM.clearance + k] = v[FILM.form + k] + height + slope * axial(F, j)
     start = FILM.clearance + FILM.first
     end = start + FILM.n_theta * s
     for j in range(FILM.half - 1, s + FILM.half - 1):

@@ -1,0 +1,113 @@
+"""Derivatives of the cells' residual by central differences, for films without a closed form of them.
+
+A cell's residual depends on the eight nodes around it and on its own. Nodes that are four lines or three rows apart
+have no cell in common, so that twelve pairs of residuals give every derivative, to nine digits.
+
+Cites: curtis_1974.
+"""
+
+from __future__ import annotations
+
+import math
+
+from reynolds.film import wrap
+from reynolds.jit import inlined, kernel
+from reynolds.residual import cell_residual
+
+STEP = 1e-5
+"""Relative step of p^2, and step of a gap as a share of the clearance."""
+
+
+@kernel
+def cells_only(w, F, L, U, iadt):
+    """`residual.cell_residual` as a call."""
+    cell_residual(w, F, L, U, iadt)
+
+
+@inlined
+def shift(w, L, array, kept, line, row, factor, addend):
+    """Write the array kept at offset `kept` back, with every fourth line's and third row's nodes changed."""
+    for k in range(L.length):
+        w[array + k] = w[kept + k]
+    for i in range(line, L.n_theta, 4):
+        for j in range(row, L.n_rows, 3):
+            k = array + L.first + i * L.stride + j
+            w[k] = w[k] * factor + addend
+    wrap(w, L, array)
+
+
+@inlined
+def keep_neighbours(w, L, i, j, inverse):
+    """Derivatives of the residuals about node (i, j), whose differences are those of w[dh] and r."""
+    for di in range(-1, 2):
+        line = L.first + (i + di + L.n_theta) % L.n_theta * L.stride
+        for dj in range(-1, 2):
+            if j + dj >= 0 and j + dj < L.n_rows:
+                k = line + j + dj
+                value = (w[L.dh + k] - w[L.r + k]) * inverse
+                # a node is the western neighbour of the cell east of it
+                if dj == 0:
+                    w[(L.diag if di == 0 else (L.west if di > 0 else L.east)) + k] = value
+                elif di == 0:
+                    w[(L.down if dj > 0 else L.up) + k] = value
+                elif L.textured == 1:
+                    south, north = L.south_west if di > 0 else L.south_east, L.north_west if di > 0 else L.north_east
+                    w[(south if dj > 0 else north) + k] = value
+
+
+@kernel
+def differences(w, F, L, U, iadt, array, squared):
+    """Derivatives after the nodes of an array: after q = p^2 for p (`squared`), else after the values themselves."""
+    kept = L.two_p
+    for k in range(L.length):
+        w[kept + k] = w[array + k]
+        w[L.diag + k] = w[L.west + k] = w[L.east + k] = w[L.down + k] = w[L.up + k] = 0.0
+        if L.textured == 1:
+            w[L.south_west + k] = w[L.south_east + k] = w[L.north_west + k] = w[L.north_east + k] = 0.0
+    addend = 0.0 if squared else STEP * F.clearance
+    for line in range(4):
+        for row in range(3):
+            shift(w, L, array, kept, line, row, math.sqrt(1.0 + STEP) if squared else 1.0, addend)
+            cells_only(w, F, L, U, iadt)
+            for k in range(L.length):
+                w[L.dh + k] = w[L.r + k]
+            shift(w, L, array, kept, line, row, math.sqrt(1.0 - STEP) if squared else 1.0, -addend)
+            cells_only(w, F, L, U, iadt)
+            for i in range(line, L.n_theta, 4):
+                for j in range(row, L.n_rows, 3):
+                    p = w[kept + L.first + i * L.stride + j]
+                    keep_neighbours(w, L, i, j, 0.5 / (STEP * p * p) if squared else 0.5 / addend)
+    for k in range(L.length):
+        w[array + k] = w[kept + k]
+    cells_only(w, F, L, U, iadt)
+
+
+@inlined
+def numerical_jacobian(w, F, L, U, iadt):
+    """As `residual.jacobian`, with corners for grooves; leaves no residual of injectors behind."""
+    differences(w, F, L, U, iadt, L.p, True)
+
+
+@inlined
+def gap_jacobian(w, F, L, U, iadt):
+    """Derivatives after the gap at every node, in place of those after q."""
+    differences(w, F, L, U, iadt, L.clearance, False)
+
+
+@kernel
+def gap_derivative(w, F, L, U, iadt, axis, out):
+    """Derivative of the cells' residual after the journal's displacement along an axis, into the array at `out`."""
+    begin, step = w[L.journal + axis], STEP * F.clearance
+    w[L.journal + axis] = begin + step
+    cells_only(w, F, L, U, iadt)
+    for k in range(L.length):
+        w[L.two_p + k] = w[L.r + k]
+    w[L.journal + axis] = begin - step
+    cells_only(w, F, L, U, iadt)
+    for k in range(L.length):
+        w[L.two_p + k] = (w[L.two_p + k] - w[L.r + k]) * (0.5 / step)
+    w[L.journal + axis] = begin
+    cells_only(w, F, L, U, iadt)
+    # `out` may be where the residual was
+    for k in range(L.length):
+        w[out + k] = w[L.two_p + k]
