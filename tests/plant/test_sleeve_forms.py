@@ -1,0 +1,105 @@
+"""Machines whose films have lobes, steps, grooves or foils: equilibrium, linear model and time steps agree."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm, matrix_balance
+
+from rotorsim.base.errors import MachineFileError
+from rotorsim.machine import Machine
+from rotorsim.plant import Plant
+
+FORMS = {
+    "foil": 'foil = { stiffness = "5 GN/m^3", loss_factor = 0.3 }',
+    "foil without loss": 'foil = { stiffness = "5 GN/m^3" }',
+    "grooves": 'grooves = { on = "journal", depth = "20 um", share = 0.5, angle = "28 deg" }',
+    "steps": 'steps = [{ count = 3, depth = "10 um", arc = "45 deg" }]',
+    "lobes": "lobes = { count = 3, preload = 0.5 }",
+}
+
+
+def machine(*forms, extra=""):
+    films = [
+        f'[[bearings]]\nkind = "gas_film"\nposition = "{z} mm"\ndiameter = "40 mm"\nlength = "40 mm"\n'
+        f'clearance = "20 um"\n{form}\n'
+        for z, form in zip((40, 160), forms, strict=True)
+    ]
+    return Machine.from_text(f"""
+name = "formed"
+[shaft]
+max_element_length = "40 mm"
+[shaft.material]
+density = "7850 kg/m^3"
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[[shaft.sections]]
+length = "200 mm"
+outer_diameter = "40 mm"
+{"".join(films)}
+[grid]
+n_theta = 16
+n_z = 8
+[solver]
+modes_per_plane = 3
+tolerance = 1e-11
+time_step = "10 us"
+[effects.gravity]
+acceleration = "9.81 m/s^2"
+{extra}
+""")
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_the_linear_model_is_the_plant_for_small_motion(name):
+    """A push of 10 mN on the plant against exp(A t) of its linear model, over the first 8 ms."""
+    plant = Plant(machine(FORMS[name], FORMS[name]))
+    speed, samples = 2000.0, 40
+    push = np.zeros((samples, 2))
+    push[:5, 0] = 0.01
+    run = plant.simulate(samples * 2e-4, speed, 0.0, disc_force=push)
+    moved = run["disc"].values - run["disc"].values[0]
+    linear = plant.linearise(speed, 0.0)
+    A, B, H, steps = linear.A, linear.B, linear.H, np.zeros((samples, 2))
+    n = len(A)
+    # states of 1e10 Pa^2 and 1e-6 m: without balance the exponential loses its digits
+    even, (scale, _) = matrix_balance(np.block([[A, B], [np.zeros((5, n + 5))]]) * 2e-4, permute=False, separate=True)
+    both = expm(even) * scale[:, None] / scale
+    state = np.zeros(n)
+    for k in range(samples):
+        steps[k] = H @ state
+        state = both[:n, :n] @ state + both[:n, n:] @ np.r_[0.0, 0.0, push[k], 0.0]
+    np.testing.assert_allclose(moved, steps, atol=4e-3 * np.abs(steps).max())
+
+
+def test_films_of_different_forms_stand_on_one_rotor():
+    plant = Plant(machine(FORMS["foil"], FORMS["steps"]))
+    rest = plant.equilibrium(2000.0, 0.0)
+    np.testing.assert_allclose(rest.forces.sum(axis=0), (0.0, plant.machine.mass * 9.81), atol=0.02)
+    assert rest.journals[0] != pytest.approx(rest.journals[1], rel=1e-3)
+
+
+def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
+    """The sleeve's lobes as an effect: out of round by two lobes of 2 um is the static form with an ovality on it."""
+    extra = '[effects.out_of_round]\nbearing = 0\nsleeve = "2 um"\n'
+    plain = Plant(machine(FORMS["lobes"], FORMS["lobes"])).equilibrium(2000.0, 0.0)
+    oval = Plant(machine(FORMS["lobes"], FORMS["lobes"], extra=extra)).equilibrium(2000.0, 0.0)
+    assert abs(oval.journals[0] - plain.journals[0]).max() > 1e-8
+    nothing = Plant(machine(FORMS["lobes"], FORMS["lobes"], extra=extra.replace("2 um", "0 um")))
+    np.testing.assert_array_equal(nothing.equilibrium(2000.0, 0.0).journals, plain.journals)
+
+
+@pytest.mark.parametrize(
+    ("form", "message"),
+    {
+        f'{FORMS["foil"]}\norifices = [{{ count = 4, diameter = "0.2 mm" }}]': "bearings.0.foil: does not go with orifices",
+        'grooves = { on = "sleeve", depth = "9 um", share = 0.5, angle = "28 deg", land = "50 mm" }':
+            "bearings.0.grooves.land: '50 mm' leaves no grooves in a film of '40 mm'",
+        'steps = [{ count = 8, depth = "9 um", arc = "60 deg" }]': "leaves no land between 8 pockets",
+        'grooves = { on = "sleeve", pattern = "spiral", depth = "9 um", share = 0.5, angle = "28 deg", land = "5 mm" }':
+            "goes with a herringbone; remove it",
+        'foil = { stiffness = "5 MN/m" }': "is not a stiffness per area; write e.g. '4.7 GN/m^3'",
+        "lobes = { count = 3, preload = 1.5 }": "preload: 1.5",
+    }.items(),
+)  # fmt: skip
+def test_forms_that_do_not_fit_are_refused_in_a_sentence(form, message):
+    with pytest.raises(MachineFileError, match=message):
+        machine(form, "")

@@ -1,0 +1,189 @@
+"""Sleeves with lobes, steps, grooves and foil: closed forms, an independent solver, orders, coefficients."""
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+from reynolds import FilmError, GasBearing
+from reynolds.grid import cells
+from reynolds.sleeve import Foil, Grooves, Lobes, Sleeve, Steps
+
+R, L, C, MU, PA = 0.02, 0.04, 20e-6, 1.85e-5, 101325.0
+SPEED, JOURNAL = 2000.0, (4e-6, -3e-6)
+FOIL = Foil(5e9)
+HERRINGBONE = Grooves(20e-6, 0.5, 0.5)
+FORMS = {
+    "lobes": Sleeve(lobes=Lobes(4, 0.5)),
+    "steps": Sleeve(steps=(Steps(4, 10e-6, np.pi / 4, 0.02),)),
+    "grooves": Sleeve(grooves=Grooves(20e-6, 0.5, 0.5, land=0.01)),
+    "grooved journal": Sleeve(grooves=Grooves(20e-6, 0.5, 0.5, on="journal")),
+    "spiral": Sleeve(grooves=Grooves(20e-6, 0.5, 0.5, pattern="spiral")),
+    "foil": Sleeve(foil=FOIL),
+    "foil with loss": Sleeve(foil=Foil(5e9, 0.3)),
+}
+
+
+def bearing(sleeve=None, n_theta=32, n_z=16, **changes):
+    given = {"radius": R, "length": L, "clearance": C, "n_theta": n_theta, "n_z": n_z, "sleeve": sleeve or Sleeve()}
+    return GasBearing(**(given | changes))
+
+
+def force(sleeve, n_theta=32, journal=JOURNAL, **changes):
+    return bearing(sleeve, n_theta, n_theta // 2, **changes).steady(journal, SPEED).force
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_stiffness_is_that_of_differences_of_the_steady_force(name):
+    one = bearing(FORMS[name])
+    K = one.coefficients(JOURNAL, SPEED).K[0]
+    step, moved = 2e-9, np.zeros((2, 2))
+    for axis, e in enumerate(np.eye(2) * step):
+        ahead, behind = (one.steady(JOURNAL + sign * e, SPEED).force for sign in (1, -1))
+        moved[:, axis] = -(ahead - behind) / (2 * step)
+    np.testing.assert_allclose(K, moved, atol=1e-6 * np.abs(K).max())
+
+
+@pytest.mark.parametrize("name", ["steps", "spiral", "grooved journal", "foil", "foil with loss"])
+def test_the_dynamic_stiffness_is_that_of_a_small_vibration(name):
+    """The film marched in time through a vibration of 20 nm along x at 300 Hz answers as K + i omega C."""
+    one, omega, amplitude, steps = bearing(FORMS[name], 16, 8), 2 * np.pi * 300, 20e-9, 80
+    answer = one.coefficients(JOURNAL, SPEED, omega)
+    period = 2 * np.pi / omega
+    march = one.march(
+        lambda t: (JOURNAL[0] + amplitude * np.sin(omega * t), JOURNAL[1]), 4 * period, period / steps, SPEED,
+        tolerance=1e-12,
+    )  # fmt: skip
+    phase = np.exp(-1j * omega * march.time[-steps:])
+    Z = -(march.force[-steps:] * phase[:, None]).sum(axis=0) * 2 / steps / amplitude * 1j
+    expected = answer.K[0, :, 0] + 1j * omega * answer.C[0, :, 0]
+    np.testing.assert_allclose(Z, expected, atol=2e-3 * np.abs(expected).max())
+    assert march.mass_defect < 1e-9
+
+
+@pytest.mark.parametrize("name", ["lobes", "steps", "grooves", "foil"])
+def test_the_force_converges_in_the_second_order(name):
+    forces = [force(FORMS[name], n) for n in (16, 32, 64)]
+    coarse, fine = (np.linalg.norm(b - a) for a, b in zip(forces, forces[1:], strict=False))
+    assert np.log2(coarse / fine) > 1.8
+
+
+def test_the_plain_film_is_the_limit_of_every_form():
+    plain = force(Sleeve())
+    for sleeve, tolerance in (
+        (Sleeve(lobes=Lobes(3, 0.0)), 1e-14),
+        (Sleeve(foil=Foil(1e16)), 1e-6),
+        (Sleeve(grooves=Grooves(0.0, 0.5, 0.5)), 1e-5),
+        (Sleeve(steps=(Steps(3, 0.0, 0.5),)), 1e-5),
+    ):
+        np.testing.assert_allclose(force(sleeve), plain, atol=tolerance * np.linalg.norm(plain))
+
+
+def test_half_of_a_symmetric_film_is_as_good_as_all_of_it():
+    for name in ("steps", "grooves", "foil"):
+        whole, half = force(FORMS[name], symmetric=False), force(FORMS[name])
+        np.testing.assert_allclose(whole, half, rtol=1e-9)
+
+
+def test_a_full_pocket_is_a_wider_clearance():
+    deep = force(Sleeve(steps=(Steps(1, 5e-6, 7.0),)))
+    np.testing.assert_allclose(deep, force(Sleeve(), clearance=C + 5e-6), rtol=3e-5)
+
+
+def test_lobes_turn_with_their_first_angle():
+    """A sleeve turned by a quarter is the one that is not, with all else turned by a quarter."""
+    x, y = force(Sleeve(lobes=Lobes(3, 0.5)))
+    turned = force(Sleeve(lobes=Lobes(3, 0.5, first_angle=np.pi / 2)), journal=(-JOURNAL[1], JOURNAL[0]))
+    np.testing.assert_allclose(turned, (-y, x), rtol=1e-9)
+
+
+@pytest.mark.parametrize("on", ["sleeve", "journal"])
+def test_a_concentric_herringbone_pumps_to_the_pressure_of_the_closed_form(on):
+    """Without flow along z dp/dz = 6 mu U sin(b) cos(b) (S - T) / K_zz on the grooves, 0 on the land; Vohr & Chow."""
+    depth, share, angle, land = 20e-6, 0.4, 0.45, 0.01
+    one = bearing(Sleeve(grooves=Grooves(depth, share, angle, land, on)))
+    p = one.steady((0.0, 0.0), SPEED)
+    h, g = C, C + depth
+    A = share * g**3 + (1 - share) * h**3
+    B = 1 / (share / g**3 + (1 - share) / h**3)
+    S, T = share * g + (1 - share) * h, B * (share / g**2 + (1 - share) / h**2)
+    across = A * np.sin(angle) ** 2 + B * np.cos(angle) ** 2
+    slope = 6 * MU * SPEED * R * np.sin(angle) * np.cos(angle) * (S - T) / across
+    assert p.p_max == pytest.approx(PA + slope * (L - land) / 2, rel=1e-9)
+    assert np.abs(p.force).max() < 1e-9
+
+
+def test_the_deflection_of_the_foil_balances_the_pressure():
+    one = bearing(Sleeve(foil=FOIL))
+    layout, _, _ = one._built
+    w, _, _ = one._solve(np.array(JOURNAL), SPEED, 0.0, None)
+    at = cells(layout)
+    rigid = C - JOURNAL[0] * w[layout.cos + at] - JOURNAL[1] * w[layout.sin + at]
+    push = FOIL.stiffness * (w[layout.h + at] - rigid)
+    np.testing.assert_allclose(push, w[layout.p + at] - PA, atol=1e-9 * np.abs(w[layout.p + at] - PA).max())
+
+
+def chebyshev(n):
+    """Points on 1 ... -1 and the matrix of derivatives (Trefethen 2000)."""
+    x = np.cos(np.pi * np.arange(n + 1) / n)
+    c = np.r_[2.0, np.ones(n - 1), 2.0] * (-1.0) ** np.arange(n + 1)
+    X = x[:, None] - x
+    D = np.outer(c, 1 / c) / (X + np.eye(n + 1))
+    return x, D - np.diag(D.sum(axis=1))
+
+
+def spectral_force(foil=None, grooves=None, n=24, m=10):
+    """Force by an independent solver: Fourier times Chebyshev collocation of p on half the film, by Newton's method."""
+    theta = 2 * np.pi * np.arange(n) / n
+    column = np.r_[0.0, 0.5 * (-1.0) ** np.arange(1, n) / np.tan(np.arange(1, n) * np.pi / n)]
+    Dy = column[(np.arange(n)[:, None] - np.arange(n)) % n] / R
+    x, D = chebyshev(m)
+    Dz = D * 4 / L  # z = L/2 (1 + x) / 2: the edge first, the midplane last
+    rigid = C - JOURNAL[0] * np.cos(theta)[:, None] - JOURNAL[1] * np.sin(theta)[:, None] + 0 * x
+    U = SPEED * R
+
+    def residual(flat):
+        p = np.hstack([np.ones((n, 1)), flat.reshape(n, m)]) * PA
+        h = rigid if foil is None else rigid + (p - PA) / foil.stiffness
+        qy, qz = Dy @ p**2, p**2 @ Dz.T
+        if grooves is None:
+            along = U / 2 * p * h - h**3 / (24 * MU) * qy
+            axial = -(h**3) / (24 * MU) * qz
+        else:
+            a, s, c = grooves.share, -np.sin(grooves.angle), np.cos(grooves.angle)
+            g = h + grooves.depth
+            A, B = a * g**3 + (1 - a) * h**3, 1 / (a / g**3 + (1 - a) / h**3)
+            S, T = a * g + (1 - a) * h, B * (a / g**2 + (1 - a) / h**2)
+            cross = (A - B) * s * c
+            along = U / 2 * p * (c**2 * S + s**2 * T) - ((A * c**2 + B * s**2) * qy + cross * qz) / (24 * MU)
+            axial = U / 2 * p * s * c * (S - T) - (cross * qy + (A * s**2 + B * c**2) * qz) / (24 * MU)
+        balance = Dy @ along + axial @ Dz.T
+        balance[:, -1] = axial[:, -1] / L  # no flow through the midplane
+        return balance[:, 1:].ravel() / (PA * C * SPEED)
+
+    flat = fsolve(residual, np.ones(n * m), xtol=1e-12)
+    assert np.abs(residual(flat)).max() < 1e-8
+    p = np.hstack([np.zeros((n, 1)), flat.reshape(n, m) - 1]) * PA
+    weights = np.linalg.solve(
+        np.vander(x, m + 1, increasing=True).T, [(1 - (-1.0) ** (k + 1)) / (k + 1) for k in range(m + 1)]
+    )
+    line = p @ weights * L / 2
+    return -2 * np.pi / n * R * np.array([line @ np.cos(theta), line @ np.sin(theta)])
+
+
+@pytest.mark.parametrize(("name", "given"), [("foil", {"foil": FOIL}), ("grooves", {"grooves": HERRINGBONE})])
+def test_the_force_is_that_of_an_independent_spectral_solver(name, given):
+    coarse, fine = (force(Sleeve(**given), n) for n in (32, 64))
+    extrapolated = fine + (fine - coarse) / 3
+    np.testing.assert_allclose(extrapolated, spectral_force(**given), atol=1e-3 * np.linalg.norm(fine))
+
+
+def test_forms_that_do_not_fit_are_refused():
+    from reynolds import Injector
+
+    with pytest.raises(FilmError, match="lobes: count must be at least 1"):
+        Lobes(0, 0.5)
+    injector = Injector(angle=0.0, open_area=1e-8, orifice_diameter=1e-3, curtain_discharge=0.8, plenum_volume=1e-9)
+    with pytest.raises(FilmError, match="a film with a foil or with grooves takes none"):
+        bearing(Sleeve(foil=FOIL), injectors=(injector,)).steady()
+    with pytest.raises(FilmError, match="a spiral is not symmetric"):
+        bearing(FORMS["spiral"], symmetric=True).steady()
