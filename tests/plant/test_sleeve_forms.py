@@ -90,7 +90,8 @@ def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
 @pytest.mark.parametrize(
     ("form", "message"),
     {
-        f'{FORMS["foil"]}\norifices = [{{ count = 4, diameter = "0.2 mm" }}]': "bearings.0.foil: does not go with orifices",
+        f'{FORMS["foil"]}\norifices = [{{ count = 4, diameter = "0.2 mm" }}]':
+            "bearings.0.foil: does not go with orifices",
         'grooves = { on = "sleeve", depth = "9 um", share = 0.5, angle = "28 deg", land = "50 mm" }':
             "bearings.0.grooves.land: '50 mm' leaves no grooves in a film of '40 mm'",
         'steps = [{ count = 8, depth = "9 um", arc = "60 deg" }]': "leaves no land between 8 pockets",

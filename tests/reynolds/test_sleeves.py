@@ -1,5 +1,7 @@
 """Sleeves with lobes, steps, grooves and foil: closed forms, an independent solver, orders, coefficients."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
@@ -63,7 +65,7 @@ def test_the_dynamic_stiffness_is_that_of_a_small_vibration(name):
 @pytest.mark.parametrize("name", ["lobes", "steps", "grooves", "foil"])
 def test_the_force_converges_in_the_second_order(name):
     forces = [force(FORMS[name], n) for n in (16, 32, 64)]
-    coarse, fine = (np.linalg.norm(b - a) for a, b in zip(forces, forces[1:], strict=False))
+    coarse, fine = (np.linalg.norm(b - a) for a, b in pairwise(forces))
     assert np.log2(coarse / fine) > 1.8
 
 
