@@ -7,11 +7,11 @@ which `run` runs in memory and `record` streams to a file.
 from typing import TYPE_CHECKING
 
 from rotorsim.base.public import named
+from rotorsim.experiments.calls import chirp, coastdown, impact, multisine, prbs, slow_roll, staircase, steady
 from rotorsim.experiments.chirp import Chirp
 from rotorsim.experiments.coastdown import Coastdown
 from rotorsim.experiments.controlled import Controlled, controlled
 from rotorsim.experiments.experiment import Experiment
-from rotorsim.experiments.functions import chirp, coastdown, impact, multisine, prbs, slow_roll, staircase, steady
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.impact import Impact
 from rotorsim.experiments.multisine import Multisine

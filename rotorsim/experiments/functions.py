@@ -10,17 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.suggest import did_you_mean
-from rotorsim.experiments.chirp import Chirp
-from rotorsim.experiments.coastdown import Coastdown
 from rotorsim.experiments.experiment import Experiment
-from rotorsim.experiments.impact import Impact
-from rotorsim.experiments.multisine import Multisine
 from rotorsim.experiments.parameters import parameters
-from rotorsim.experiments.prbs import Prbs
 from rotorsim.experiments.running import run
-from rotorsim.experiments.slow_roll import SlowRoll
-from rotorsim.experiments.staircase import Staircase
-from rotorsim.experiments.steady import Steady
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,13 +99,3 @@ def _example(kind: type[Experiment], text: str) -> str:
     lines = [line.strip() for line in text.partition("Examples")[2].splitlines()[2:]]
     call = "\n".join(line for line in lines if line)
     return call.replace(f".{kind.__name__}(", f".{kind.name}(plant, ").replace(".samples", '.sizes["time"]')
-
-
-chirp = as_function(Chirp)
-coastdown = as_function(Coastdown)
-impact = as_function(Impact)
-multisine = as_function(Multisine)
-prbs = as_function(Prbs)
-slow_roll = as_function(SlowRoll)
-staircase = as_function(Staircase)
-steady = as_function(Steady)

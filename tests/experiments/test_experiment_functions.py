@@ -1,10 +1,13 @@
 """The functions made of the experiments' dataclasses: signature and documentation of every declared parameter."""
 
-from inspect import Signature, getdoc, signature
+import ast
+from inspect import Signature, getdoc, isfunction, signature
+from pathlib import Path
 
 import pytest
 
 from rotorsim import experiments as ex
+from rotorsim.experiments import calls
 from rotorsim.experiments.parameters import parameters
 
 MADE = [name for name in ex.EXPERIMENTS if name not in ("runup", "controlled")]
@@ -32,3 +35,15 @@ def test_its_example_is_that_of_the_dataclass_run_on_a_plant():
     assert 'rs.experiments.impact(plant, pressure=0.5e6, peak=20.0, hits=2, spacing=0.1).sizes["time"]' in getdoc(
         ex.impact
     )
+
+
+def test_the_stub_for_type_checkers_states_the_signatures():
+    stub = ast.parse(Path(calls.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    stated = {one.name: one.args for one in stub.body if isinstance(one, ast.FunctionDef)}
+    made = {name: one for name, one in vars(calls).items() if isfunction(one) and name != "as_function"}
+    assert stated.keys() == made.keys()
+    for name, function in made.items():
+        first, *others = signature(function).parameters.values()
+        types = {one.arg: ast.unparse(one.annotation) for one in stated[name].args}
+        assert types == {first.name: "Rig"} | {one.name: one.annotation for one in others}, name
+        assert [ast.literal_eval(one) for one in stated[name].defaults] == [one.default for one in others], name
