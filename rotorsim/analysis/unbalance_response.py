@@ -21,8 +21,8 @@ import numpy as np
 
 from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
-from rotorsim.base.threads import one_thread
 from rotorsim.effects.rotor.unbalance import Unbalance
 from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.schema import Machine

@@ -14,11 +14,12 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import lru_cache
 from multiprocessing import get_context, parent_process, resource_tracker
 from types import TracebackType
 from typing import Any
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from rotorsim.base.errors import Unusual
 
@@ -82,3 +83,15 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+@lru_cache(maxsize=1)
+def _libraries() -> ThreadpoolController:
+    import scipy.linalg  # noqa: F401 - brings its library, which must be loaded to be found
+
+    return ThreadpoolController()
+
+
+def one_thread() -> Any:
+    """Context of one thread of linear algebra: for small matrices several only wait for each other."""
+    return _libraries().limit(limits=1)

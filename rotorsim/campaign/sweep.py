@@ -9,8 +9,8 @@ from typing import Any
 
 from rotorsim.analysis.cases import REASON
 from rotorsim.analysis.sweeps.axes import Over
+from rotorsim.analysis.sweeps.definition import WHAT, Sweep, make_sweep
 from rotorsim.analysis.sweeps.result import SweepResult, result_of
-from rotorsim.analysis.sweeps.sweep import WHAT, Sweep, make_sweep
 from rotorsim.base.units import show
 from rotorsim.campaign.plan.parse import make_plan
 from rotorsim.campaign.plan.plan import Plan

@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from rotorsim.analysis.sweeps.definition import WHAT, make_sweep
 from rotorsim.analysis.sweeps.result import NETCDF, TABLE, SweepResult
-from rotorsim.analysis.sweeps.sweep import WHAT, make_sweep
 from rotorsim.campaign.run import Outcome
 from rotorsim.campaign.store.store import MANIFEST
 from rotorsim.campaign.sweep import plan_of, run_sweep

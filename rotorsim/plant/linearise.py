@@ -29,8 +29,8 @@ from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.notebook import Card, Shown
+from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest
-from rotorsim.base.threads import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
 from rotorsim.plant.film_response import FilmResponse

@@ -20,9 +20,9 @@ from .figures.figures import (
     waterfall as waterfall,
 )
 from .figures.image import save_png as save_png
-from .figures.response_plots import response_figure as response_figure
 from .figures.shaft_plots import (
     critical_speed_map as critical_speed_map,
+    response_figure as response_figure,
     sag as sag,
     shaft_campbell as shaft_campbell,
     unbalance_response as unbalance_response,

@@ -22,7 +22,7 @@ from rotorsim.base.netcdf import write_netcdf
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.analysis.sweeps.sweep import Sweep
+    from rotorsim.analysis.sweeps.definition import Sweep
 
 NETCDF, TABLE = "sweep.nc", "sweep.csv"
 PENDING = "not computed"

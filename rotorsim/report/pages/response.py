@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.figures.response_plots import distinct, response_figure
-from rotorsim.report.figures.shaft_plots import critical_speed_map, shaft_campbell
+from rotorsim.report.figures.shaft_plots import critical_speed_map, distinct, response_figure, shaft_campbell
 from rotorsim.report.pages.study import Block, save_study_page
 
 ROWS = 60
