@@ -41,6 +41,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     """Checks of how its parts fit, each by itself."""
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
+    yield _bearing_names(machine)
     for check in (_floor, _thin, _reach, _offsets):
         yield check(machine)
     yield _gains(machine)
@@ -80,6 +81,15 @@ def _bearings_apart(machine: MachineTables) -> Problems:
                     f"bearings.{i}.position",
                     f"'{show(place, 'm')}' is where bearings.{k} is; move one or add its stiffness there",
                 )
+
+
+def _bearing_names(machine: MachineTables) -> Problems:
+    """Every bearing with a name has its own."""
+    names = [getattr(bearing, "name", None) for bearing in machine.bearings]
+    for i, name in enumerate(names):
+        if name is not None and name in names[:i]:
+            other = names.index(name)
+            yield f"bearings.{i}.name", f"'{name}' is the name of bearings.{other} too; give each its own"
 
 
 def _injection(machine: MachineTables) -> Problems:

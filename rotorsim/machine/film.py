@@ -66,6 +66,7 @@ class GasFilm(Part):
     """
 
     kind: Literal["gas_film"] = Field(description="Always 'gas_film'.")
+    name: str | None = Field(None, description="Name by which effects and injectors may give their bearing.")
     position: float = quantity("m", "Coordinate z of the film's centre.", low=-100, high=100, example=0.24)
     diameter: float = quantity("m", "Diameter of the journal.", above=0, high=10, example=0.04)
     length: float = quantity("m", "Axial length of the film.", above=0, high=10, example=0.04)

@@ -125,6 +125,7 @@ class LinearBearing(Part):
     """
 
     kind: Literal["linear"] = Field(description="Always 'linear'.")
+    name: str | None = Field(None, description="Name of the bearing.")
     position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100, example=0.05)
     kxx: float = quantity("N/m", "Stiffness in x.", low=0, high=1e14, example=50e6)
     kyy: float | None = quantity("N/m", "Stiffness in y; as in x when not given.", None, low=0, high=1e14, example=50e6)

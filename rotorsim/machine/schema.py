@@ -15,6 +15,7 @@ from rotorsim.base.exchange import notebook
 from rotorsim.base.exchange.notebook import Card
 from rotorsim.base.files import write_text
 from rotorsim.machine import edit, toml
+from rotorsim.machine.bearing_names import by_index
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.readable import every_problem
 from rotorsim.machine.tables import MachineTables
@@ -37,11 +38,13 @@ class Machine(MachineTables):
     @classmethod
     def from_text(cls, text: str) -> Machine:
         """Machine of a TOML text; raises MachineFileError with one line per problem."""
-        tables = toml.parse(text)
+        tables, unnamed = by_index(toml.parse(text))
         try:
             machine = cls.model_validate(tables)
         except ValidationError as error:
-            raise MachineFileError("\n".join(every_problem(error, cls, tables))) from error
+            raise MachineFileError("\n".join([*unnamed, *every_problem(error, cls, tables)])) from error
+        if unnamed:
+            raise MachineFileError("\n".join(unnamed))
         machine._source = text
         return machine
 
