@@ -71,7 +71,7 @@ def _put(path: Path, text: str) -> None:
 
 def _api(module: str, about: str) -> str:
     """Page of a module: every name of its `__all__` with its docstring."""
-    again = "\n   :no-index:" if module == "rotorsim" else ""  # its names are those of other pages
+    again = "\n   :no-index:" if module in ("rotorsim", "rotorsim.errors") else ""  # names of other pages
     values = "".join(
         f"\n.. py:data:: {name}\n   :module: {module}\n\n   {text}\n" for name, text in constants(module).items()
     )
