@@ -8,10 +8,15 @@ from typing import Any
 
 import identification as idn
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.citations import citations
+
+RESULTS = (".json", ".mat")
+KINDS = ("law", "linear", "lpv")
+"""Endings of files of models and laws, and what they call themselves."""
 
 
 def cite(what: str | Path) -> dict[str, list[str]]:
@@ -20,7 +25,7 @@ def cite(what: str | Path) -> dict[str, list[str]]:
     Parameters
     ----------
     what : str or Path
-        Shipped machine or machine file; record .nc, model or law .json; folder of such results.
+        Shipped machine or machine file; record .nc, model or law .json or .mat; folder of such results.
 
     Returns
     -------
@@ -45,8 +50,8 @@ def cite(what: str | Path) -> dict[str, list[str]]:
         return _of_folder(path)
     if path.suffix == ".nc":
         return _of_record(path)
-    if path.suffix == ".json":
-        return _of_json(path)
+    if path.suffix in RESULTS:
+        return _of_result(path)
     return citations(load_machine(what))
 
 
@@ -57,20 +62,21 @@ def _of_folder(folder: Path) -> dict[str, list[str]]:
             found[part] = sorted_keys([*found.get(part, []), *keys])
     if not found:
         raise DataError(
-            f"{folder}: holds no record (.nc), model or law (.json); give a machine, a file or their folder"
+            f"{folder}: holds no record (.nc), model or law (.json, .mat); give a machine, a file or their folder"
         )
     return found
 
 
 def _is_result(path: Path) -> bool:
     """Return whether a file is a model or a law."""
-    return path.suffix == ".json" and _kind(path) in ("law", "linear", "lpv")
+    return path.suffix in RESULTS and _kind(path) in KINDS
 
 
 def _kind(path: Path) -> str:
+    """Return the kind that a .json or .mat file states, empty for none."""
     try:
-        data: Any = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
+        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, DataError):
         return ""
     return str(data.get("kind", "")) if isinstance(data, dict) else ""
 
@@ -86,9 +92,12 @@ def _of_record(path: Path) -> dict[str, list[str]]:
     return parts | ({f"experiment {experiment}": keys} if keys else {})
 
 
-def _of_json(path: Path) -> dict[str, list[str]]:
+def _of_result(path: Path) -> dict[str, list[str]]:
     """Return the sources of an identified model or of a law."""
-    if _kind(path) == "law":
+    kind = _kind(path)
+    if is_mat(path) and path.is_file() and kind not in KINDS:
+        raise DataError(f"{path}: states neither model nor law; give a file that model.save or law.save wrote")
+    if kind == "law":
         law = load_law(path)
         design = _keys(f"rotorsim.control.designs.{law.name}")
         return {f"law {law.name}": sorted_keys([*design, *cited_by("rotorsim.control.law")])}

@@ -168,7 +168,7 @@ BOUNDS = {"hinf": 1e-6}
 USED = {
     "lqr": "scipy's Riccati solver, which both call, with a check that the loop decays",
     "kalman": "as the regulator",
-    "placement": "scipy's place_poles, which both call",
+    "placement": "own: scipy's place_poles, which is all that the package calls",
     "poles": "own: one matrix instead of three systems",
     "zero_order_hold": "own: one exponential, without the system around it",
     "tustin": "own: the thesis' scaling of the states, which a table over operating points needs",

@@ -20,7 +20,7 @@ def cite(
         str,
         typer.Argument(
             metavar="MACHINE|RUN",
-            help="Machine, or a record .nc, model or law .json, or their folder.",
+            help="Machine, or a record .nc, model or law .json or .mat, or their folder.",
             autocompletion=machines,
         ),
     ],

@@ -96,7 +96,7 @@ def run(
     >>> rs.run(plant, rs.experiments.Steady(speed=300.0, pressure=0.5e6, duration=0.1)).sizes["time"]
     500
     """
-    plant = as_plant(plant)
+    plant, experiment = as_plant(plant), as_experiment(experiment)
     if experiment.samples * SAMPLE > LONGEST_IN_MEMORY:
         raise DataError(
             f"{experiment.name}: {experiment.samples * SAMPLE:g} s are more than the {LONGEST_IN_MEMORY:g} s that are "
@@ -131,7 +131,7 @@ def record(
     >>> outcome.ended
     'complete'
     """
-    plant, path = as_plant(plant), Path(path)
+    plant, path, experiment = as_plant(plant), Path(path), as_experiment(experiment)
     attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
     simulation = begin(plant, experiment, seed)
     with Interrupt(), Recording(path, attrs, probe_coordinates(plant.machine)) as file:
@@ -139,6 +139,16 @@ def record(
     if file.stopped is None:
         return outcome
     return replace(outcome, samples=file.samples, ended=file.stopped.reason, error=file.stopped)
+
+
+def as_experiment(given: Experiment) -> Experiment:
+    """The experiment; raises DataError for a name, a class or anything else."""
+    if isinstance(given, Experiment):
+        return given
+    raise DataError(
+        f"experiment: {given if isinstance(given, type) else repr(given)[:60]} is not one; give e.g. "
+        "rs.experiments.Impact(peak=20.0), or call rs.experiments.impact(plant, peak=20.0)"
+    )
 
 
 class Sink(Protocol):

@@ -6,7 +6,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from scipy.io import savemat
 
+import rotorsim as rs
 from rotorsim.base.references import bibtex, cited_by, entries, keys_of, references, shown
 from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
@@ -102,6 +104,10 @@ def test_a_law_a_model_and_their_folder_stand_on_what_made_them(tmp_path, capsys
     model = ROOT / "rotorsim" / "bench" / "data" / "rig_model_2.json"
     assert "law hinf: thesis, skogestad_2005" in run(capsys, law)[1]
     assert "ljung_1999" in run(capsys, model)[1]
+    rs.load_law(law).save(tmp_path / "one.mat")
+    rs.load_model(model).save(tmp_path / "two.mat")
+    assert run(capsys, tmp_path / "one.mat")[1] == run(capsys, law)[1]
+    assert run(capsys, tmp_path / "two.mat")[1] == run(capsys, model)[1]
     for path in (law, model):
         (tmp_path / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
     code, out, _ = run(capsys, tmp_path)
@@ -109,8 +115,6 @@ def test_a_law_a_model_and_their_folder_stand_on_what_made_them(tmp_path, capsys
 
 
 def test_a_record_stands_on_its_machine_and_its_experiment(tmp_path, capsys):
-    import rotorsim as rs
-
     record = rs.experiments.impact(rs.Plant("plain_rotor"), hits=1)
     record.to_netcdf(tmp_path / "impact.nc", engine="h5netcdf")
     code, out, _ = run(capsys, tmp_path / "impact.nc")
@@ -127,6 +131,17 @@ def test_what_stands_on_nothing_is_refused_in_a_sentence(tmp_path, capsys, text,
         path.write_text(text, encoding="utf-8")
     code, out, err = run(capsys, path)
     assert code == 2 and not out and sentence in err and err.count("\n") == 1 and "Traceback" not in err
+
+
+def test_a_matlab_file_that_states_no_kind_is_refused(tmp_path, capsys):
+    savemat(tmp_path / "mine.mat", {"A": [[0.5]], "B": [[1.0]], "C": [[1.0]], "D": [[0.0]], "Ts": 2e-4})
+    assert "mine.mat: states neither model nor law" in run(capsys, tmp_path / "mine.mat")[2]
+
+
+def test_an_entry_names_no_key_that_is_not_printed_with_it():
+    """A note of the thesis named its first paper by a key, whose entry was not among those printed."""
+    for key, text in references().items():
+        assert not [other for other in references() if other != "thesis" and other != key and other in text], key
 
 
 def test_a_folder_without_results_is_refused(tmp_path, capsys):

@@ -18,6 +18,27 @@ PAGES = sorted(p for p in DOCS.rglob("*.md") if "api" not in p.parts and "_site"
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
+def tables(text):
+    """Rows of the tables of a page, each as (head, row); code blocks are left out."""
+    head = ""
+    for line in re.sub(r"(?ms)^```.*?^```", "", text).splitlines():
+        row = line.strip()
+        head = "" if not row.startswith("|") else head or row
+        if head:
+            yield head, row
+
+
+def cells(row):
+    """Number of cells of a row: pipes with a backslash are text."""
+    return len(re.split(r"(?<!\\)\|", row.strip().strip("|")))
+
+
+@pytest.mark.parametrize("page", [DOCS.parent / "README.md", *PAGES], ids=lambda p: p.stem)
+def test_a_row_of_a_table_has_the_cells_of_its_head(page):
+    wrong = [row for head, row in tables(page.read_text(encoding="utf-8")) if cells(row) != cells(head)]
+    assert not wrong, "write a pipe in a cell as \\|"
+
+
 def test_every_public_package_has_a_page_of_the_reference():
     packages = {getattr(rs, name).__name__ for name in dir(rs) if type(getattr(rs, name)).__name__ == "module"}
     assert packages <= site_pages.API.keys()

@@ -10,6 +10,7 @@ from rotorsim.control.designs import lqr
 from rotorsim.control.errors import LawError
 from rotorsim.experiments import Controlled, ProportionalLaw, record
 from rotorsim.plant import Plant
+from rotorsim.verify.impacts import envelope_damping
 
 P = 0.5e6
 
@@ -193,3 +194,29 @@ def test_a_record_names_the_function_that_controlled(plant):
 
     about = plant.simulate(0.002, 100.0, P, controller=lag).attrs
     assert (about["controller"], about["law"]) == ("function", "lag")
+
+
+class Rate:
+    """Feedback of the displacement's change since the last sample, as in docs/extending.md."""
+
+    def __init__(self, gain):
+        self.gain = gain
+
+    def reset(self):
+        self.last = None
+
+    def step(self, measured, speed, pressure):
+        change = 0.0 * measured if self.last is None else measured - self.last
+        self.last = measured.copy()
+        return self.gain * change
+
+
+def test_negative_feedback_of_velocity_damps_and_positive_does_not(plant):
+    """A hit of 20 N at rest; positive feedback of the displacement damps more, because film and pins answer late."""
+    force = np.zeros((1500, 2))
+    force[200:205, 0] = 20.0
+    damping = {}
+    for name, law in {"none": None, "minus": Rate(-2e5), "plus": Rate(2e5), "p": ProportionalLaw(1e5, 1e5)}.items():
+        disc = plant.simulate(0.3, 0.0, P, disc_force=force, controller=law)["disc"].values
+        damping[name] = envelope_damping(disc[206:] - disc[:150].mean(axis=0))
+    assert damping["plus"] < damping["none"] < damping["minus"] < 0.5 * damping["p"]

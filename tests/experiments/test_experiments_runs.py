@@ -10,7 +10,7 @@ import xarray as xr
 import rotorsim as rs
 from identification import validate
 from rotorsim import experiments as ex
-from rotorsim.base.errors import ControllerError, ConvergenceError
+from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.experiments.summary import summarise_experiment
 
 RPM = np.pi / 30
@@ -260,3 +260,12 @@ def test_a_controller_that_fails_leaves_what_was_simulated_with_the_sentence(pla
         ex.record(plant, ex.Controlled(0.0, P, 1.0, controller=Breaks()), tmp_path / "run.nc", block=100)
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as kept:
         assert kept.sizes["time"] == 701 and kept.attrs["ended"].startswith("controller Breaks: gave")
+
+
+@pytest.mark.parametrize("wrong", ["impact", ex.Impact, {"peak": 20.0}])
+def test_what_is_no_experiment_is_refused_with_what_one_is(wrong, tmp_path):
+    sentence = r"experiment: .* is not one; give e\.g\. rs\.experiments\.Impact\(peak=20\.0\)"
+    with pytest.raises(DataError, match=sentence):
+        rs.run("plain_rotor", wrong)
+    with pytest.raises(DataError, match=sentence):
+        rs.record("plain_rotor", wrong, tmp_path / "run.nc")

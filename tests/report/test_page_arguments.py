@@ -77,3 +77,8 @@ def test_others_are_refused_before_anything_is_written(write, wanted, tmp_path):
     with pytest.raises(DataError, match="is not known"):
         write(tmp_path / "page.html", **wanted)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_report_of_something_else_than_a_record_is_refused(tmp_path):
+    with pytest.raises(DataError, match=r"report: a Plant is not a record; give a record.* or a \.nc file"):
+        rs.write_report(rs.Plant("plain_rotor"), tmp_path / "page.html")

@@ -8,6 +8,7 @@ import pytest
 import rotorsim as rs
 from rotorsim.base.errors import DataError
 from rotorsim.report.scenes import film
+from rotorsim.report.scenes.shaft import whirl_sense
 
 SIZE = (320, 180)
 
@@ -110,3 +111,25 @@ def test_a_mode_or_film_that_is_not_there_is_refused(plant, motion, tmp_path):
         rs.report.mode_turntable(modes, tmp_path / "x.png", mode=99)
     with pytest.raises(DataError, match="the machine has no gas film"):
         rs.report.film_on_journal(motion.drop_vars("film_pressure"), tmp_path / "x.png")
+
+
+def test_a_film_without_frames_is_refused(plant, tmp_path):
+    modes = rs.analysis.mode_shapes(plant, 500.0, 0.5e6)
+    with pytest.raises(DataError, match="frames = 0: a film has 1 or more"):
+        rs.report.mode_turntable(modes, tmp_path / "x.gif", frames=0)
+
+
+@pytest.mark.parametrize(
+    ("turns", "speed", "sense"),
+    [
+        ((1, 1), 300.0, "forward"),
+        ((1, 1), -300.0, "backward"),
+        ((-1, -1), 300.0, "backward"),
+        ((1, -1), 300.0, "mixed"),
+    ],
+)
+def test_the_sense_of_a_whirl_is_that_of_its_orbits(turns, speed, sense):
+    """Ellipses of two nodes, from x to y or back; a third node moves along a line."""
+    t = 2 * np.pi * np.arange(24) / 24
+    orbits = [np.column_stack([2 * np.cos(t), np.sin(k * t)]) for k in turns] + [np.column_stack([np.cos(t), 0 * t])]
+    assert whirl_sense(1e-6 * np.stack(orbits, axis=1), speed) == sense

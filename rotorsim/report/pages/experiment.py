@@ -7,6 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from rotorsim.base.errors import DataError
 from rotorsim.report.export.page_files import check_wanted
 from rotorsim.report.pages.page import save_page
 from rotorsim.report.pages.run import analyse
@@ -44,5 +45,8 @@ def write_report(
     >>> rs.write_report("run.nc", "report.html")
     """
     check_wanted(units, figures)
+    if not isinstance(record, (xr.Dataset, str, Path)):
+        given = type(record).__name__
+        raise DataError(f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file")
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
         save_page(analyse(opened), html_path, units, figures)

@@ -75,7 +75,7 @@ def save(path: str | Path, draw: Draw, frames: int, size: tuple[int, int] = SIZE
     Raises
     ------
     DataError
-        For another ending, without pyvista or a way to draw or, for .mp4, without the program ffmpeg.
+        For another ending or no frame, without pyvista or a way to draw or, for .mp4, without the program ffmpeg.
     WriteError
         If the file cannot be written.
     """
@@ -83,6 +83,8 @@ def save(path: str | Path, draw: Draw, frames: int, size: tuple[int, int] = SIZE
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise DataError(f"{path}: ends in neither of {', '.join(ENDINGS)}; name e.g. {path.with_suffix('.gif').name}")
+    if frames < 1:
+        raise DataError(f"frames = {frames}: a film has 1 or more")
     check_program(path)
     pictures = drawn(draw, 1 if ending == ".png" else frames, size, path)
     make = {".png": _png, ".gif": _gif, ".mp4": _mp4}[ending]

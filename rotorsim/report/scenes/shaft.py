@@ -16,6 +16,8 @@ from rotorsim.base.errors import DataError
 from rotorsim.report.scenes.film import INK, SIZE, camera, pyvista, save
 
 COLOURS = {"forward": "#0072B2", "backward": "#D55E00", "mixed": "#009E73"}
+FLAT = 0.02
+"""Orbits whose area is below this share of the largest have no sense of whirl."""
 REACH = 0.16
 """Largest displacement drawn, as a share of the shaft's length."""
 VIEW = 1.45
@@ -143,15 +145,25 @@ def whirl_orbits(motion: xr.Dataset, path: str | Path) -> Path:
         raise DataError("whirl orbits: nothing moves; give the machine an unbalance, effects.unbalance")
     scale = REACH * (z[-1] - z[0]) / largest
     closed = scale * np.concatenate([moved, moved[:1]]).transpose(1, 0, 2)
-    text = (
-        f"whirl of the shaft: largest displacement {largest * TO_UM:.3g} um, drawn x {scale:.2g}   ({_point(motion)})"
-    )
+    sense = whirl_sense(moved, float(motion.attrs["speed"]))
+    drawn = f"largest displacement {largest * TO_UM:.3g} um, drawn x {scale:.2g}   ({_point(motion)})"
+    text = f"{sense} whirl of the shaft: {drawn}"
 
     def draw(pv: Any, plotter: Any, k: int) -> None:
-        _shaft(pv, plotter, motion, scale * moved[k], closed, COLOURS["forward"], text)
+        _shaft(pv, plotter, motion, scale * moved[k], closed, COLOURS[sense], text)
         camera(plotter, (z.mean(), 0.0, 0.0), VIEW * (z[-1] - z[0]), SIDE)
 
     return save(path, draw, len(moved))
+
+
+def whirl_sense(moved: np.ndarray, speed: float) -> str:
+    """Sense of the orbits (time, node, 2) by their signed areas, against that of the shaft's speed [rad/s]."""
+    x, y = moved[..., 0], moved[..., 1]
+    area = np.sign(speed) * np.sum(x * np.roll(y, -1, axis=0) - np.roll(x, -1, axis=0) * y, axis=0)
+    seen = area[np.abs(area) > FLAT * np.abs(area).max()]
+    if not seen.size:
+        return "mixed"
+    return "forward" if seen.min() > 0 else "backward" if seen.max() < 0 else "mixed"
 
 
 def _point(found: xr.Dataset) -> str:

@@ -86,9 +86,15 @@ def markdown(found: Sequence[Judged]) -> str:
     for one in found:
         text += [f"**{one.claim.number}: {one.verdict}.** {one.claim.words} ({one.claim.source}).", "",
                  f"| {' | '.join(HEADS)} |", f"|{'---|' * len(HEADS)}"]  # fmt: skip
-        text += [f"| {' | '.join((f.words, *_cells(f, value), verdict))} |" for f, value, verdict in _figures(one)]
+        text += [f"| {' | '.join((_escaped(f.words), *_cells(f, value), verdict))} |"
+                 for f, value, verdict in _figures(one)]  # fmt: skip
         text += ["", *(f"- {note}" for note in remarks(one.claim)), ""]
     return "\n".join(text)
+
+
+def _escaped(words: str) -> str:
+    """Words for a cell of a table, where a pipe would end it."""
+    return words.replace("|", r"\|")
 
 
 def number(value: float | None) -> str:
