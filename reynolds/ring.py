@@ -1,6 +1,7 @@
 r"""Direct solver for the ring of theta lines (block cyclic tridiagonal, diagonal couplings).
 
-Line i has a tridiagonal block D_i in z and diagonal couplings W_i, E_i to its neighbours. The ring is cut at two
+Line i has a tridiagonal block D_i in z and diagonal couplings W_i, E_i to its neighbours (tridiagonal ones where the
+film is textured: its Jacobian has corners). The ring is cut at two
 opposite lines; the lines of either half are eliminated by two chains that meet half-way,
 
 .. math:: D_i \leftarrow D_i - W_i D_{i-1}^{-1} E_{i-1},
@@ -59,13 +60,56 @@ def load_block(w, L, i, k):
 
 @inlined
 def eliminate(w, L, i, other, to_other, from_other):
-    """D_i -= T_i D_other^-1 F_other, T and F diagonal (array offsets)."""
+    """D_i -= T_i D_other^-1 F_other, T and F diagonal (array offsets), or tridiagonal in a textured film."""
     n = L.n_rows
     k, ko = L.first + i * L.stride, L.first + other * L.stride
     block, inverse = L.inverse + i * n * n, L.inverse + other * n * n
     for b in range(n):
         for a in range(n):
-            w[block + b * n + a] -= w[to_other + k + a] * w[inverse + b * n + a] * w[from_other + ko + b]
+            if L.textured == 0:
+                w[block + b * n + a] -= w[to_other + k + a] * w[inverse + b * n + a] * w[from_other + ko + b]
+            else:
+                for p in range(max(a - 1, 0), min(a + 2, n)):
+                    for q in range(max(b - 1, 0), min(b + 2, n)):
+                        left, right = corner(L, to_other, p - a) + k + a, corner(L, from_other, b - q) + ko + q
+                        w[block + b * n + a] -= w[left] * w[inverse + q * n + p] * w[right]
+
+
+@inlined
+def corner(L, side, rows):
+    """Offset of the couplings with the line on a side (west or east), that many rows up."""
+    if rows == 0:
+        return side
+    if side == L.west:
+        return L.south_west if rows < 0 else L.north_west
+    return L.south_east if rows < 0 else L.north_east
+
+
+@inlined
+def coupling(w, L, side, k, x):
+    """What cell k takes from the line on a side, whose value in the same row is at x."""
+    value = w[side + k] * w[x]
+    if L.textured == 1:
+        value += w[corner(L, side, -1) + k] * w[x - 1] + w[corner(L, side, 1) + k] * w[x + 1]
+    return value
+
+
+@inlined
+def less_line(w, L, y, a, side, k, x):
+    """y = a - (couplings of the line from cell k with the values from x)."""
+    less_product(w, y, a, side + k, x, L.n_rows)
+    if L.textured == 1:
+        for e in range(L.n_rows):
+            w[y + e] -= w[corner(L, side, -1) + k + e] * w[x + e - 1] + w[corner(L, side, 1) + k + e] * w[x + e + 1]
+
+
+@inlined
+def times_line(w, L, y, side, k, x):
+    """y = couplings of the line from cell k with the values from x."""
+    times(w, y, side + k, x, L.n_rows)
+    if L.textured == 1:
+        for e in range(L.n_rows):
+            w[y + e] += w[corner(L, side, -1) + k + e] * w[x + e - 1] + w[corner(L, side, 1) + k + e] * w[x + e + 1]
 
 
 @inlined
@@ -99,6 +143,14 @@ def spike_rhs(w, L, c):
     after, before, row = beside_cut(L, c)
     w[L.r + after + row] = w[L.west + after + row]
     w[L.r + before + row] = w[L.east + before + row]
+    if L.textured == 1:
+        # the unknown lies south of the cells one row up
+        if row + 1 < L.n_rows:
+            w[L.r + after + row + 1] = w[L.south_west + after + row + 1]
+            w[L.r + before + row + 1] = w[L.south_east + before + row + 1]
+        if row > 0:
+            w[L.r + after + row - 1] = w[L.north_west + after + row - 1]
+            w[L.r + before + row - 1] = w[L.north_east + before + row - 1]
 
 
 @inlined
@@ -124,7 +176,8 @@ def keep_spike(w, L, c):
         line = L.first + a // n * half * s
         own = w[L.inverse + (a // n * half) * n * n + (c % n) * n + row] if a // n == c // n else 0.0
         w[L.closure + c * 2 * n + a] = own - (
-            w[L.east + line + row] * w[L.r + after + row] + w[L.west + line + row] * w[L.r + before + row]
+            coupling(w, L, L.east, line + row, L.r + after + row)
+            + coupling(w, L, L.west, line + row, L.r + before + row)
         )
     reach = 1.0 if c == 0 else w[L.convergence + REACH]
     w[L.convergence + REACH] = max(reach, reach_of(w, L, c))
@@ -160,24 +213,24 @@ def open_solve(w, L, r):
                 copy(w, x, r + a, n)
                 copy(w, x + lead, r + b, n)
             else:
-                less_product(w, x, r + a, L.west + a, r + a - s, n)
-                less_product(w, x + lead, r + b, L.east + b, r + b + s, n)
+                less_line(w, L, x, r + a, L.west, a, r + a - s)
+                less_line(w, L, x + lead, r + b, L.east, b, r + b + s)
             multiply(w, L.inverse + i * n * n, x, r + a, n, False)
             multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
     for cut in range(2):
         x = L.lanes + 2 * cut * lead
         i = cut * half + middle
         a = L.first + i * s
-        less_product(w, x, r + a, L.west + a, r + a - s, n)
-        less_product(w, x, x, L.east + a, r + a + s, n)
+        less_line(w, L, x, r + a, L.west, a, r + a - s)
+        less_line(w, L, x, x, L.east, a, r + a + s)
         multiply(w, L.inverse + i * n * n, x, r + a, n, False)
     for back in range(1, middle):
         for cut in range(2):
             x = L.lanes + 2 * cut * lead
             i, j = cut * half + middle - back, cut * half + middle + back
             a, b = L.first + i * s, L.first + j * s
-            times(w, x, L.east + a, r + a + s, n)
-            times(w, x + lead, L.west + b, r + b - s, n)
+            times_line(w, L, x, L.east, a, r + a + s)
+            times_line(w, L, x + lead, L.west, b, r + b - s)
             multiply(w, L.inverse + i * n * n, x, r + a, n, True)
             multiply(w, L.inverse + j * n * n, x + lead, r + b, n, True)
 
@@ -193,8 +246,8 @@ def close_ring(w, L, r):
     for cut in range(2):
         line, x = L.first + cut * half * s, known + cut * n
         before = line - s if cut == 1 else line + (L.n_theta - 1) * s
-        less_product(w, x, r + line, L.east + line, r + line + s, n)
-        less_product(w, x, x, L.west + line, r + before, n)
+        less_line(w, L, x, r + line, L.east, line, r + line + s)
+        less_line(w, L, x, x, L.west, line, r + before)
     for a in range(2 * n):
         w[cuts + a] = 0.0
     multiply(w, L.closure, known, cuts, 2 * n, True)
