@@ -26,9 +26,8 @@ def summary(machine: Machine) -> str:
     parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
     if film:
         films = "gas film" if len(machine.films) == 1 else f"{len(machine.films)} gas films, the first"
-        fed = f"{len(machine.injectors)} injectors"
-        if count := machine.orifice_count:
-            fed = f"{count} orifices" if not machine.injectors else f"{fed}, {count} orifices"
+        counts = ((len(machine.injectors), "injectors"), (machine.orifice_count, "orifices"))
+        fed = ", ".join(f"{count} {name}" for count, name in counts if count) or "no feeding"
         parts.append(f"{films} with {text(film.clearance, 'm')} clearance and {fed}")
     parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
     return "; ".join(parts)

@@ -29,6 +29,7 @@ PRINTED = {
     "film_pressure": (67.5, 44),
     "fmu_loop": (10.2, 5.4),
     "frequency_response": (26.4, 118),
+    "grooved_rotor": (0.019, 1330, -0.125, 1300),
     "impact": (118.6, 0.0563, 118.8, 0.0565),
     "lab_data": (20000, 2),
     "lpv": (-0.15, -0.15),

@@ -47,7 +47,7 @@ def test_the_stored_machines_are_all_shipped_ones_and_their_effects_the_whole_ca
     from rotorsim.effects import REGISTRY
     from rotorsim.machine import shipped_machines
 
-    assert set(script("sampled_runs").OWN) == set(shipped_machines())
+    assert {*script("sampled_runs").OWN, *script("sampled_runs").DESIGNS} == set(shipped_machines())
     assert set(script("sampled_runs").EVERY_EFFECT) == {
         name for name in REGISTRY if REGISTRY[name].__module__.startswith("rotorsim")
     }
