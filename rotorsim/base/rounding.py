@@ -82,6 +82,12 @@ def first_of_largest(values: np.ndarray) -> int:
     return int(np.argmax(values >= (1 - ALIKE) * np.max(values)))
 
 
+def first_of_highest(values: np.ndarray) -> int:
+    """Index of the highest of values (n,) of any sign, NaN left out, the first of those equal within rounding."""
+    highest = np.nanmax(values)
+    return int(np.argmax(values >= highest - ALIKE * abs(highest)))
+
+
 def falls_below_zero(f: Callable[[float], float], low: float, high: float, **tolerances: float) -> float:
     """Zero crossing of f from f(low) >= 0 to f(high) < 0 by Brent's method, or an end if rounding decides."""
     from scipy.optimize import brentq

@@ -18,6 +18,7 @@ from rotorsim.analysis.sweeps.quantities import QUANTITIES, SweepQuantity
 from rotorsim.analysis.varied import labelled
 from rotorsim.base.files import make_folder, write_text
 from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.rounding import first_of_highest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,8 +116,8 @@ def text_of(axis: xr.DataArray, value: float) -> str:
 
 
 def _best(values: xr.DataArray, quantity: SweepQuantity) -> dict[str, Any]:
-    find = np.nanargmax if quantity.best == "highest" else np.nanargmin
-    place = np.unravel_index(int(find(values.values)), values.shape)
+    sign = 1.0 if quantity.best == "highest" else -1.0
+    place = np.unravel_index(first_of_highest(sign * values.values.ravel()), values.shape)
     at = {}
     for dim, k in zip(map(str, values.dims), place, strict=True):
         at[str(values[dim].attrs.get("long_name", dim))] = text_of(values[dim], float(values[dim].values[k]))
