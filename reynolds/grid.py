@@ -25,8 +25,8 @@ FILM_ARRAYS = (
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
-TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "south_west", "south_east", "north_west",
-                  "north_east")  # fmt: skip
+TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "patch", "patch_south", "south", "north",
+                  "face_west", "face_east", "south_west", "south_east", "north_west", "north_east")  # fmt: skip
 """Arrays of films with a foil or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
@@ -94,6 +94,12 @@ class Layout(NamedTuple):
     cos_squared: int
     sin_cos: int
     deep: int
+    patch: int
+    patch_south: int
+    south: int
+    north: int
+    face_west: int
+    face_east: int
     south_west: int
     south_east: int
     north_west: int

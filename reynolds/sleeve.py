@@ -184,6 +184,9 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve) -> N
     _fill_patches(w, layout, layout.depth, depth)
     _fill_patches(w, layout, layout.share, share)
     _fill_patches(w, layout, layout.cos_squared, np.cos(angle) ** 2)
+    _fill_patches(w, layout, layout.patch, np.ones_like(angle))
+    # the midplane's cell is half a cell whose face counts whole: its patch below is the mirror image
+    _fill_patches(w, layout, layout.patch_south, np.where((z == z.min()) & bool(layout.half), 2.0, 1.0))
     _fill_patches(w, layout, layout.sin_cos, np.sin(angle) * np.cos(angle))
     mean = depth * share
     mean = 0.5 * (mean + np.roll(mean, 1, axis=0))

@@ -21,7 +21,7 @@ Cites: hamrock_2004, vohr_1965.
 
 from __future__ import annotations
 
-from reynolds.jit import inlined, kernel
+from reynolds.jit import inlined
 
 
 @inlined
@@ -60,31 +60,30 @@ def flux_across(w, F, L, k, U, h, p, dy, dz):
     return 0.5 * U * F.grooved * sc * (s - t) * p - ((a - b) * sc * dy + conductance * dz) / (24.0 * w[L.mu])
 
 
-@kernel
-def add_patch(w, F, L, U, k, south):
-    """Add the fluxes through the four half faces inside the patch above node k; `south`: what its lower one counts."""
-    e, n = k + L.stride, k + 1
-    ne = e + 1
-    p, pe, pn, pne = w[L.p + k], w[L.p + e], w[L.p + n], w[L.p + ne]
-    h, he, hn, hne = w[L.h + k], w[L.h + e], w[L.h + n], w[L.h + ne]
-    ys, yn = (pe * pe - p * p) / F.dy, (pne * pne - pn * pn) / F.dy
-    zw, ze = (pn * pn - p * p) / F.dz, (pne * pne - pe * pe) / F.dz
-    y, z = 0.5 * (ys + yn), 0.5 * (zw + ze)
+@inlined
+def patch_fluxes(w, F, L, U):
+    """Fluxes through the four half faces of every patch, divided by twice the step; one loop without branches."""
     t, a = 0.5 / F.dy, 0.5 / F.dz
-    w[L.flow_t + k] += south * t * flux_along(w, F, L, k, U, 0.5 * (h + he), 0.5 * (p + pe), ys, z, pe - p)
-    w[L.flow_t + n] += t * flux_along(w, F, L, k, U, 0.5 * (hn + hne), 0.5 * (pn + pne), yn, z, pne - pn)
-    w[L.flow_z + k] += a * flux_across(w, F, L, k, U, 0.5 * (h + hn), 0.5 * (p + pn), y, zw)
-    w[L.flow_z + e] += a * flux_across(w, F, L, k, U, 0.5 * (he + hne), 0.5 * (pe + pne), y, ze)
+    for k in range(L.first - L.stride - 1, L.first + L.n_theta * L.stride):
+        e, n = k + L.stride, k + 1
+        ne = e + 1
+        p, pe, pn, pne = w[L.p + k], w[L.p + e], w[L.p + n], w[L.p + ne]
+        h, he, hn, hne = w[L.h + k], w[L.h + e], w[L.h + n], w[L.h + ne]
+        ys, yn = (pe * pe - p * p) / F.dy, (pne * pne - pn * pn) / F.dy
+        zw, ze = (pn * pn - p * p) / F.dz, (pne * pne - pe * pe) / F.dz
+        y, z = 0.5 * (ys + yn), 0.5 * (zw + ze)
+        inside, south = w[L.patch + k], w[L.patch_south + k]
+        w[L.south + k] = south * t * flux_along(w, F, L, k, U, 0.5 * (h + he), 0.5 * (p + pe), ys, z, pe - p)
+        w[L.north + k] = inside * t * flux_along(w, F, L, k, U, 0.5 * (hn + hne), 0.5 * (pn + pne), yn, z, pne - pn)
+        w[L.face_west + k] = inside * a * flux_across(w, F, L, k, U, 0.5 * (h + hn), 0.5 * (p + pn), y, zw)
+        w[L.face_east + k] = inside * a * flux_across(w, F, L, k, U, 0.5 * (he + hne), 0.5 * (pe + pne), y, ze)
 
 
 @inlined
 def textured_fluxes(w, F, L, U):
     """Flux per length through the theta and z faces behind each node, divided by the step."""
-    for k in range(L.first - L.stride - 1, L.first + (L.n_theta + 1) * L.stride):
-        w[L.flow_t + k] = 0.0
-        w[L.flow_z + k] = 0.0
-    for i in range(-1, L.n_theta):
-        line = L.first + i * L.stride
-        for j in range(L.half - 1, L.n_rows):
-            # the midplane's cell is half a cell whose face counts whole: its patch below is the mirror image
-            add_patch(w, F, L, U, line + j, 2.0 if L.half == 1 and j == 0 else 1.0)
+    patch_fluxes(w, F, L, U)
+    for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
+        w[L.flow_t + k] = w[L.south + k] + w[L.north + k - 1]
+    for k in range(L.first - 1, L.first + L.n_theta * L.stride):
+        w[L.flow_z + k] = w[L.face_west + k] + w[L.face_east + k - L.stride]
