@@ -22,8 +22,7 @@ from __future__ import annotations
 
 import math
 
-from reynolds.film import stored, thickness
-from reynolds.foil import bend_foil
+from reynolds.film import bend_foil, stored, thickness
 from reynolds.injector import nozzle, nozzle_table, pin_flow
 from reynolds.jit import inlined
 from reynolds.texture import textured_fluxes

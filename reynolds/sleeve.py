@@ -1,8 +1,17 @@
-"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil.
+r"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil.
 
 Angles are on the bearing, from x towards y; z is measured from the film's middle. The clearance of a bearing is the
 smallest one, that of a journal in the middle at the ridges between grooves, at the land between steps, in the middle of
-a lobe, or over a foil that nothing presses on.
+a lobe, or over a foil that nothing presses on. A bump foil is an elastic foundation with a loss factor:
+
+.. math:: \tau\,\dot w + w = \frac{p - p_a}{k}, \qquad h = c + w - X\cos\theta - Y\sin\theta, \qquad
+          \tau = \frac{\eta}{\omega_\eta}
+
+w [m] is its deflection at every node, k its stiffness per area [Pa/m], eta the loss factor that this first-order
+foundation has at the frequency omega_eta. Bumps do not pull on each other. The deflection at the end of an implicit
+stage follows from the pressure there, so that it is no unknown of its own: the film's Jacobian contains it.
+
+Cites: heshmat_1983.
 """
 
 from __future__ import annotations

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 
 from reynolds.film import stored, thickness
-from reynolds.foil import rest_foil
 from reynolds.jit import inlined
 
 GAMMA = 2.0 - math.sqrt(2.0)
@@ -63,6 +62,14 @@ def predict(w, L, stage, order):
             w[L.plenum_3 + i] = two
             w[L.plenum_2 + i] = one
             w[L.plenum_1 + i] = now
+
+
+@inlined
+def rest_foil(w, L):
+    """Take the present deflection as one at rest."""
+    for k in range(L.length):
+        w[L.bend_old + k] = w[L.bend + k]
+        w[L.bend_rate + k] = 0.0
 
 
 @inlined

@@ -47,7 +47,9 @@ def _forms(machine: Machine) -> list[str]:
     """Modules of `reynolds` for sleeves that are no plain cylinders."""
     foil = any(film.foil is not None for film in machine.films)
     textured = any(film.sleeve.textured for film in machine.films)
-    return [name for name, there in (("foil", foil), ("texture", textured), ("differences", foil or textured)) if there]
+    return [
+        name for name, there in (("sleeve", foil), ("texture", textured), ("differences", foil or textured)) if there
+    ]
 
 
 def _of(package: str, modules: tuple[str, ...]) -> list[str]:

@@ -22,8 +22,6 @@ from typing import Any, cast
 from reynolds import (
     differences,
     film,
-    foil,
-    forces,
     injector,
     lanes,
     linear_terms,
@@ -63,7 +61,7 @@ from rotorsim.plant.ports import FUNCTIONS
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
-    film, foil, texture, forces, injector, lanes, residual, differences, ring, newton, linear_terms, transient, steady,
+    film, texture, injector, lanes, residual, differences, ring, newton, linear_terms, transient, steady,
 )  # fmt: skip
 LINEAR_ENTRIES = ("linear_terms", "gap_terms")
 """Kernels of a film that are compiled where a linear model is asked for."""

@@ -174,7 +174,7 @@ def test_numbers_that_are_none_are_refused(both, value):
 def test_files_that_are_no_lpv_model_are_refused(tmp_path):
     from fmu.kinds import linear_unit
 
-    with pytest.raises(DataError, match=r"--model: .*is not there.*or take 'plant'"):
+    with pytest.raises(DataError, match=r"model: .*is not there.*or take 'plant'"):
         linear_unit(tmp_path / "no.json")
     make_lpv("3").at(300.0, 5e5).save(tmp_path / "one.json")
     with pytest.raises(DataError, match="is a model of one operating point"):

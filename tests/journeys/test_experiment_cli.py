@@ -157,4 +157,4 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
 def test_a_new_process_prints_the_sentence_and_no_traceback(tmp_path):
     done = rotorsim("experiment", "prbs", "--amplitude", "6 V", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "amplitude: '6 V' is above the limit; write at most '5 V'\n"
+    assert done.stderr == "--amplitude: '6 V' is above the limit; write at most '5 V'\n"

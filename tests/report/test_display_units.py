@@ -150,6 +150,6 @@ def test_nothing_metric_is_left_in_a_report(record, tmp_path):
 
 
 def test_units_that_are_not_known_are_refused(record, tmp_path):
-    with pytest.raises(DataError, match=r"--units: 'inches' is not known; known are metric, imperial"):
+    with pytest.raises(DataError, match=r"units: 'inches' is not known; known are metric, imperial"):
         rs.write_report(record, tmp_path / "a.html", units="inches")
     assert not list(tmp_path.iterdir())

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from reynolds.forces import friction_torque
+from reynolds.film import friction_torque
 from reynolds.jit import inlined, kernel
 from reynolds.newton import NOT_CONVERGED
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS

@@ -5,7 +5,7 @@ This file is a template as `step` is.
 
 from __future__ import annotations
 
-from reynolds.forces import friction_torque
+from reynolds.film import friction_torque
 from reynolds.jit import inlined, kernel
 from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
 from rotorsim.plant.kernels.films import film_part

@@ -19,10 +19,9 @@ from __future__ import annotations
 import math
 
 from reynolds.film import force, stored
-from reynolds.foil import rest_foil
 from reynolds.jit import inlined, kernel
 from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
-from reynolds.transient import take_back
+from reynolds.transient import rest_foil, take_back
 from rotorsim.plant.kernels.entry import prepare
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
