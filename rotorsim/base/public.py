@@ -9,6 +9,7 @@ import ast
 import sys
 from collections.abc import Callable, Iterable
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -32,7 +33,7 @@ def lazy(package: str, file: str) -> Access:
 
     def find(name: str) -> Any:
         if name not in places:
-            refuse(package, name, names)
+            refuse(package, name, names, _of_packages(package, places))
         module, attribute = places[name]
         value = _load(package, module, attribute)
         vars(sys.modules[package])[name] = value
@@ -47,9 +48,15 @@ def named(package: str, names: Iterable[str]) -> tuple[Callable[[str], NoReturn]
     return lambda name: refuse(package, name, known), lambda: list(known)
 
 
-def refuse(package: str, name: str, known: Iterable[str]) -> NoReturn:
-    """Raise AttributeError for a name that a package does not have, with the nearest one that it has."""
-    near = "" if name.startswith("__") else closest(name, known)
+def refuse(package: str, name: str, known: Iterable[str], below: Callable[[], dict[str, str]] = dict) -> NoReturn:
+    """Raise AttributeError for a name that a package does not have, with the nearest one that it has.
+
+    `below` gives by name the place of what its packages have: one of the same name is nearer than any other.
+    """
+    near = ""
+    if not name.startswith("_"):
+        places = below()
+        near = places.get(name) or closest(name, known) or places.get(closest(name, places), "")
     hint = f"did you mean '{near}'?" if near else f"dir({package}) lists its names"
     raise AttributeError(f"{package} has no '{name}'; {hint}", name=name)
 
@@ -64,6 +71,24 @@ def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:
             module = ".".join(filter(None, (package if node.level else "", node.module)))
             for alias in node.names:
                 yield alias.asname or alias.name, (module, alias.name)
+
+
+def _of_packages(package: str, places: dict[str, tuple[str, str]]) -> Callable[[], dict[str, str]]:
+    """Function that gives by name the place, 'plant.LinearPlant', of every public name of a package's packages."""
+    modules = {name: f"{package}.{attribute}" if module == package else module
+               for name, (module, attribute) in places.items() if module == package or not attribute}  # fmt: skip
+    return lambda: {one: f"{package}.{name}.{one}" for name in reversed(modules) for one in _listed(modules[name])}
+
+
+def _listed(module: str) -> list[str]:
+    """Public names of a module by its stub or its `__all__`, read from the file: nothing is imported."""
+    spec = find_spec(module)
+    path = Path(spec.origin) if spec is not None and spec.origin else Path()
+    if (stub := path.with_suffix(".pyi")).is_file():
+        return [name for name, _ in _places(module, stub.read_text(encoding="utf-8"))]
+    body = ast.parse(path.read_text(encoding="utf-8")).body if path.is_file() else []
+    lists = [one.value for one in body if isinstance(one, ast.Assign) and ast.unparse(one.targets[0]) == "__all__"]
+    return [str(name) for one in lists if isinstance(one, ast.List) for name in ast.literal_eval(one)]
 
 
 def _load(package: str, module: str, attribute: str) -> Any:

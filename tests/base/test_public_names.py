@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import rotorsim as rs
+from rotorsim.base.public import _listed
 
 PACKAGES = [name for name in dir(rs) if type(getattr(rs, name)).__name__ == "module"]
 HEAVY = ("numpy", "xarray", "numba", "control", "pyvista", "vtk", "vtkmodules", "fmpy", "plotly", "pint", "pandas")
@@ -52,6 +53,9 @@ def test_no_public_name_is_also_a_file_with_another_content(name):
     [
         ("rotorsim", "controls", "control"),
         ("rotorsim", "load_machin", "load_machine"),
+        ("rotorsim", "LinearPlant", "rotorsim.plant.LinearPlant"),
+        ("rotorsim", "DataError", "rotorsim.errors.DataError"),
+        ("rotorsim", "safe_sped", "rotorsim.verify.safe_speed"),
         ("rotorsim.analysis", "operating_mp", "operating_map"),
         ("rotorsim.effects", "REGISTER", "REGISTRY"),
         ("identification", "identif", "identify"),
@@ -61,6 +65,11 @@ def test_no_public_name_is_also_a_file_with_another_content(name):
 def test_a_misspelt_name_gets_the_nearest_in_one_sentence(package, name, near):
     with pytest.raises(AttributeError, match=f"^{package} has no '{name}'; did you mean '{near}'\\?$"):
         getattr(importlib.import_module(package), name)
+
+
+def test_the_hint_knows_the_names_of_every_package_without_its_import():
+    for name in PACKAGES:
+        assert sorted(_listed(public(name).__name__)) == dir(public(name)), name
 
 
 def test_a_name_like_no_other_points_to_the_list():
