@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.errors import NoLiftOffError
+from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import LinearPlant, linearise
@@ -18,8 +19,8 @@ AT = ("static", "mode 1", "mode 2")
 """Where K(omega) and C(omega) are read when no frequencies are given."""
 
 
-@dataclass(frozen=True, eq=False)
-class Point:
+@dataclass(frozen=True, eq=False, repr=False)
+class Point(Shown):
     """Equilibrium, linear model, and K, C (n, 2, 2) [N/m, N s/m] of the film at the whirl frequencies `at` [rad/s].
 
     Of several films (n, 2 films, 2 films), one after the other.
@@ -30,6 +31,13 @@ class Point:
     at: np.ndarray
     K: np.ndarray
     C: np.ndarray
+
+    def card(self) -> Card:
+        """Modes, then what the equilibrium shows."""
+        rest = self.equilibrium.card()
+        rows = [("modes [Hz]", several(self.model.wn, scale=1 / (2 * np.pi))),
+                ("damping ratios", several(self.model.zeta, ".3g")), *rest.rows]  # fmt: skip
+        return Card(rest.title.replace("Equilibrium", "Operating point"), rows)
 
 
 def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None = None) -> Point:

@@ -10,6 +10,7 @@ import numpy as np
 from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
+from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
 
@@ -17,8 +18,8 @@ SLOW = 1e-6
 """Velocity [m/s] of difference quotients."""
 
 
-@dataclass(frozen=True)
-class Equilibrium:
+@dataclass(frozen=True, repr=False)
+class Equilibrium(Shown):
     """Where the machine rests: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
 
     journal (2,) [m], film force (2,) [N] and eccentricity ratio are those of the first film; `journals` (films, 2),
@@ -34,6 +35,19 @@ class Equilibrium:
     journals: np.ndarray
     forces: np.ndarray
     eccentricity_ratios: np.ndarray
+
+    def card(self) -> Card:
+        """Disc, and of films the least thickness, eccentricity ratios, forces and flow."""
+        rows = []
+        if len(self.journals):
+            rows = [
+                ("least film", f"{self.h_min * TO_UM:.4g} um"),
+                ("eccentricity ratio", several(self.eccentricity_ratios, ".3g")),
+                ("film force", f"{several(np.hypot(*self.forces.T))} N"),
+            ]
+        if len(self.mass_flow):
+            rows.append(("flow", f"{1e6 * self.mass_flow.sum():.4g} mg/s"))
+        return Card(f"Equilibrium: disc at {self.disc[0] * TO_UM:.2f}, {self.disc[1] * TO_UM:.2f} um", rows)
 
 
 def matrix(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:

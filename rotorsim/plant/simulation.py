@@ -11,6 +11,7 @@ from reynolds.bearing import interval_pressure
 from reynolds.newton import FACTORISATIONS, ITERATIONS
 from rotorsim.base.constants import SAMPLE, TO_RPM
 from rotorsim.base.errors import ConvergenceError, DataError
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.equilibrium import settle
@@ -19,8 +20,8 @@ INPUTS = ("supply pressure", "reference x", "reference y", "disc force x", "disc
 """Columns of a row of inputs after the first, the speed, where NaN means that the drive is off."""
 
 
-@dataclass
-class Simulation:
+@dataclass(repr=False)
+class Simulation(Shown):
     """State of a machine in time. `w` holds everything: copy it to save, write it back to restore."""
 
     assembly: Assembly
@@ -32,6 +33,15 @@ class Simulation:
         w = settle(assembly, speed, pressure)
         w[assembly.rig.seed] = seed
         return cls(assembly, w)
+
+    def card(self) -> Card:
+        """Machine, time and speed."""
+        rows = [
+            ("speed", f"{self.w[self.assembly.rotor.speed] * TO_RPM:.4g} rpm"),
+            ("samples", f"{self.samples}"),
+            ("seed", f"{self.w[self.assembly.rig.seed]:.0f}"),
+        ]
+        return Card(f"Simulation of {self.assembly.machine.name} at t = {self.samples * SAMPLE:.4f} s", rows)
 
     @property
     def samples(self) -> int:

@@ -33,10 +33,14 @@ def values():
     return {
         "machine": machine, "plant": plant, "linear plant": plant.linearise(300.0, 0.5e6), "lpv": lpv,
         "linear": lpv.at(300.0, 5e5), "law": law, "diagnosis": diagnosis(machine),
+        "equilibrium": plant.equilibrium(300.0, 0.5e6), "rest": rs.Plant("plain_rotor").equilibrium(),
+        "simulation": plant.start(300.0, 0.5e6), "plan": rs.campaign.load_plan("thesis"),
+        "point": rs.analysis.operating_point(plant, 300.0, 0.5e6),
     }  # fmt: skip
 
 
-KINDS = ("diagnosis", "machine", "plant", "linear plant", "lpv", "linear", "law")
+KINDS = ("diagnosis", "machine", "plant", "linear plant", "lpv", "linear", "law", "equilibrium", "rest", "simulation",
+         "plan", "point")  # fmt: skip
 
 
 class Balanced(HTMLParser):
@@ -77,6 +81,9 @@ def test_machines_that_differ_have_texts_that_differ(values):
 def test_the_numbers_are_those_of_the_value(values):
     linear = values["linear"]
     assert f"{linear.wn[0] / (2 * np.pi):.4g}" in repr(linear)
+    rest = values["equilibrium"]
+    assert f"{rest.h_min * 1e6:.4g} um" in repr(rest) and f"{rest.mass_flow.sum() * 1e6:.4g} mg/s" in rest._repr_html_()
+    assert "2865 rpm" in repr(values["simulation"]) and f"{len(values['plan'])} cases" in repr(values["plan"])
     assert "0 states" in repr(values["law"]) and "5 V" in repr(values["law"])
 
 

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from rotorsim.base.constants import SAMPLE
+from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
 from rotorsim.campaign.plan.kinds import KINDS
@@ -32,8 +33,8 @@ class Entry:
         return axis.target.kind != "parameter" or axis.name in known
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, repr=False)
+class Plan(Shown):
     """Campaign plan; frozen, and identical on every computer that reads the same texts."""
 
     name: str
@@ -48,6 +49,17 @@ class Plan:
     keep: tuple[str, ...] | None
     summary: tuple[str, ...]
     time_limit: float
+
+    def card(self) -> Card:
+        """Cases, machines, experiments, axes and repeats."""
+        rows = [
+            ("machines", ", ".join(self.machines)),
+            ("experiments", ", ".join(entry.name for entry in self.entries)),
+            ("axes", ", ".join(f"{axis.name} ({len(axis.values)})" for axis in self.axes) or "none"),
+            ("repeats", f"{self.repeats}"),
+            ("time limit", f"{self.time_limit:g} s a case"),
+        ]
+        return Card(f"Plan {self.name}: {len(self)} cases", rows)
 
     def __len__(self) -> int:
         return sum(self._sizes)
