@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.figure_lists import EXPECTED, found_sections
 from rotorsim.report.pages.page import page
 from rotorsim.report.pages.run import analyse
+from rotorsim.report.text import tables
 from rotorsim.signals.missing import MissingError
 
 DT = 5e-4
@@ -240,3 +242,19 @@ def test_naming_reports_does_not_import_a_plot_library() -> None:
 
 def test_missing_is_no_error_of_the_user() -> None:
     assert not issubclass(MissingError, DataError)
+
+
+def test_parameters_of_an_experiment_stand_on_its_page_with_their_units():
+    """Of a closed loop those of its law and of its excitations too; numbers of the solver are plain."""
+    attrs = {
+        "experiment": "controlled", "duration": 0.02, "controller": "ProportionalLaw", "gain_x": 0.25e6,
+        "centre_x": 1e-6,
+        "excitation_1_experiment": "impact", "excitation_1_peak": 20.0, "excitation_1_angle": np.pi / 2,
+        "excitation_1_hits": 1, "excitation_1_width": np.float64(1e-3), "speed": 3000 * np.pi / 30, "iterations": 803.0,
+    }  # fmt: skip
+    rows = dict(tables.provenance(SimpleNamespace(record=SimpleNamespace(attrs=attrs))))
+    assert rows == {
+        "Duration": "20 ms", "Controller": "ProportionalLaw", "Gain x": "250 V/mm", "Centre x": "1 µm",
+        "Excitation 1 experiment": "impact", "Excitation 1 peak": "20 N", "Excitation 1 angle": "90 deg",
+        "Excitation 1 hits": "1", "Excitation 1 width": "1 ms", "Speed": "3000 rpm", "Iterations": "803",
+    }  # fmt: skip

@@ -8,6 +8,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.report.pages.run import Run
+from rotorsim.report.text.parameters import quantities, with_unit
 from rotorsim.signals.probes import shown
 
 Rows = list[tuple[str, str]]
@@ -33,13 +34,14 @@ def settings(run: Run) -> Rows:
 
 
 def provenance(run: Run) -> Rows:
-    """Hash, seed, versions and whatever else the record states about itself."""
-    rows = []
+    """Hash, seed, versions and whatever else the record states about itself; parameters of experiments with units."""
+    rows, known = [], quantities(run.record.attrs)
     for key, value in run.record.attrs.items():
         if key in SETTINGS or key in ("machine", "assumed"):
             continue
         label = PROVENANCE.get(key, str(key).replace("_", " ").capitalize())
-        rows.append((label, _shown(value, "{:.10g}", 1.0)))
+        number = key in known and isinstance(value, (int, float, np.number))
+        rows.append((label, with_unit(value, known[key].unit) if number else _shown(value, "{:.10g}", 1.0)))
     return rows
 
 
