@@ -10,7 +10,8 @@ then taken out again:
 .. math:: \ddot\eta + \left(\Phi' C \Phi + \mathrm{diag}(2\zeta\omega_i) + \Omega\,\Phi' G \Phi\right)\dot\eta
           + \Phi' K \Phi\, \eta = \Phi' f
 
-with K_p, M_p the blocks of plane p, (x, beta) or (y, alpha).  What couples the planes (gyroscopics,
+with K_p, M_p the blocks of plane p, (x, beta) or (y, alpha). Pedestals (point masses that carry a bearing) are part of
+the rotor and of its modes.  What couples the planes (gyroscopics,
 cross-coupled bearings) stays in the reduced matrices.
 
 Source: modes with a loaded interface after Benfield & Hruda, AIAA J. 9 (1971) 1255.
@@ -22,7 +23,7 @@ Cites: benfield_1971.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +53,9 @@ class ReducedRotor:
     frequencies : ndarray (2n,)
         Natural frequencies with the nominal spring [rad/s].
     participation : ndarray (2, 2n)
-        Rows Phi' M 1_x and Phi' M 1_y [kg^1/2].
+        Rows Phi' M 1_x and Phi' M 1_y [kg^1/2] of shaft and discs, without pedestals.
+    modal_damping : ndarray (2n, 2n)
+        What the shaft's damping ratio has in C [1/s].
     """
 
     Phi: Matrix
@@ -61,6 +64,7 @@ class ReducedRotor:
     G: Matrix
     frequencies: Matrix
     participation: Matrix
+    modal_damping: Matrix
 
     def shape(self, position_node: int) -> Matrix:
         """Modes at a node (2, 2n) [kg^-1/2]: (x, y) = shape @ eta, and shape.T @ force is the modal force."""
@@ -79,9 +83,10 @@ def modal_reduction(rotor: Rotor, springs: Mapping[int, float], n_modes: int, da
     Parameters
     ----------
     rotor : Rotor
-        Its linear bearings stay part of it.
+        Its linear bearings and pedestals stay part of it.
     springs : mapping of int to float
-        Nominal stiffness [N/m] of every gas bearing by its node; empty for a rotor on its linear bearings alone.
+        Nominal stiffness [N/m] of every gas bearing by its node; empty for a rotor on its linear bearings alone. Where
+        the rotor has a bearing on a pedestal at that node, it acts between the two.
     n_modes : int
         Modes kept in each plane.
     damping_ratio : float
@@ -100,14 +105,44 @@ def modal_reduction(rotor: Rotor, springs: Mapping[int, float], n_modes: int, da
     """
     _check(rotor, springs, n_modes)
     M, K, C, G = rotor.M(), rotor.K(), rotor.C(), rotor.G()
-    held = K.copy()
-    for node, stiffness in springs.items():
-        held[4 * node : 4 * node + 2, 4 * node : 4 * node + 2] += stiffness * np.eye(2)
+    held = add_springs(K, rotor, springs)
     planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes) for dofs in ((0, 3), (1, 2))]
     omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
     modal_damping = np.diag(2 * damping_ratio * omega)
+    if rotor.layout.pedestals and damping_ratio:
+        modal_damping = _shaft_damping(rotor, springs, n_modes, damping_ratio, M, Phi)
     shifts = rigid_motions(rotor)[:, :2].T
-    return ReducedRotor(Phi, Phi.T @ K @ Phi, Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi, omega, shifts @ M @ Phi)
+    C, G = Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi
+    return ReducedRotor(Phi, Phi.T @ K @ Phi, C, G, omega, shifts @ M @ Phi, modal_damping)
+
+
+def _shaft_damping(
+    rotor: Rotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float, M: Matrix, Phi: Matrix
+) -> Matrix:
+    """Modal damping of the shaft on pedestals at rest, in the modes Phi: pedestals have dampers of their own."""
+    n = 4 * rotor.n_nodes
+    held = [replace(b, n_link=None) for b in rotor.bearing_elements if b.n < rotor.n_nodes]
+    masses = [m for m in rotor.point_mass_elements if m.n < rotor.n_nodes]
+    shaft = replace(rotor, bearing_elements=held, point_mass_elements=masses)
+    own = modal_reduction(shaft, springs, min(n_modes, 2 * rotor.n_nodes), damping_ratio)
+    P = own.Phi[:n].T @ M[:n, :n] @ Phi[:n]
+    return P.T @ own.modal_damping @ P
+
+
+def add_springs(K: Matrix, rotor: Rotor, springs: Mapping[int, float]) -> Matrix:
+    """A stiffness matrix (ndof, ndof) of `rotor` with isotropic springs [N/m] at nodes, against their pedestals."""
+    total = K.copy()
+    links = {b.n: b.n_link for b in rotor.bearing_elements}
+    for node, stiffness in springs.items():
+        own, link = 4 * node, links.get(node)
+        block = stiffness * np.eye(2)
+        total[own : own + 2, own : own + 2] += block
+        if link is not None:
+            other = rotor.layout.place(link)
+            total[other : other + 2, other : other + 2] += block
+            total[own : own + 2, other : other + 2] -= block
+            total[other : other + 2, own : own + 2] -= block
+    return total
 
 
 def _plane_modes(
@@ -137,8 +172,9 @@ def _check(rotor: Rotor, nodes: Iterable[int], n_modes: int) -> None:
         if not 0 <= node < rotor.n_nodes:
             last = rotor.n_nodes - 1
             raise ShaftError(f"reduction: node {node}, but the shaft has nodes 0 to {last}; choose another.")
-    if not 1 <= n_modes <= 2 * rotor.n_nodes:
+    most = 2 * rotor.n_nodes + len(rotor.layout.pedestals)
+    if not 1 <= n_modes <= most:
         raise ShaftError(
-            f"reduction: {n_modes} modes a plane, but {rotor.n_nodes} nodes have 1 to {2 * rotor.n_nodes}; "
+            f"reduction: {n_modes} modes a plane, but {rotor.n_nodes} nodes have 1 to {most}; "
             "keep fewer or use more elements."
         )

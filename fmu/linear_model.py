@@ -26,7 +26,7 @@ from fmu.variables import Variable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 
 Matrices = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 
@@ -61,7 +61,7 @@ class LinearUnit:
     @property
     def sample(self) -> float:
         """Time [s] of which communication steps are multiples."""
-        return self.lpv.Ts or SAMPLE
+        return self.lpv.Ts or RIG_SAMPLE
 
     @cached_property
     def order(self) -> int:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from fmu.variables import Variable, plant_variables
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
@@ -63,7 +63,7 @@ class PlantUnit:
     pressure: float
     core = "plant.c"
     continuous = False
-    sample = SAMPLE
+    sample = RIG_SAMPLE
 
     @property
     def description(self) -> str:

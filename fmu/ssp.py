@@ -28,7 +28,7 @@ from fmu.places import check_place, workspace
 from fmu.targets import Target
 from fmu.units import exponents, fmi_name
 from fmu.variables import Variable
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 
 SPACES = {
@@ -67,8 +67,10 @@ def export_system(
 
 def check_periods(law: LawUnit) -> None:
     """Raise DataError unless the law runs at the plant's period."""
-    if abs(law.sample / SAMPLE - 1) > 1e-9:
-        raise DataError(f"{law.name}: Ts = {law.sample:g} s, and the plant samples every {SAMPLE:g} s; design it so")
+    if abs(law.sample / RIG_SAMPLE - 1) > 1e-9:
+        raise DataError(
+            f"{law.name}: Ts = {law.sample:g} s, and the plant samples every {RIG_SAMPLE:g} s; design it so"
+        )
 
 
 def write_system(plant: PlantUnit, law: LawUnit, units: Mapping[str, bytes], out: Path) -> Path:
@@ -139,7 +141,7 @@ def _experiment(root: Element) -> None:
     """One second, in steps of a sample."""
     one = _below(root, "ssd:DefaultExperiment", startTime="0", stopTime="1")
     note = _below(_below(one, "ssd:Annotations"), "ssc:Annotation", type="com.opensimulationplatform")
-    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(SAMPLE))
+    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(RIG_SAMPLE))
 
 
 class System:
@@ -178,7 +180,7 @@ class System:
             if k < n:
                 both["plant"].set({name: float(values[k]) for name, values in inputs.items()})
                 for instance in both.values():
-                    instance.step(k * SAMPLE, SAMPLE)
+                    instance.step(k * RIG_SAMPLE, RIG_SAMPLE)
         for instance in both.values():
             instance.close()
         return np.array(rows)

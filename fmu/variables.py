@@ -15,7 +15,7 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.film import Gas, Injector
+from rotorsim.machine.bearings.film import Gas, Injector
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.assemble import Assembly
@@ -137,7 +137,7 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
             )
         rows.append(("film.h_min", "m", at["h_min"], "Smallest film thickness."))
         rows.append(("film.friction_torque", "N*m", len(COLUMNS) + extra, "Torque of the film against the rotation."))
-    rows += _further_films(a)
+    rows += _each_film(a)
     if fed:
         rows.append(("injection.line_pressure", "Pa", at["pressure"], "Gauge pressure behind the supply line."))
         rows.append(("injection.mass_flow", "kg/s", at["mass_flow"], "Mass flow into the film."))
@@ -177,15 +177,16 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
         yield Variable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
 
 
-def _further_films(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
-    """Outputs of all films but the first: name, unit, column, sentence."""
+def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
+    """Outputs of each of several films that those of the first and of all do not hold: name, unit, column, sentence."""
     column = len(COLUMNS) + a.rig.n_pin + a.rig.n_probe
-    for k in range(2, len(a.films) + 1):
-        for i, axis in enumerate("xy"):
-            yield f"bearing_{k}.{axis}", "m", column + i, f"Displacement of journal {k} along {axis}."
-        for i, axis in enumerate("xy"):
-            yield f"film_{k}.force_{axis}", "N", column + 2 + i, f"Film force on journal {k} along {axis}."
-        yield f"film_{k}.h_min", "m", column + 4, f"Smallest thickness of film {k}."
+    for k, name in enumerate(a.machine.film_names if len(a.films) > 1 else (), 1):
+        for i, axis in enumerate("xy" if k > 1 else ""):
+            yield f"bearing_{k}.{axis}", "m", column + i, f"Displacement of the journal in '{name}' along {axis}."
+        for i, axis in enumerate("xy" if k > 1 else ""):
+            yield f"film_{k}.force_{axis}", "N", column + 2 + i, f"Film force on the journal in '{name}' along {axis}."
+        yield f"film_{k}.h_min", "m", column + 4, f"Smallest film thickness in '{name}'."
+        yield f"film_{k}.mass_flow", "kg/s", column + 5, f"Mass flow into the film in '{name}'."
         column += FILM_COLUMNS
 
 
@@ -265,13 +266,14 @@ def _effect_parameters(a: Assembly) -> Iterator[Variable]:
 
 
 def _constants(a: Assembly) -> Iterator[Variable]:
-    film, gas = a.machine.film, a.machine.gas
+    gas = a.machine.gas
     rows = [("gas.ambient_pressure", "Pa", gas.ambient_pressure, "Absolute ambient pressure.")]
-    if film is not None:
+    for k, film in enumerate(a.machine.films, 1):
+        part = "bearing" if k == 1 else f"bearing_{k}"
         rows += [
-            ("bearing.clearance", "m", film.clearance, "Radial clearance."),
-            ("bearing.diameter", "m", film.diameter, "Diameter of the journal."),
-            ("bearing.length", "m", film.length, "Axial length of the film."),
+            (f"{part}.clearance", "m", film.clearance, "Radial clearance."),
+            (f"{part}.diameter", "m", film.diameter, "Diameter of the journal."),
+            (f"{part}.length", "m", film.length, "Axial length of the film."),
         ]
     rows.append(("probe.position", "m", a.mesh.probe, "Where displacement is measured along the shaft."))
     for probe in a.machine.probes:

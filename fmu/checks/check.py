@@ -24,7 +24,7 @@ from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.places import workspace
 from fmu.reference import reference_inputs
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
@@ -90,11 +90,11 @@ def _standard(path: Path) -> Iterator[Check]:
 
 
 def _trajectory(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    yield compare(unit, model, n, SAMPLE, f"{n * SAMPLE:g} s against the Python plant")
+    yield compare(unit, model, n, RIG_SAMPLE, f"{n * RIG_SAMPLE:g} s against the Python plant")
 
 
 def _long_steps(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    yield compare(unit, model, max(n // 10, 20), 5 * SAMPLE, "the same in steps of 1 ms")
+    yield compare(unit, model, max(n // 10, 20), 5 * RIG_SAMPLE, "the same in steps of 1 ms")
 
 
 def compare(unit: ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:

@@ -23,7 +23,7 @@ from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
 from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
-from rotorsim.base.constants import SAMPLE, TO_MPA, TO_RPM
+from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
 from rotorsim.base.exchange.mat import cells, is_mat, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.files import write_json
@@ -200,7 +200,7 @@ class LpvModel(Shown):
         for (speed, pressure), one in models.items():
             where = f"lpv: system at {speed:g} rad/s, {pressure:g} Pa"
             if not one.Ts:
-                raise ModelError(f"{where}: is continuous; sample it: control.sample_system(system, {SAMPLE:g})")
+                raise ModelError(f"{where}: is continuous; sample it: control.sample_system(system, {RIG_SAMPLE:g})")
             if (one.order, one.Ts) != (first.order, first.Ts):
                 raise ModelError(
                     f"{where}: {one.order} states, {one.Ts:g} s; the first has {first.order}, {first.Ts:g} s"

@@ -10,6 +10,7 @@ from a file. The other kind of data, run-up vectors, is in `identification.recor
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -70,8 +71,10 @@ VARIABLES = {
     "disc_force": Variable(("axis",), "N", "external force on the disc"),
     "pin": Variable(("injector",), "m", "pin position"),
     "film_force": Variable(("axis",), "N", "film force on the journal"),
-    "journals": Variable(("film", "axis"), "m", "displacements of the journals in all gas bearings"),
-    "film_forces": Variable(("film", "axis"), "N", "film forces on all journals"),
+    "journals": Variable(("bearing", "axis"), "m", "displacements of the journals in all gas bearings"),
+    "film_forces": Variable(("bearing", "axis"), "N", "film forces on all journals"),
+    "film_thickness": Variable(("bearing",), "m", "smallest film thickness in each gas bearing"),
+    "film_flow": Variable(("bearing",), "kg/s", "mass flow into each gas bearing"),
     "h_min": Variable((), "m", "smallest film thickness"),
     "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
     "contact": Variable((), "1", "journal touches the sleeve"),
@@ -84,10 +87,12 @@ def make_record(
     values: dict[str, np.ndarray],
     attrs: dict[str, Any] | None = None,
     probes: dict[str, Any] | None = None,
+    bearings: Sequence[str] = (),
 ) -> xr.Dataset:
     """Dataset of the schema from arrays; `time` (n,) [s], values of shape (n,) or (n, dim).
 
-    `probes` has the names, `probe`, and PROBE_COORDINATES of the readings `probe_measured`.
+    `probes` has the names, `probe`, and PROBE_COORDINATES of the readings `probe_measured`; `bearings` the names of the
+    gas bearings, where there are several.
 
     Examples
     --------
@@ -107,7 +112,7 @@ def make_record(
     if "pin" in values:
         coords["injector"] = np.arange(1, values["pin"].shape[1] + 1)
     if "journals" in values:
-        coords["film"] = np.arange(1, values["journals"].shape[1] + 1)
+        coords["bearing"] = list(bearings) or [str(k + 1) for k in range(values["journals"].shape[1])]
     if "probe_measured" in values:
         coords |= labelled(probes or {})
     return xr.Dataset(variables, coords, attrs or {})

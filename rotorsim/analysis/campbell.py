@@ -16,7 +16,6 @@ from scipy.optimize import linear_sum_assignment
 from fe_shaft import BearingElement
 from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import DataError, NoLiftOffError
-from rotorsim.machine.rotor import LinearBearing
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
 
@@ -153,9 +152,10 @@ def critical_speed_map(
     5
     """
     mesh = plant.assembly.mesh
-    held = [
-        BearingElement(mesh.node(b.position), b.kxx if isinstance(b, LinearBearing) else b.nominal_stiffness, 0.0)
-        for b in plant.machine.bearings
-    ]
-    found = replace(mesh.rotor, bearing_elements=held).run_ucs(stiffness, points, modes).dataset()
+    held = [BearingElement(mesh.node(b.position), 1.0, 0.0) for b in plant.machine.bearings]
+    found = (
+        replace(mesh.constant, bearing_elements=held, point_mass_elements=())
+        .run_ucs(stiffness, points, modes)
+        .dataset()
+    )
     return found.assign_attrs(plant.provenance() | {"kind": "critical_speed_map"})

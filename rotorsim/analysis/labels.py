@@ -38,9 +38,13 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 
 def coordinates(
-    fields: Sequence[Field], speeds: np.ndarray, pressures: np.ndarray, at: Sequence[str]
+    fields: Sequence[Field],
+    speeds: np.ndarray,
+    pressures: np.ndarray,
+    at: Sequence[str],
+    films: Sequence[str],
 ) -> dict[str, tuple[str, Any, dict[str, str]]]:
-    """Coordinates of a map."""
+    """Coordinates of a map, the names of several films among them."""
     found = {f.name: (f.name, list(f.numbers), labelled(f)) for f in fields}
     return found | {
         "pressure": ("pressure", pressures, {"units": "Pa", "long_name": "supply pressure, gauge"}),
@@ -49,6 +53,7 @@ def coordinates(
         "reference": ("reference", ["x", "y"], {}),
         "to": ("to", ["x", "y"], {}),
         "at": ("at", list(at), {"long_name": "whirl frequency"}),
+        "bearing": ("bearing", list(films), {"long_name": "gas bearing"}),
     }
 
 
@@ -63,7 +68,7 @@ def label(
     for key in (k for k in VARIABLES if k in tables):
         dims, unit, text = VARIABLES[key]
         if tables[key].ndim > len(over) + len(dims):
-            dims = tuple(d for dim in dims for d in (("film", dim) if dim == "axis" else (dim,)))
+            dims = tuple(d for dim in dims for d in (("bearing", dim) if dim == "axis" else (dim,)))
         variables[key] = ((*over, *dims), tables[key], {"units": unit, "long_name": text})
     modes = tables["wn"].shape[-1] if "wn" in tables else 0
     extra = {"mode": ("mode", np.arange(1, modes + 1), {"long_name": "mode, by frequency"})} if modes else {}

@@ -86,7 +86,8 @@ def operating_map(
         finishing()
         ended = "interrupted"
     tables = _tables(rows, len(jobs), shape)
-    coords = labels.coordinates(fields, speeds, pressures, AT if frequencies is None else _names(frequencies))
+    at = AT if frequencies is None else _names(frequencies)
+    coords = labels.coordinates(fields, speeds, pressures, at, plant.machine.film_names)
     return labels.label(tables, coords, fields, plant.provenance() | {"kind": "map", "ended": ended})
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.analysis.mode_shapes import radii
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
 
@@ -56,21 +56,21 @@ def shaft_motion(
             f"shaft motion: speed = {speed:g} rad/s, settle = {settle:g} s, {revolutions:g} turns, {frames} frames; "
             "give a turning shaft, lengths above 0 and a frame or more"
         )
-    samples = max(round(2 * pi * revolutions / abs(speed) / SAMPLE), 1)
+    samples = max(round(2 * pi * revolutions / abs(speed) / RIG_SAMPLE), 1)
     at = np.unique(np.linspace(0, samples, frames, endpoint=False).astype(int))
     simulation = plant.start(speed, pressure)
     row = np.array([speed, pressure, 0.0, 0.0, 0.0, 0.0])
-    if before := round(settle / SAMPLE):
+    if before := round(settle / RIG_SAMPLE):
         simulation.advance(np.tile(row, (before, 1)))
     a, motions, films = plant.assembly, [], []
     for steps in np.diff(at, prepend=0):
         if steps:
             simulation.advance(np.tile(row, (steps, 1)))
-        q = simulation.w[a.rotor.q : a.rotor.q + a.rotor.n_shaft]
-        motions.append(np.column_stack([a.mesh.reduced.Phi[axis::4] @ q for axis in range(2)])[: len(a.mesh.nodes)])
+        q = simulation.w[a.rotor.q :][: a.mesh.reduced.Phi.shape[1]]
+        motions.append(np.column_stack([a.mesh.shaft_modes[axis::4] @ q for axis in range(2)])[: len(a.mesh.nodes)])
         if a.film_model is not None:
             films.append(simulation.film_pressure())
-    return _dataset(plant, at * SAMPLE, np.array(motions), films, speed, pressure)
+    return _dataset(plant, at * RIG_SAMPLE, np.array(motions), films, speed, pressure)
 
 
 def _dataset(

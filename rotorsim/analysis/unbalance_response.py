@@ -131,7 +131,7 @@ def measuring_places(plant: Plant) -> dict[str, float]:
     machine = plant.machine
     found = {"measuring plane": plant.assembly.mesh.probe}
     found |= {f"disc {k}": disc.position for k, disc in enumerate(machine.discs)}
-    found |= {f"bearing {k}": bearing.position for k, bearing in enumerate(machine.bearings)}
+    found |= {f"bearing {b.name or k}": b.position for k, b in enumerate(machine.bearings)}
     return found | {p.name: p.position for p in machine.probes if isinstance(p, ShaftProbe)}
 
 

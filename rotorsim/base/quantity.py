@@ -8,13 +8,13 @@ its fields' metadata (`declared`, `quantities`), a machine part in its pydantic 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, replace
 from math import ceil, inf, isfinite, nextafter
 from numbers import Real
 from typing import Any
 
 from rotorsim.base import units
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.sentences import quote
 from rotorsim.base.unit_table import dimension
 
@@ -29,8 +29,8 @@ class Quantity:
     """Unit and limits of a value: `above` is open, `low`, `high` are closed; `multiple` makes it whole.
 
     `unit` is the one that the number is kept in, SI but for controller designs ('1' for a plain number). `samples`
-    makes it a time of whole samples, `choices` one of some words. `attribute` is its name in a record, `example` the
-    value that messages recommend.
+    makes it a time of whole samples, `sampled` a frequency up to half the sampling rate or a time of one sample or
+    more, `choices` one of some words. `attribute` is its name in a record, `example` the value that messages recommend.
     """
 
     unit: str = "1"
@@ -40,9 +40,16 @@ class Quantity:
     high: float | None = None
     multiple: int = 0
     samples: bool = False
+    sampled: bool = False
     choices: tuple[str, ...] = ()
     attribute: str = ""
     example: float | None = None
+
+    def at(self, Ts: float) -> Quantity:
+        """The declaration for a sampling time [s]: with the limit that this sets, if it sets one."""
+        if not self.sampled:
+            return self
+        return replace(self, high=0.5 / Ts) if self.unit == "Hz" else replace(self, low=Ts)
 
     def parse(self, value: Any) -> Any:
         """Value of text with a unit (a bare number where there is none); raises ValueError with a sentence."""
@@ -124,8 +131,6 @@ class Quantity:
         if self.high is not None and number > self.high:
             slip = self._slip(digits, number, self.high)
             raise ValueError(f"{given} is above the limit{slip}; write at most {self._quoted(self.high)}")
-        if self.samples:
-            whole_samples(number)
         return self._whole(number, given) if self.multiple else number
 
     def _whole(self, number: float, given: str) -> int:
@@ -175,14 +180,18 @@ def quantities(owner: Any) -> dict[str, Quantity]:
 def check_fields(owner: Any) -> Iterator[tuple[str, str]]:
     """Make every declared value of a frozen dataclass a plain one; fields with faults and their sentences.
 
-    None stays where the annotation allows it.
+    None stays where the annotation allows it. Times of whole samples are those of its sampling time `Ts` [s].
     """
+    Ts = getattr(owner, "Ts", None) or RIG_SAMPLE
     for entry in fields(owner):
         quantity, value = quantity_of(entry), getattr(owner, entry.name)
         if quantity is None or (value is None and "None" in str(entry.type)):
             continue
         try:
-            object.__setattr__(owner, entry.name, _read(entry, quantity, value))
+            read = _read(entry, quantity.at(Ts), value)
+            object.__setattr__(owner, entry.name, read)
+            if quantity.samples:
+                whole_samples(read, Ts)
         except ValueError as error:
             yield entry.name, str(error)
 
@@ -202,12 +211,12 @@ def _read(entry: Field[Any], quantity: Quantity, value: Any) -> Any:
     return tuple(quantity.check(item) for item in items)
 
 
-def whole_samples(seconds: float) -> int:
-    """Samples in a time [s]; raises ValueError if it is not a whole number of them."""
-    count, given, sample = round(seconds / SAMPLE), units.show(seconds, "s"), units.show(SAMPLE, "s")
+def whole_samples(seconds: float, Ts: float = RIG_SAMPLE) -> int:
+    """Samples of Ts [s] in a time [s]; raises ValueError if it is not a whole number of them."""
+    count, given, sample = round(seconds / Ts), units.show(seconds, "s"), units.show(float(f"{Ts:.12g}"), "s")
     if count < 1 and seconds > 0:
         raise ValueError(f"'{given}' is shorter than a sample; write at least '{sample}'")
-    if abs(count * SAMPLE - seconds) > 1e-6 * SAMPLE * max(1.0, 1e-6 * count):
-        better = units.show(float(f"{max(count, 1) * SAMPLE:.12g}"), "s")
+    if abs(count * Ts - seconds) > 1e-6 * Ts * max(1.0, 1e-6 * count):
+        better = units.show(float(f"{max(count, 1) * Ts:.12g}"), "s")
         raise ValueError(f"'{given}' is not a whole number of samples of {sample}; write e.g. '{better}'")
     return count

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from identification.local.discretise import zero_order_hold
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.exchange.control_systems import control_package
 from rotorsim.bench.control import rig_model
 from rotorsim.bench.result import Figure
@@ -102,13 +102,13 @@ class Tasks:
         G, K, control = self.plant, self.controller, self.control
 
         def library() -> np.ndarray:
-            return np.sort_complex(control.feedback(self.ss(G, SAMPLE), self.ss(K, SAMPLE), 1).poles())
+            return np.sort_complex(control.feedback(self.ss(G, RIG_SAMPLE), self.ss(K, RIG_SAMPLE), 1).poles())
 
         return lambda: np.sort_complex(closed_poles(G, K)), library
 
     def zero_order_hold(self) -> tuple[Callable[[], Any], Callable[[], Any]]:
         """Discretisation of the continuous plant with held inputs."""
-        G, Ts = self.continuous, SAMPLE * 1e3
+        G, Ts = self.continuous, RIG_SAMPLE * 1e3
 
         def library() -> np.ndarray:
             made = self.control.sample_system(self.ss(G, 0), Ts, "zoh")
@@ -118,8 +118,8 @@ class Tasks:
 
     def tustin(self) -> tuple[Callable[[], Any], Callable[[], Any]]:
         """Discretisation by the trapezoidal rule, as a frequency response: the states are scaled differently."""
-        G, Ts = self.continuous, SAMPLE * 1e3
-        z = np.exp(2j * np.pi * FREQUENCIES * SAMPLE)
+        G, Ts = self.continuous, RIG_SAMPLE * 1e3
+        z = np.exp(2j * np.pi * FREQUENCIES * RIG_SAMPLE)
         own = tustin(G, Ts)
         made = self.control.sample_system(self.ss(G, 0), Ts, "tustin")
         np.testing.assert_allclose(made.D, own.D, atol=1e-9)
@@ -130,20 +130,20 @@ class Tasks:
 
     def frequency_response(self) -> tuple[Callable[[], Any], Callable[[], Any]]:
         """Plant's response at 200 frequencies."""
-        z, G = np.exp(2j * np.pi * FREQUENCIES * SAMPLE), self.ss(self.plant, SAMPLE)
+        z, G = np.exp(2j * np.pi * FREQUENCIES * RIG_SAMPLE), self.ss(self.plant, RIG_SAMPLE)
         return lambda: response(self.plant, z), lambda: np.moveaxis(G(z), 2, 0)
 
     def margins(self) -> tuple[Callable[[], Any], Callable[[], Any]]:
         """Disk margin of all loops at once, at the output, from S - I/2."""
-        z, control = np.exp(2j * np.pi * FREQUENCIES * SAMPLE), self.control
+        z, control = np.exp(2j * np.pi * FREQUENCIES * RIG_SAMPLE), self.control
 
         def own() -> float:
-            found = loop_of(self.plant, self.controller, SAMPLE, FREQUENCIES)
+            found = loop_of(self.plant, self.controller, RIG_SAMPLE, FREQUENCIES)
             return float(1 / largest(found.So - np.eye(2) / 2).max())
 
         def library() -> float:
-            L = self.ss(self.plant, SAMPLE) * self.ss(self.controller, SAMPLE)
-            S = control.feedback(control.ss([], [], [], np.eye(2), SAMPLE), L, 1)
+            L = self.ss(self.plant, RIG_SAMPLE) * self.ss(self.controller, RIG_SAMPLE)
+            S = control.feedback(control.ss([], [], [], np.eye(2), RIG_SAMPLE), L, 1)
             return float(1 / np.linalg.norm(np.moveaxis(S(z), 2, 0) - np.eye(2) / 2, 2, axis=(1, 2)).max())
 
         return own, library

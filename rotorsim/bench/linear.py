@@ -11,7 +11,7 @@ import numpy as np
 
 from reynolds import GasBearing, Injector
 from rotorsim.analysis import critical_speeds, operating_map, operating_point, whirl_onset
-from rotorsim.base.constants import RPM, SAMPLE, TO_MPA
+from rotorsim.base.constants import RIG_SAMPLE, RPM, TO_MPA
 from rotorsim.bench.result import Figure
 from rotorsim.bench.speed import BARE
 from rotorsim.machine import load_machine
@@ -92,7 +92,7 @@ def _growth(plant: Plant, speed: float, pressure: float) -> tuple[float, float]:
     rows[:, 0], rows[:, 1], rows[0, 4:] = speed, pressure, 0.1
     away = plant.start(speed, pressure).advance(rows)[:, :2] - plant.equilibrium(speed, pressure).disc
     peaks = np.hypot(*away.T).reshape(10, 500).max(axis=1)[2:]
-    growth = np.polyfit(500 * SAMPLE * np.arange(8), np.log(peaks), 1)[0]
+    growth = np.polyfit(500 * RIG_SAMPLE * np.arange(8), np.log(peaks), 1)[0]
     return float(growth), float(plant.linearise(speed, pressure).eigenvalues.real.max())
 
 
@@ -103,7 +103,7 @@ def crossings() -> Iterator[Figure]:
     crossing = float(critical_speeds(plant, np.array([pressure]), (1,))["critical_speed"][0, 0, 1])
     low, high, n = 0.9 * crossing, 1.1 * crossing, 100_000
     speed = np.linspace(low, high, n)
-    record = plant.simulate(n * SAMPLE, speed=np.append(speed, high), pressure=pressure)
+    record = plant.simulate(n * RIG_SAMPLE, speed=np.append(speed, high), pressure=pressure)
     forward = record["disc"].values[:, 0] + 1j * record["disc"].values[:, 1]
     turned = (forward - forward.mean()) * np.exp(-1j * record["angle"].values)
     window = 1000

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.bench.result import Figure
 from rotorsim.experiments import Prbs, record
 from rotorsim.machine import load_machine
@@ -32,9 +32,9 @@ def whole_plant() -> Iterator[Figure]:
         whole, ideal = (_start(m, *size) for m in (machine, machine.replace("actuators.mode", "ideal")))
         times = np.array([(_time(whole, prbs), _time(whole, still), _time(ideal, still)) for _ in range(REPEATS)])
         sample = statistics.median(times[:, 0]) * 1e6
-        yield Figure(f"sample of the whole rig under PRBS, {name}", sample, "us", SAMPLE * 1e6 / factor)
-        yield Figure("  real-time factor", SAMPLE * 1e6 / sample, "1")
-        steps = round(SAMPLE / size[2])
+        yield Figure(f"sample of the whole rig under PRBS, {name}", sample, "us", RIG_SAMPLE * 1e6 / factor)
+        yield Figure("  real-time factor", RIG_SAMPLE * 1e6 / sample, "1")
+        steps = round(RIG_SAMPLE / size[2])
         yield Figure("  four piezos in a step", float(np.median(times[:, 1] - times[:, 2])) / steps * 1e6, "us", 2.0)
 
 

@@ -15,7 +15,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import Suggest, parse
@@ -154,7 +153,7 @@ def leave_if_empty(outcome: Outcome, record: Path) -> None:
 
 def leave_if_cut(outcome: Outcome, record: Path) -> None:
     """Exit with one sentence if the run ended early."""
-    length = f"{outcome.samples * SAMPLE:.1f} s of {outcome.asked * SAMPLE:.1f} s"
+    length = f"{outcome.samples * outcome.Ts:.1f} s of {outcome.asked * outcome.Ts:.1f} s"
     if outcome.ended == "interrupted":
         print(f"interrupted: {length} are in {record}", file=sys.stderr)
         raise typer.Exit(130)

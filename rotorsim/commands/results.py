@@ -16,7 +16,6 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import finish_sets
 from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
@@ -207,10 +206,10 @@ def name_recovered(folder: Path) -> None:
     tidy(folder)
     if not left_behind(folder, GROWING):
         return
-    from rotorsim.experiments.recovery import recover  # brings the plant with it
+    from rotorsim.experiments.recovery import duration, recover  # brings the plant with it
 
-    for path, samples in recover(folder):
-        print(f"a run into {folder} was killed: its {samples * SAMPLE:.1f} s are kept in {path}", file=sys.stderr)
+    for path, _ in recover(folder):
+        print(f"a run into {folder} was killed: its {duration(path):.1f} s are kept in {path}", file=sys.stderr)
 
 
 def tidy(folder: Path) -> None:

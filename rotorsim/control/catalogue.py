@@ -64,6 +64,8 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
 def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "") -> Law:
     """Law of a design by its name; raises DesignError, also where the operating point must be given.
 
+    Its sampling time is that of a sampled model unless `changes` give one.
+
     Examples
     --------
     >>> import rotorsim as rs
@@ -72,6 +74,8 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
     'lqr'
     """
     spec = make_spec(name, changes, preset)
+    if model.Ts and not any(change.partition("=")[0].strip() == "Ts" for change in changes):
+        spec = replace(spec, Ts=model.Ts)
     if hasattr(spec, "speed"):
         _check_point(name, model, spec, changes)
     law: Law = module_of(name).design(model, spec)

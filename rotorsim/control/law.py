@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.mat import is_mat, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown
@@ -93,7 +93,7 @@ class Law(Shown):
     W: np.ndarray
     speeds: np.ndarray
     pressures: np.ndarray
-    Ts: float = SAMPLE
+    Ts: float = RIG_SAMPLE
     refresh: int = 1
     limit: float = LIMIT
     bias: tuple[float, float] = (0.0, 0.0)
@@ -171,17 +171,16 @@ class Law(Shown):
         return np.zeros(2)
 
     def reset(self) -> None:
-        """Forget the past; raises LawError if the law has another sampling time than the plant."""
-        self.check_sampling()
+        """Forget the past."""
         self.memory[:] = 0.0
         self.memory[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
 
-    def check_sampling(self) -> None:
-        """Raise LawError unless the sampling time is the plant's."""
-        if abs(self.Ts / SAMPLE - 1) > 1e-9:
+    def check_sampling(self, Ts: float) -> None:
+        """Raise LawError unless the sampling time is that of the plant, Ts [s]."""
+        if abs(self.Ts / Ts - 1) > 1e-9:
             raise LawError(
-                f"law {self.name}: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {SAMPLE * 1e3:g} ms; "
-                f"design it with Ts = {SAMPLE:g} s"
+                f"law {self.name}: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {Ts * 1e3:g} ms; "
+                f"design it with Ts = {Ts:g} s"
             )
 
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
@@ -234,7 +233,7 @@ class Law(Shown):
             reference_x, reference_y in another order are followed.
         Ts : float, optional
             Sampling time [s] that a continuous system is sampled at, by Tustin's rule; a sampled one must have it. By
-            default the plant's 0.2 ms, and a continuous system is refused.
+            default 0.2 ms, the rig's, and a continuous system is refused.
         name : str, optional
             Of the law; by default the system's.
         **settings
@@ -356,7 +355,7 @@ def _check_shapes(law: Law) -> None:
 
 def _check_numbers(law: Law) -> None:
     if not 0 < law.Ts < 1:
-        raise LawError(f"law {law.name}: Ts = {law.Ts} s; give a time between 0 and 1 s, e.g. {SAMPLE:g}")
+        raise LawError(f"law {law.name}: Ts = {law.Ts} s; give a time between 0 and 1 s, e.g. {RIG_SAMPLE:g}")
     if law.refresh < 1 or law.refresh != int(law.refresh):
         raise LawError(f"law {law.name}: refresh = {law.refresh}; give a whole number of samples, 1 or more")
     if not law.limit > 0:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import DISC, REFERENCES, check_channels, check_period, matrices, reorder
 from rotorsim.base.exchange.mat import cells, number, read_mat
@@ -32,7 +32,7 @@ def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, set
         if own == 0 and Ts is not None:
             A, B, C, D = tustin(System(A, B, C, D), Ts)
         elif system.dt is not True or Ts is None:
-            check_period(system, what, Ts or SAMPLE, len(A), argument=True)
+            check_period(system, what, Ts or RIG_SAMPLE, len(A), argument=True)
     except np.linalg.LinAlgError as error:
         raise LawError(f"{what}: has a pole at 2/Ts, which Tustin's rule cannot sample; choose another Ts") from error
     except DataError as error:
@@ -41,7 +41,7 @@ def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, set
     chosen: dict[str, Any] = DEFAULTS | {"about": {"from": f"control.{type(system).__name__}"}} | settings
     hold = chosen.pop("W", np.zeros((len(A), 2)))
     return kind(label, **table, W=np.asarray(hold)[None, None], speeds=np.zeros(1), pressures=np.zeros(1),
-                Ts=Ts or SAMPLE, **chosen)  # fmt: skip
+                Ts=Ts or RIG_SAMPLE, **chosen)  # fmt: skip
 
 
 def mat_content(law: Any) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def from_mat(kind: Any, path: Path) -> Any:
             raise DataError(f"is a {content['kind']} model; give a control law, or design one on it")
         Ts = number(content, "Ts", 0.0)
         if Ts == 0:
-            raise DataError(f"is continuous, Ts = 0; sample it in MATLAB: sys = c2d(sys, {SAMPLE:g}, 'tustin')")
+            raise DataError(f"is continuous, Ts = 0; sample it in MATLAB: sys = c2d(sys, {RIG_SAMPLE:g}, 'tustin')")
         return _of_content(kind, path.stem, content, Ts)
     except (DataError, LawError) as error:
         raise LawError(f"{path}: {error}") from error

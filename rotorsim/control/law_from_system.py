@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.base.constants import KRPM, MPA, SAMPLE
+from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE
 from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -18,7 +18,7 @@ from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.riccati import sampled_riccati
 
 
-def discrete(system: System, Ts: float = SAMPLE) -> System:
+def discrete(system: System, Ts: float = RIG_SAMPLE) -> System:
     """Tustin's controller of one in um, V and ms, for Ts [s]; raises DesignError if it is too fast for Ts."""
     fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0)) * MILLI
     check_period(Ts)
@@ -33,7 +33,7 @@ def discrete(system: System, Ts: float = SAMPLE) -> System:
 def check_period(Ts: float) -> None:
     """Raise DesignError if Ts [s] is not a sampling time."""
     if not 0 < Ts < 1:
-        raise DesignError(f"Ts = {Ts} s: is not a sampling time; give e.g. {SAMPLE:g}")
+        raise DesignError(f"Ts = {Ts} s: is not a sampling time; give e.g. {RIG_SAMPLE:g}")
 
 
 def antiwindup(system: System, weight: float = 1e-2) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 
 from identification.records.vectors import probe_angle
 from rotorsim.base.cache import Cache
-from rotorsim.base.constants import SAMPLE, TO_RPM
+from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.intake import record_notes
@@ -87,12 +87,12 @@ def track(
     turns: float = TURNS,
 ) -> np.ndarray:  # fmt: skip
     """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over `turns`."""
-    turned = angle + np.concatenate([[0.0], np.cumsum(speed)[:-1] * SAMPLE])
+    turned = angle + np.concatenate([[0.0], np.cumsum(speed)[:-1] * RIG_SAMPLE])
     out = np.zeros((1, 2, 1 + len(orders) * len(speeds)), complex)
     rising = speed[-1] >= speed[0]
     for k, wanted in enumerate(speeds):
         centre = int(np.searchsorted(speed if rising else -speed, wanted if rising else -wanted))
-        half = int(0.5 * turns * 2 * np.pi / max(wanted, 1.0) / SAMPLE)
+        half = int(0.5 * turns * 2 * np.pi / max(wanted, 1.0) / RIG_SAMPLE)
         low, high = max(0, centre - half), min(len(speed), centre + half)
         out[0, :, 1 + k :: len(speeds)] = order_vectors(turned[low:high], displacement[low:high], orders).T
     return out
@@ -177,9 +177,9 @@ def ramp(speeds: np.ndarray, rate: float, pressure: float, turns: float = TURNS)
     low, high = min(speeds), max(speeds)
     window = 0.6 * max(turns, TURNS) * 2 * np.pi * rate
     begin, end = max(low - window / max(low, 1.0) - SETTLING * rate, 1.0), high + window / max(high, 1.0)
-    n = int((end - begin) / rate / SAMPLE)
+    n = int((end - begin) / rate / RIG_SAMPLE)
     rows = np.zeros((n, 6))
-    rows[:, 0], rows[:, 1] = begin + rate * SAMPLE * np.arange(1, n + 1), pressure
+    rows[:, 0], rows[:, 1] = begin + rate * RIG_SAMPLE * np.arange(1, n + 1), pressure
     if speeds[-1] < speeds[0]:
         rows[:, 0] = rows[::-1, 0]
     return rows

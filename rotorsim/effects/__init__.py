@@ -8,7 +8,7 @@ from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.public import refuse
-from rotorsim.effects.base import FILM_PORTS, PORTS, Effect, FilmEffect, numeric_fields, param, register
+from rotorsim.effects.base import FILM_PORTS, PORTS, Effect, FilmEffect, SampledEffect, numeric_fields, param, register
 from rotorsim.effects.installed import registry
 
 for _module in walk_packages(__path__, f"{__name__}."):
@@ -27,4 +27,14 @@ else:
         return sorted(__all__)
 
 
-__all__ = ["FILM_PORTS", "PORTS", "REGISTRY", "Effect", "FilmEffect", "numeric_fields", "param", "register"]
+__all__ = [
+    "FILM_PORTS",
+    "PORTS",
+    "REGISTRY",
+    "Effect",
+    "FilmEffect",
+    "SampledEffect",
+    "numeric_fields",
+    "param",
+    "register",
+]

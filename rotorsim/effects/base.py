@@ -185,6 +185,25 @@ class FilmEffect(Effect):
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class SampledEffect(Effect):
+    """Base of the sensors' effects whose kernels need the time between two samples: `p.interval` [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> machine = rs.load_machine("dtu_gas_bearing")
+    >>> rs.effects.REGISTRY["sensor_lag"](time=1e-3).derived(machine)
+    {'interval': 0.0002}
+    """
+
+    extra = ("interval",)
+
+    def derived(self, machine: Any) -> dict[str, float]:
+        """The machine's sampling time [s]."""
+        return {"interval": machine.sampling_time}
+
+
 WHERE = ("position", "bearing")
 """Parameters that place an effect, which its kernel does not see."""
 REGISTRY: dict[str, type[Effect]] = {}

@@ -16,9 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, NYQUIST, REFERENCE_LIMIT, AtPoint, samples_in
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint
 from rotorsim.experiments.parameters import param
 
 
@@ -36,8 +35,8 @@ class Chirp(AtPoint):
     name: ClassVar[str] = "chirp"
     drives_reference: ClassVar[bool] = True
     amplitude: float = param("V", "Amplitude of the reference, 0-pk.", 1.0, above=0, high=REFERENCE_LIMIT)
-    low: float = param("Hz", "Frequency at the beginning.", 1.0, above=0, high=NYQUIST)
-    high: float = param("Hz", "Frequency at the end.", 400.0, above=0, high=NYQUIST)
+    low: float = param("Hz", "Frequency at the beginning.", 1.0, above=0, sampled=True)
+    high: float = param("Hz", "Frequency at the end.", 400.0, above=0, sampled=True)
     duration: float = param("s", "Length of a sweep.", 10.0, above=0, samples=True)
     axis: str = param("1", "Driven axis; both sweeps y after x.", "x", choices=tuple(DRIVEN))
     law: str = param("1", "How the frequency grows.", "linear", choices=("linear", "logarithmic"))
@@ -51,16 +50,16 @@ class Chirp(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return samples_in(self.bias) + len(DRIVEN[self.axis]) * samples_in(self.duration)
+        return self.samples_in(self.bias) + len(DRIVEN[self.axis]) * self.samples_in(self.duration)
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         rows = self.held(count)
-        since = first + np.arange(count) - samples_in(self.bias)
-        length = samples_in(self.duration)
+        since = first + np.arange(count) - self.samples_in(self.bias)
+        length = self.samples_in(self.duration)
         for turn, axis in enumerate(DRIVEN[self.axis]):
             now = (since >= turn * length) & (since < (turn + 1) * length)
-            rows[now, 2 + axis] = self.amplitude * np.sin(self.phase((since[now] - turn * length) * SAMPLE))
+            rows[now, 2 + axis] = self.amplitude * np.sin(self.phase((since[now] - turn * length) * self.Ts))
         return rows
 
     def phase(self, time: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import Experiment, samples_in
+from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.runup import Runup, ramp_time
 
@@ -50,12 +50,12 @@ class Coastdown(Experiment):
     @property
     def ramp(self) -> Runup | None:
         """The declared ramp, if there is one."""
-        return None if self.rate is None else Runup(self.start, self.stop, self.rate, self.pressure)
+        return None if self.rate is None else Runup(self.start, self.stop, self.rate, self.pressure, Ts=self.Ts)
 
     @property
     def samples(self) -> int:
         """Length in samples; the longest one with the drive off."""
-        return samples_in(self.longest) if self.ramp is None else self.ramp.samples
+        return self.samples_in(self.longest) if self.ramp is None else self.ramp.samples
 
     def initial(self) -> tuple[float, float]:
         """Speed [rad/s] and gauge pressure [Pa] of the equilibrium it starts from."""

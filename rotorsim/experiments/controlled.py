@@ -1,4 +1,4 @@
-"""Closed loop with a discrete controller at 5 kHz; bias, dither and impacts from other experiments.
+"""Closed loop with a discrete controller at the sampling rate; bias, dither and impacts from other experiments.
 
 The controller sees a sample's measured displacement, speed and pressure and acts in the next sample. The total
 reference is limited to the actuators' range and recorded as `reference`; `reference_external` is what was added to the
@@ -8,13 +8,13 @@ controller's output.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment, samples_in
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import run
@@ -59,7 +59,12 @@ class Controlled(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return samples_in(self.duration)
+        return self.samples_in(self.duration)
+
+    def sampled(self, Ts: float) -> Self:
+        """The experiment at a sampling time [s], with its excitations."""
+        excitations = tuple(other.sampled(Ts) for other in self.excitations)
+        return replace(self, Ts=Ts, excitations=excitations) if Ts != self.Ts else self
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch; the reference is the external one."""

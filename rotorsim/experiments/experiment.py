@@ -7,12 +7,12 @@ rows without the ones before, so that hours take no more memory than seconds and
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.parameters import attributes, check_parameters, param
 
@@ -23,9 +23,6 @@ LONGEST = 1e6
 """Longest run [s]."""
 REFERENCE_LIMIT = 5.0
 """Range of the reference [V]: at either end one pin of a pair is fully in and the other fully out."""
-NYQUIST = 0.5 / SAMPLE
-"""Highest frequency [Hz] that samples can show."""
-
 DRIVEN = {"x": (0,), "y": (1,), "both": (0, 1)}
 """Axes that are driven one after the other."""
 
@@ -39,6 +36,8 @@ def reference_range(machine: Machine) -> float:
 class Experiment(ABC):
     """Base of every experiment; raises DataError with one sentence for bad parameters.
 
+    Its times are whole samples of `Ts` [s]; a run takes it at the sampling time of its machine.
+
     Examples
     --------
     >>> import rotorsim as rs
@@ -50,17 +49,27 @@ class Experiment(ABC):
     name: ClassVar[str]
     drives_reference: ClassVar[bool] = False
     """Whether it needs actuators."""
+    Ts: float = field(default=RIG_SAMPLE, kw_only=True, repr=False)
+    """Sampling time [s]."""
 
     def __post_init__(self) -> None:
         check_parameters(self)
         self.check()
-        if self.samples * SAMPLE > LONGEST:
-            days = self.samples * SAMPLE / 86400
+        if self.samples * self.Ts > LONGEST:
+            days = self.samples * self.Ts / 86400
             raise DataError(f"{self.name}: would last {days:.3g} days; make it shorter than {LONGEST:g} s")
 
     def check(self) -> None:
         """Refuse parameters that do not go together."""
         return
+
+    def sampled(self, Ts: float) -> Self:
+        """The experiment at a sampling time [s]; raises DataError for times that are not whole samples of it."""
+        return self if Ts == self.Ts else replace(self, Ts=Ts)
+
+    def samples_in(self, seconds: float) -> int:
+        """Samples in a time [s] that was checked to be a whole number of them."""
+        return round(seconds / self.Ts)
 
     @property
     @abstractmethod
@@ -100,11 +109,6 @@ class AtPoint(Experiment):
         rows = np.zeros((count, 6))
         rows[:, 0], rows[:, 1] = self.speed, self.pressure
         return rows
-
-
-def samples_in(seconds: float) -> int:
-    """Samples in a time [s] that was checked to be a whole number of them."""
-    return round(seconds / SAMPLE)
 
 
 def generator(sequence: int, *key: int) -> np.random.Generator:

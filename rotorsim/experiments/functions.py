@@ -13,6 +13,7 @@ from rotorsim.base.suggest import did_you_mean
 from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.parameters import parameters
 from rotorsim.experiments.running import run
+from rotorsim.plant.plant import as_plant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,9 +64,10 @@ def as_function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
             raise TypeError(f"{kind.name}() has no parameter '{name}'; {did_you_mean(name, signed.parameters)}")
         given = signed.bind(plant, *values, **named).arguments
         seed, progress = (given.pop(end.name, end.default) for end in ENDS)
-        return run(given.pop("plant"), kind(**given), seed, progress)
+        made = as_plant(given.pop("plant"))
+        return run(made, kind(**given, Ts=made.machine.sampling_time), seed, progress)
 
-    own = signature(kind).parameters.values()
+    own = [one for one in signature(kind).parameters.values() if one.name != "Ts"]
     signed = Signature([MACHINE, *own, *ENDS], return_annotation="xr.Dataset")
     function.__name__ = function.__qualname__ = kind.name
     function.__doc__ = _documentation(kind)

@@ -63,7 +63,7 @@ def _pairs(name: str, value: ArrayLike) -> np.ndarray:
     """The array as floats (n, 2); raises DataError."""
     pairs = np.array(value, float)
     if pairs.ndim != 2 or pairs.shape[1] != 2:
-        raise DataError(f"{name}: shape {pairs.shape}, expected (n, 2) with one row per sample of 0.2 ms")
+        raise DataError(f"{name}: shape {pairs.shape}, expected (n, 2) with one row per sample")
     if not np.all(np.isfinite(pairs)):
         raise DataError(f"{name}: holds NaN or infinite values; check the signal")
     return pairs

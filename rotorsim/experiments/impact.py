@@ -16,10 +16,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.experiments.experiment import AtPoint, generator, samples_in
+from rotorsim.experiments.experiment import AtPoint, generator
 from rotorsim.experiments.parameters import param, sequence
 
 KEY = 3
@@ -39,7 +38,7 @@ class Impact(AtPoint):
 
     name: ClassVar[str] = "impact"
     peak: float = param("N", "Peak of the force.", 20.0, above=0)
-    width: float = param("s", "Duration of a hit.", 1e-3, low=SAMPLE)
+    width: float = param("s", "Duration of a hit.", 1e-3, low=0, sampled=True)
     angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)
     hits: int = param("1", "Number of hits.", 1, low=1, multiple=1)
     spacing: float = param("s", "Time from hit to hit, also after the last.", 1.0, above=0, samples=True)
@@ -59,12 +58,12 @@ class Impact(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return samples_in(self.lead) + self.hits * samples_in(self.spacing)
+        return self.samples_in(self.lead) + self.hits * self.samples_in(self.spacing)
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         rows = self.held(count)
-        edges = (first + np.arange(count + 1)) * SAMPLE
+        edges = (first + np.arange(count + 1)) * self.Ts
         lowest = max(floor((edges[0] - self.lead) / self.spacing) - 1, 0)
         highest = min(ceil((edges[-1] - self.lead) / self.spacing), self.hits - 1)
         force = np.zeros(count)
@@ -80,4 +79,4 @@ class Impact(AtPoint):
         begin = self.lead + hit * self.spacing + self.jitter * late
         peak = self.peak * (1 + self.scatter * (2 * off - 1))
         turned = np.clip((edges - begin) / self.width, 0.0, 1.0)
-        return np.diff(-np.cos(np.pi * turned)) * (peak * self.width / (np.pi * SAMPLE))
+        return np.diff(-np.cos(np.pi * turned)) * (peak * self.width / (np.pi * self.Ts))

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import ControllerError, ConvergenceError
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.plant.controller import ask, call
@@ -20,9 +19,10 @@ if TYPE_CHECKING:
 class Loop:
     """The running loop: what the controller saw in a sample acts in the next one, added to the external reference."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, Ts: float) -> None:
         self.controller = controller
         self.output = np.zeros(2)
+        call(controller, "check_sampling", Ts)
         call(controller, "reset")
 
     def advance(self, simulation: Simulation, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -50,5 +50,5 @@ class Loop:
         seen: dict[str, Any] = split_columns(simulation.assembly, table, row[None])
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
-        time = (simulation.samples - 1) * SAMPLE
+        time = (simulation.samples - 1) * simulation.assembly.sampling_time
         return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time)

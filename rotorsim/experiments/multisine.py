@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT, AtPoint, generator, samples_in
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator
 from rotorsim.experiments.parameters import param, sequence
 
 KEY = 2
@@ -39,7 +39,7 @@ class Multisine(AtPoint):
     name: ClassVar[str] = "multisine"
     drives_reference: ClassVar[bool] = True
     amplitude: float = param("V", "Largest value of the reference.", 1.0, above=0, high=REFERENCE_LIMIT)
-    low: float = param("Hz", "Lowest frequency.", 1.0, above=0, high=NYQUIST)
+    low: float = param("Hz", "Lowest frequency.", 1.0, above=0, sampled=True)
     high: float = param("Hz", "Highest frequency.", 400.0, above=0)
     period: float = param("s", "Period; lines are multiples of its inverse.", 1.0, above=0, high=100.0, samples=True)
     periods: int = param("1", "Whole periods of the record.", 10, low=1, multiple=1)
@@ -52,9 +52,9 @@ class Multisine(AtPoint):
 
     def check(self) -> None:
         """Refuse lines beyond Nyquist's frequency, and an axis without lines."""
-        if self.high >= NYQUIST:
+        if self.high >= 0.5 / self.Ts:
             raise DataError(
-                f"high = {self.high:g} Hz: is not below half the sampling rate; give less than {NYQUIST:g} Hz"
+                f"high = {self.high:g} Hz: is not below half the sampling rate; give less than {0.5 / self.Ts:g} Hz"
             )
         if min(len(axis) for axis in self.lines()) == 0:
             raise DataError(
@@ -65,7 +65,7 @@ class Multisine(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return samples_in(self.bias) + self.periods * samples_in(self.period)
+        return self.samples_in(self.bias) + self.periods * self.samples_in(self.period)
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
         """Excited lines of x and of y as multiples of 1/period; disjoint."""
@@ -76,7 +76,7 @@ class Multisine(AtPoint):
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         rows = self.held(count)
-        since = first + np.arange(count) - samples_in(self.bias)
+        since = first + np.arange(count) - self.samples_in(self.bias)
         one = one_period(self)
         rows[:, 2:4] = np.where((since >= 0)[:, None], one[since % len(one)], 0.0)
         return rows
@@ -85,7 +85,7 @@ class Multisine(AtPoint):
 @lru_cache(maxsize=4)
 def one_period(sines: Multisine) -> np.ndarray:
     """Reference (n, 2) [V] of one period."""
-    n = samples_in(sines.period)
+    n = sines.samples_in(sines.period)
     return np.column_stack([_flattest(sines, generator(sines.sequence, KEY, axis), n, axis) for axis in range(2)])
 
 

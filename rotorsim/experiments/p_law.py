@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.errors import ControllerError
 from rotorsim.control.runtime.alarm import SENTENCES, code
 from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
-from rotorsim.experiments.experiment import NYQUIST
 from rotorsim.experiments.parameters import attributes, check_parameters, param
 
 
@@ -35,13 +35,22 @@ class ProportionalLaw:
 
     gain_x: float = param("V/m", "Volts of reference x per metre of measured x; positive pushes outwards.", 0.25e6)
     gain_y: float = param("V/m", "The same of y.", 0.22e6)
-    low_pass: float = param("Hz", "Bandwidth of the low-pass.", 1000.0, above=0, high=NYQUIST)
+    low_pass: float = param("Hz", "Bandwidth of the low-pass.", 1000.0, above=0, sampled=True)
     centre: tuple[float, float] = (0.0, 0.0)
+    Ts: float = RIG_SAMPLE
     state: np.ndarray = field(default_factory=lambda: np.zeros(2), repr=False)
     memory: np.ndarray = field(default_factory=lambda: np.zeros(SIZE), repr=False)
 
     def __post_init__(self) -> None:
         check_parameters(self)
+
+    def check_sampling(self, Ts: float) -> None:
+        """Raise ControllerError unless the sampling time is that of the plant, Ts [s]."""
+        if abs(self.Ts / Ts - 1) > 1e-9:
+            raise ControllerError(
+                f"controller ProportionalLaw: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {Ts * 1e3:g} ms; "
+                f"give it Ts={Ts:g}"
+            )
 
     def reset(self) -> None:
         """Forget the past."""
@@ -51,7 +60,7 @@ class ProportionalLaw:
         """Reference (2,) [V] for the next sample from the measured disc (2,) [m]; held where that is not finite."""
         bad = not np.all(np.abs(measured) < FARTHEST)
         if not bad:
-            keep = np.exp(-2 * np.pi * self.low_pass * SAMPLE)
+            keep = np.exp(-2 * np.pi * self.low_pass * self.Ts)
             asked = np.array([self.gain_x, self.gain_y]) * (np.asarray(measured) - self.centre)
             self.state = keep * self.state + (1 - keep) * asked
         output = self.state.copy()

@@ -64,6 +64,12 @@ def ask_speeds(machine: Machine, experiment: Any) -> None:
             ask_rim_speed(machine, getattr(experiment, entry.name), entry.name)
 
 
+def fastest(experiment: Any) -> float:
+    """Highest speed [rad/s] among the parameters of an experiment."""
+    speeds = [getattr(experiment, entry.name) for entry, known in parameters(experiment) if known.unit == "rad/s"]
+    return max((speed for speed in speeds if speed is not None), default=0.0)
+
+
 def attributes(experiment: Any) -> dict[str, Any]:
     """Parameters as attributes of a record, SI; those that are not given are left out."""
     values = {known.attribute or entry.name: getattr(experiment, entry.name) for entry, known in parameters(experiment)}

@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator, samples_in
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator
 from rotorsim.experiments.parameters import param, sequence
 
 GROUP = 256
@@ -55,15 +55,15 @@ class Prbs(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return samples_in(self.duration)
+        return self.samples_in(self.duration)
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         rows = self.held(count)
-        since = first + np.arange(count) - samples_in(self.bias)
+        since = first + np.arange(count) - self.samples_in(self.bias)
         excited = since >= 0
         if excited.any():
-            ticks = since[excited] // samples_in(self.hold)
+            ticks = since[excited] // self.samples_in(self.hold)
             for axis in range(2):
                 rows[excited, 2 + axis] = self.amplitude * bits(self.sequence, axis, ticks)
         return rows

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -44,6 +44,19 @@ REMOVED = "cannot be written: it was removed while it was written; leave its fol
 Values = dict[str, np.ndarray]
 
 
+def snapshot_variables(several: bool) -> dict[str, tuple[tuple[str, ...], str, str]]:
+    """Dimensions, unit and long name of what is kept of snapshots of a film, or of several: coordinates first."""
+    film = ("bearing",) if several else ()
+    return {
+        "theta": (("theta",), "rad", "angle on the bearing"),
+        "film_z" if several else "z": ((*film, "z"), "m", "axial position from the middle of the film"
+                                       if several else "axial position"),
+        "film_pressure": (("snapshot", *film, "theta", "z"), "Pa", "film pressure, absolute"),
+        "snapshot_time": (("snapshot",), "s", "time of the snapshot"),
+        "snapshot_speed": (("snapshot",), "rad/s", "shaft speed at the snapshot"),
+    }  # fmt: skip
+
+
 class Recording:
     """A growing record of the schema; use as a context manager. `write` appends, `snapshot` keeps a film pressure.
 
@@ -55,6 +68,8 @@ class Recording:
         Attributes of the record.
     probes : dict, optional
         Names and coordinates of its probes, as `identification.records.schema.make_record` takes them.
+    bearings : sequence of str
+        Names of its gas bearings, where there are several.
 
     Attributes
     ----------
@@ -69,8 +84,10 @@ class Recording:
         If not even an empty record can be written.
     """
 
-    def __init__(self, path: Path, attrs: dict[str, Any], probes: dict[str, Any] | None = None) -> None:
-        self.path, self._probes = path, probes or {}
+    def __init__(
+        self, path: Path, attrs: dict[str, Any], probes: dict[str, Any] | None = None, bearings: Sequence[str] = ()
+    ) -> None:
+        self.path, self._probes, self._bearings = path, probes or {}, tuple(bearings)
         self.samples = self._kept = 0
         self.stopped: WriteError | None = None
         self._new: list[Values] = []
@@ -105,12 +122,19 @@ class Recording:
         self._file.dimensions = {"time": None, "axis": len(AXES), "snapshot": None}
         self._file.attrs.update(attrs)
         self._variable("time", ("time",), "s", "time")
-        names = self._file.create_variable("axis", ("axis",), h5py.string_dtype())
-        names[:] = np.array(AXES, object)
+        self._names("axis", AXES)
+        if len(self._bearings) > 1:
+            self._file.dimensions["bearing"] = len(self._bearings)
+            self._names("bearing", self._bearings)
         if self._probes:
             self._file.dimensions["probe"] = len(self._probes["probe"])
             for name, values in self._probes.items():
                 self._add_coordinate(name, values)
+
+    def _names(self, dim: str, names: Sequence[str]) -> None:
+        """Names along a dimension."""
+        variable = self._file.create_variable(dim, (dim,), h5py.string_dtype())
+        variable[:] = np.array(names, object)
 
     def _add_coordinate(self, name: str, values: list[Any]) -> None:
         """A coordinate of the probes: text or numbers."""
@@ -149,7 +173,7 @@ class Recording:
 
     def _add(self, name: str, value: np.ndarray) -> None:
         known = VARIABLES[name]
-        for dim in {"injector", "film"} & set(known.dims) - set(self._file.dimensions):
+        for dim in {"injector"} & set(known.dims) - set(self._file.dimensions):
             self._file.dimensions[dim] = value.shape[1]
             number = self._file.create_variable(dim, (dim,), "i8")
             number[:] = np.arange(1, value.shape[1] + 1)
@@ -200,20 +224,19 @@ class Recording:
         self.samples = self._kept
 
     def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
-        """Keep the film pressure (theta, z) [Pa, absolute] of one instant, unless the disk has ended."""
+        """Keep the film pressure of one instant, see `Simulation.film_snapshot`, unless the disk has ended."""
         if self.stopped is not None:
             return
         file = self._file
         if "theta" not in file.dimensions:
-            for name, values, unit, label in (
-                ("theta", theta, "rad", "angle on the bearing"),
-                ("z", z, "m", "axial position"),
-            ):
-                file.dimensions[name] = len(values)
-                self._variable(name, (name,), unit, label)[:] = values
-            self._variable("film_pressure", ("snapshot", "theta", "z"), "Pa", "film pressure, absolute")
-            self._variable("snapshot_time", ("snapshot",), "s", "time of the snapshot")
-            self._variable("snapshot_speed", ("snapshot",), "rad/s", "shaft speed at the snapshot")
+            known = snapshot_variables(z.ndim > 1)
+            file.dimensions["theta"], file.dimensions["z"] = len(theta), z.shape[-1]
+            for name, values in zip(known, (theta, z), strict=False):
+                self._variable(name, *known[name])[:] = values
+            for name in list(known)[2:]:
+                self._variable(name, *known[name])
+            if z.ndim > 1:
+                file.variables["film_pressure"].attrs["coordinates"] = "film_z"
         n = len(file.dimensions["snapshot"])
         file.resize_dimension("snapshot", n + 1)
         for name, value in (("film_pressure", pressure), ("snapshot_time", time), ("snapshot_speed", speed)):

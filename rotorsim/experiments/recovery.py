@@ -47,6 +47,12 @@ def recover(folder: Path) -> list[tuple[Path, int]]:
     return found
 
 
+def duration(path: Path) -> float:
+    """Length [s] of a record that a run wrote."""
+    with h5py.File(path, "r") as file:
+        return float(len(file["time"]) / file.attrs["sample_rate_hz"])
+
+
 def _samples(part: Path) -> int:
     """Samples in a temporary file, which is repaired and marked; 0 if it was killed before its first commit."""
     repair(part)

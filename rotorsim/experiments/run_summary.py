@@ -34,7 +34,7 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         duration_s, samples, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow, sub_synchronous.
         A peak with ``local_maximum = False`` is the largest amplitude at an end of the speed range, not a resonance.
         The largest orbit is measured from the slowly moving mean. A record with probes also has `probes`, see
-        `rotorsim.signals.probes.probe_numbers`.
+        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s.
     """
     spectra = waterfall(record) if spectra is None else spectra
     seen = _scan(record, tracked)
@@ -46,11 +46,25 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
         "largest_orbit": _at_most(seen["radius"]),
         "smallest_film": _at_least(seen["h_min"]) if "h_min" in seen else None,
+        **_of_films(record),
         "contact": contact and {"samples": contact["positive"], "first_time_s": contact["first_time"],
                                 "first_rpm": contact["first_speed"]},
         "mass_flow": flow and _flow(flow, normal_density(record)),
         "sub_synchronous": largest_sub_synchronous(spectra),
     } | _of_probes(record)  # fmt: skip
+
+
+def _of_films(record: xr.Dataset) -> dict[str, Any]:
+    """Smallest thickness [um] and mean flow [kg/s] by bearing, of a record with several films."""
+    if "film_thickness" not in record:
+        return {}
+    names = [str(name) for name in record["bearing"].values]
+    low, total, count = np.full(len(names), np.inf), np.zeros(len(names)), 0
+    for block in blocks(record, ["film_thickness", "film_flow"]):
+        low = np.minimum(low, block["film_thickness"].min(axis=0))
+        total, count = total + block["film_flow"].sum(axis=0), count + len(block["film_flow"])
+    return {"films": {name: {"smallest_um": float(low[k]) * TO_UM, "flow_kg_s": float(total[k]) / count}
+                      for k, name in enumerate(names)}}  # fmt: skip
 
 
 def _of_probes(record: xr.Dataset) -> dict[str, Any]:

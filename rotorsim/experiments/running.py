@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from identification import make_record
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
 from rotorsim.base.progress import track
 from rotorsim.experiments.experiment import Experiment, check_seed
 from rotorsim.experiments.loop import Loop
-from rotorsim.experiments.parameters import ask_speeds
+from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
+from rotorsim.machine.sampling import check_speed
 from rotorsim.plant.control_systems import as_controller
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
@@ -44,7 +45,7 @@ Values = dict[str, np.ndarray]
 class Outcome:
     """Outcome of a streamed run: samples kept of those asked for, why it ended, numbers of the solver.
 
-    `error` is the disk's, where that ended the record.
+    `error` is the disk's, where that ended the record; `Ts` [s] the sampling time.
     """
 
     samples: int
@@ -52,6 +53,7 @@ class Outcome:
     ended: str
     counters: dict[str, float]
     error: WriteError | None = None
+    Ts: float = RIG_SAMPLE
 
     @property
     def complete(self) -> bool:
@@ -96,19 +98,19 @@ def run(
     >>> rs.run(plant, rs.experiments.Steady(speed=300.0, pressure=0.5e6, duration=0.1)).sizes["time"]
     500
     """
-    plant, experiment = as_plant(plant), as_experiment(experiment)
-    if experiment.samples * SAMPLE > LONGEST_IN_MEMORY:
+    plant = as_plant(plant)
+    experiment = as_experiment(experiment, plant)
+    if experiment.samples * experiment.Ts > LONGEST_IN_MEMORY:
         raise DataError(
-            f"{experiment.name}: {experiment.samples * SAMPLE:g} s are more than the {LONGEST_IN_MEMORY:g} s that are "
-            "returned in memory; make it shorter or record it to a file"
+            f"{experiment.name}: {experiment.samples * experiment.Ts:g} s are more than the {LONGEST_IN_MEMORY:g} s "
+            "that are returned in memory; make it shorter or record it to a file"
         )
     simulation = begin(plant, experiment, seed)
-    blocks = list(track(march(simulation, experiment, block), experiment.samples, SAMPLE, progress))
+    blocks = list(track(march(simulation, experiment, block), experiment.samples, experiment.Ts, progress))
     values = {name: np.concatenate([part[name] for _, part in blocks]) for name in blocks[0][1]}
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": "complete"} | simulation.counters
-    return make_record(
-        np.concatenate([time for time, _ in blocks]), values, attrs, probe_coordinates(plant.machine)
-    )  # fmt: skip
+    time = np.concatenate([time for time, _ in blocks])
+    return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
 
 def record(
@@ -131,20 +133,22 @@ def record(
     >>> outcome.ended
     'complete'
     """
-    plant, path, experiment = as_plant(plant), Path(path), as_experiment(experiment)
+    plant, path = as_plant(plant), Path(path)
+    experiment = as_experiment(experiment, plant)
     attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
     simulation = begin(plant, experiment, seed)
-    with Interrupt(), Recording(path, attrs, probe_coordinates(plant.machine)) as file:
+    coordinates = probe_coordinates(plant.machine), plant.machine.film_names
+    with Interrupt(), Recording(path, attrs, *coordinates) as file:
         outcome = stream(simulation, experiment, file, progress, block)
     if file.stopped is None:
         return outcome
     return replace(outcome, samples=file.samples, ended=file.stopped.reason, error=file.stopped)
 
 
-def as_experiment(given: Experiment) -> Experiment:
-    """The experiment; raises DataError for a name, a class or anything else."""
+def as_experiment(given: Experiment, plant: Plant) -> Experiment:
+    """The experiment at a plant's sampling time; raises DataError for a name, a class or anything else."""
     if isinstance(given, Experiment):
-        return given
+        return given.sampled(plant.machine.sampling_time)
     raise DataError(
         f"experiment: {given if isinstance(given, type) else repr(given)[:60]} is not one; give e.g. "
         "rs.experiments.Impact(peak=20.0), or call rs.experiments.impact(plant, peak=20.0)"
@@ -160,7 +164,7 @@ class Sink(Protocol):
         """Append samples."""
 
     def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
-        """Keep the film pressure of one instant."""
+        """Keep the film pressure of one instant, as `Simulation.film_snapshot` gives it."""
 
     def note(self, **attrs: Any) -> None:
         """Add attributes."""
@@ -173,7 +177,7 @@ def stream(
     wanted, ended = experiment.samples, "complete"
     marks = set(np.linspace(0, wanted, SNAPSHOTS)[:-1].astype(int) // block)
     _snapshot(file, simulation)
-    blocks = enumerate(track(march(simulation, experiment, block), wanted, SAMPLE, progress), start=1)
+    blocks = enumerate(track(march(simulation, experiment, block), wanted, experiment.Ts, progress), start=1)
     try:
         for number, (time, values) in blocks:
             file.write(time, values)
@@ -191,7 +195,7 @@ def stream(
     if file.samples:
         _snapshot(file, simulation)
     file.note(ended=ended, **simulation.counters)
-    return Outcome(file.samples, wanted, ended, simulation.counters)
+    return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
 
 
 def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
@@ -203,9 +207,10 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
         )
     if experiment.samples < FEWEST:
         raise DataError(
-            f"{experiment.name}: lasts a single sample of {SAMPLE * 1e3:g} ms; make it at least twice as long"
+            f"{experiment.name}: lasts a single sample of {experiment.Ts * 1e3:g} ms; make it at least twice as long"
         )
     ask_speeds(plant.machine, experiment)
+    check_speed(plant.machine, fastest(experiment))
     speed, pressure = experiment.initial()
     return plant.start(speed, pressure, seed=check_seed(seed))
 
@@ -218,7 +223,10 @@ def _disc(simulation: Simulation) -> np.ndarray:
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
     """Blocks of time (n,) [s] and variables of the schema; an error of solver or controller comes last."""
     controller = getattr(experiment, "controller", None)
-    loop = None if controller is None else Loop(as_controller(controller, lambda: _disc(simulation)))
+    if controller is None:
+        loop = None
+    else:
+        loop = Loop(as_controller(controller, lambda: _disc(simulation), experiment.Ts), experiment.Ts)
     for first in range(0, experiment.samples, block):
         rows = experiment.rows(first, min(block, experiment.samples - first))
         before = simulation.save()
@@ -262,12 +270,11 @@ def _values(
     values: dict[str, Any] = split_columns(simulation.assembly, table, used[:n])
     if external is not None:
         values["reference_external"] = external[:n, 2:4]
-    return (first + np.arange(n)) * SAMPLE, values
+    return (first + np.arange(n)) * simulation.assembly.sampling_time, values
 
 
 def _snapshot(file: Sink, simulation: Simulation) -> None:
     if simulation.assembly.film_model is None:
         return
-    grid = simulation.assembly.film_model.grid
     speed = float(simulation.w[simulation.assembly.rotor.speed])
-    file.snapshot(simulation.samples * SAMPLE, speed, grid.theta, grid.z, simulation.film_pressure())
+    file.snapshot(simulation.time, speed, *simulation.film_snapshot())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE, TO_RPM
+from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import LONGEST, Experiment
 from rotorsim.experiments.parameters import param
@@ -48,7 +48,7 @@ class Runup(Experiment):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return max(round(ramp_time(self.start, self.stop, self.rate) / SAMPLE), 1)
+        return max(round(ramp_time(self.start, self.stop, self.rate) / self.Ts), 1)
 
     def initial(self) -> tuple[float, float]:
         """Speed [rad/s] and gauge pressure [Pa] of the equilibrium it starts from."""
@@ -96,9 +96,10 @@ def runup(
     """
     if not callable(pressure) and np.ndim(pressure) == 0:
         return run(plant, Runup(start, stop, rate, float(pressure)), seed, progress)  # type: ignore[arg-type]
-    ramp = Runup(start, stop, rate)
+    plant = as_plant(plant)
+    ramp = Runup(start, stop, rate, Ts=plant.machine.sampling_time)
     speed = np.append(start, ramp.rows(0, ramp.samples)[:, 0])
-    made = as_plant(plant).simulate(ramp.samples * SAMPLE, speed, pressure, seed=seed, progress=progress)
+    made = plant.simulate(ramp.samples * ramp.Ts, speed, pressure, seed=seed, progress=progress)
     attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
     return made.assign_attrs(attrs)
 

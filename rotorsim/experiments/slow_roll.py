@@ -11,7 +11,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.experiments.experiment import AtPoint
@@ -46,7 +45,7 @@ class SlowRoll(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return ceil(self.revolutions * 2 * np.pi / (self.speed * SAMPLE) * (1 - 1e-12))
+        return ceil(self.revolutions * 2 * np.pi / (self.speed * self.Ts) * (1 - 1e-12))
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""

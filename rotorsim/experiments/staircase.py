@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, samples_in
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint
 from rotorsim.experiments.parameters import param
 
 MOST = 100_000
@@ -71,10 +71,10 @@ class Staircase(AtPoint):
     def samples(self) -> int:
         """Length in samples."""
         n = round(self.amplitude / self.step)
-        return len(DRIVEN[self.axis]) * (4 * n + 1) * samples_in(self.hold)
+        return len(DRIVEN[self.axis]) * (4 * n + 1) * self.samples_in(self.hold)
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         rows = self.held(count)
-        rows[:, 2:4] = self.levels()[(first + np.arange(count)) // samples_in(self.hold)]
+        rows[:, 2:4] = self.levels()[(first + np.arange(count)) // self.samples_in(self.hold)]
         return rows

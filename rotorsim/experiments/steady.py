@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rotorsim.experiments.experiment import AtPoint, samples_in
+from rotorsim.experiments.experiment import AtPoint
 from rotorsim.experiments.parameters import param
 
 
@@ -28,7 +28,7 @@ class Steady(AtPoint):
     @property
     def samples(self) -> int:
         """Length in samples."""
-        return samples_in(self.duration)
+        return self.samples_in(self.duration)
 
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE, TO_RPM, TO_UM
+from identification.records.sampling import nominal_rate
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
@@ -57,7 +58,7 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
             largest[name] = np.maximum(largest[name], np.abs(block[name]).max(axis=0))
     speed = record["speed"]
     return {
-        "duration_s": n / round(1 / SAMPLE),
+        "duration_s": n / sampling_rate(record),
         "samples": int(n),
         "speed_rpm": {"first": float(speed[0]) * TO_RPM, "last": float(speed[-1]) * TO_RPM},
         "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / n) * TO_UM).tolist(),
@@ -68,6 +69,11 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
         "reference_peak_v": largest["reference"].tolist() if "reference" in record else None,
         "force_peak_n": largest["disc_force"].tolist() if "disc_force" in record else None,
     }  # fmt: skip
+
+
+def sampling_rate(record: xr.Dataset) -> float:
+    """Samples a second of a record [Hz]."""
+    return nominal_rate(record["time"].values)
 
 
 def _nothing(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
@@ -94,7 +100,7 @@ def _gains(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
 
 def _deceleration(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
     speeds = np.asarray(record["speed"].isel(time=[0, -1]).values, float)
-    time = (record.sizes["time"] - 1) * SAMPLE
+    time = (record.sizes["time"] - 1) / sampling_rate(record)
     reached = bool(speeds[1] <= record.attrs["stop_speed"] + 1e-9)
     mean = float((speeds[0] - speeds[1]) / time * TO_RPM) if time else 0.0
     return {"deceleration": {"time_s": time, "mean_rpm_per_s": mean, "reached_stop": reached}}
@@ -110,7 +116,7 @@ def _runout(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
 
 
 def _impulse(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    total = sum(block["disc_force"].sum(axis=0) for block in blocks(record, ["disc_force"])) * SAMPLE
+    total = sum(block["disc_force"].sum(axis=0) for block in blocks(record, ["disc_force"])) / sampling_rate(record)
     return {"impulse_n_s": np.asarray(total).tolist()}
 
 

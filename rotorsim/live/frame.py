@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, SAMPLE, TO_RPM, TO_UM
+from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM, TO_UM
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
@@ -108,11 +108,11 @@ def swing(rows: np.ndarray) -> tuple[list[float], str]:
     """Half the peak-to-peak value of the measured disc x, y [um] over 0.2 s and a revolution, or why there is none."""
     speed, length = abs(float(rows[-1, AT["speed"]])), SWING
     if speed > STANDING:
-        length = max(SWING, int(np.ceil(2 * np.pi / (speed * SAMPLE))))
+        length = max(SWING, int(np.ceil(2 * np.pi / (speed * RIG_SAMPLE))))
     if length > LENGTH:
         return [], "a turn takes longer than 2 s"
     if len(rows) < length:
-        return [], f"after {length * SAMPLE:.1f} s"
+        return [], f"after {length * RIG_SAMPLE:.1f} s"
     return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * TO_UM, axis=0), 2), ""
 
 
@@ -129,7 +129,7 @@ def _numbers(rows: np.ndarray) -> dict[str, Any]:
         "contact": bool(rows[-100:, AT["contact"]].max() > 0),
         "swing": found,
         "no_swing": why,
-        "force": _plain(rows[-100:, -2:].sum(axis=0) * SAMPLE * 1e3, 3),
+        "force": _plain(rows[-100:, -2:].sum(axis=0) * RIG_SAMPLE * 1e3, 3),
     }
 
 
@@ -144,7 +144,7 @@ def _traces(rows: np.ndarray, pins: int) -> dict[str, Any]:
     """Disc [um], references [V], pins [um] over the last half second."""
     thin = rows[:: max(len(rows) // POINTS, 1)]
     found: dict[str, Any] = {"x": _plain(thin[:, READ] * TO_UM, 2), "y": _plain(thin[:, READ + 1] * TO_UM, 2)}
-    found["seconds"] = round(len(rows) * SAMPLE, 4)
+    found["seconds"] = round(len(rows) * RIG_SAMPLE, 4)
     found |= {"reference_x": _plain(thin[:, -4], 3), "reference_y": _plain(thin[:, -3], 3)}
     for k in range(pins):
         found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * TO_UM, 2)

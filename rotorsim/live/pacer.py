@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 
 BLOCK = 50
 """Most samples at a time: 10 ms."""
@@ -32,10 +32,10 @@ class Pacer:
             return BLOCK
         self._credit = min(self._credit + passed * pace, BEHIND)
         block = max(min(round(BLOCK * pace), BLOCK), 1)
-        if pace > 0 and self._credit >= block * SAMPLE:
-            self._credit -= block * SAMPLE
+        if pace > 0 and self._credit >= block * RIG_SAMPLE:
+            self._credit -= block * RIG_SAMPLE
             return block
-        time.sleep(min((block * SAMPLE - self._credit) / pace, REST) if pace > 0 else REST)
+        time.sleep(min((block * RIG_SAMPLE - self._credit) / pace, REST) if pace > 0 else REST)
         return 0
 
     def count(self, samples: int) -> None:
@@ -48,4 +48,4 @@ class Pacer:
     def factor(self) -> float:
         """Seconds of the plant per second of the clock, lately."""
         (begin, before), (end, after) = self._marks[0], self._marks[-1]
-        return (after - before) * SAMPLE / (end - begin) if end > begin else 0.0
+        return (after - before) * RIG_SAMPLE / (end - begin) if end > begin else 0.0

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.rig.rig import INPUTS, Rig
@@ -25,7 +25,7 @@ class Recorder:
     def __init__(self, rig: Rig, path: Path) -> None:
         attrs = rig.plant.provenance(rig.seed) | {"machine": rig.machine.text, "machine_hash": rig.machine.hash}
         attrs |= {"experiment": "live", "rest": rig.rest}
-        self._file = Recording(path, attrs, probe_coordinates(rig.machine))
+        self._file = Recording(path, attrs, probe_coordinates(rig.machine), rig.machine.film_names)
         self.path, self._rig = path, rig
         self._changes: list[tuple[float, str, float | str]] = [
             (0.0, key, value) for key, value in rig.settings.everything().items() if key in rig.settings.operating
@@ -36,7 +36,7 @@ class Recorder:
     @property
     def seconds(self) -> float:
         """Length so far [s]."""
-        return self._file.samples * SAMPLE
+        return self._file.samples * RIG_SAMPLE
 
     @property
     def kept(self) -> bool:
@@ -59,11 +59,9 @@ class Recorder:
             return
         first, film = self._file.samples, self._rig.has_film
         values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, :-INPUTS], rows[:, -INPUTS:])
-        self._file.write((first + np.arange(len(rows))) * SAMPLE, values)
+        self._file.write((first + np.arange(len(rows))) * RIG_SAMPLE, values)
         if film and self._file.samples // FILM_EVERY > first // FILM_EVERY:
-            grid = self._rig.assembly.film_model.grid  # type: ignore[union-attr]
-            pressure = self._rig.simulation.film_pressure()
-            self._file.snapshot(self.seconds, self._rig.speed, grid.theta, grid.z, pressure)
+            self._file.snapshot(self.seconds, self._rig.speed, *self._rig.simulation.film_snapshot())
 
     def close(self) -> None:
         """Finish the file under its name; raises WriteError where the disk takes no more than a part of it, or none."""

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 import identification as idn
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.live.frame import AT, Geometry, make_frame
 from rotorsim.live.rig.history import LENGTH
@@ -41,6 +40,7 @@ class Replay:
             ) from error
         except MachineFileError as error:
             raise DataError(f"{path}: its machine is refused ({error.problems[0]}); replay another record") from error
+        self.Ts = idn.sampling_time(record)
         self.name, self.rows = path.name, _table(record)
         film = "film_pressure" in record
         self._films = np.asarray(record["film_pressure"]) if film else None
@@ -59,6 +59,16 @@ class Replay:
         """Length."""
         return len(self.rows)
 
+    @property
+    def seconds(self) -> float:
+        """Place [s]."""
+        return self.at * self.Ts
+
+    @property
+    def duration(self) -> float:
+        """Length [s]."""
+        return self.samples * self.Ts
+
     def advance(self, samples: int) -> int:
         """Move on by at most so many samples; returns how many there were."""
         moved = min(samples, self.samples - self.at)
@@ -67,18 +77,18 @@ class Replay:
 
     def seek(self, seconds: float) -> None:
         """Go to a time [s]."""
-        self.at = min(max(round(seconds / SAMPLE), 0), self.samples)
+        self.at = min(max(round(seconds / self.Ts), 0), self.samples)
 
     def frame(self) -> dict[str, Any]:
         """Frame for the page at the present place."""
         rows = self.rows[max(self.at - LENGTH, 0) : self.at]
-        return make_frame(rows, self._film(), self.geometry, self.at * SAMPLE, self.rest)
+        return make_frame(rows, self._film(), self.geometry, self.seconds, self.rest)
 
     def _film(self) -> np.ndarray | None:
         """The last pressure that was kept before the present place."""
         if self._films is None or not len(self._films):
             return None
-        number = int(np.searchsorted(self._times, self.at * SAMPLE + SAMPLE / 2)) - 1
+        number = int(np.searchsorted(self._times, self.seconds + self.Ts / 2)) - 1
         return np.asarray(self._films[max(number, 0)])
 
 

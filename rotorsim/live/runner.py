@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
 from rotorsim.live.aside import Aside
 from rotorsim.live.frame import Geometry, make_frame
@@ -145,7 +145,9 @@ class Runner:
     def _rig_frame(self) -> dict[str, Any]:
         rig = self.rig
         pressure = rig.simulation.film_pressure() if rig.has_film else None
-        return make_frame(rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * SAMPLE, rig.rest)
+        return make_frame(
+            rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * RIG_SAMPLE, rig.rest
+        )
 
     def _status(self) -> dict[str, Any]:
         replay = self.replay
@@ -153,7 +155,7 @@ class Runner:
             "factor": round(self._pacer.factor, 2), "revision": self.rig.settings.revision, "stopped": self.rig.stopped,
             "sentence": self.rig.sentences, "epoch": self.rig.epoch,
             "recording": None if self.recorder is None else round(self.recorder.seconds, 1),
-            "replay": None if replay is None else [replay.name, round(replay.at * SAMPLE, 2), replay.samples * SAMPLE],
+            "replay": None if replay is None else [replay.name, round(replay.seconds, 2), replay.duration],
             "reading": hit_shown(self.rig, self.reading, replay is not None),
             "modes": eigenvalues_shown(self.rig, self.modes, replay is not None),
             "checking": "" if self._wanted == OFF else self._wanted,

@@ -6,23 +6,22 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine import toml
+from rotorsim.machine.bearings.film import Gas, GasFilm, Injection, Injector, Orifices
+from rotorsim.machine.bearings.linear import LinearBearing, Point, Support, TableBearing
+from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.catalogue import catalogue, describe
-from rotorsim.machine.film import Gas, GasFilm, Injection, Injector, Orifices
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
-from rotorsim.machine.rotor import Disc, LinearBearing, Material, Probe, Section, Shaft
+from rotorsim.machine.rotor import Disc, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.usual import ask_machine
 
 __all__ = [
-    "SAMPLE",
     "Disc",
     "Foil",
     "Gas",
@@ -38,12 +37,15 @@ __all__ = [
     "Machine",
     "Material",
     "Orifices",
+    "Point",
     "Probe",
     "Section",
     "Shaft",
     "ShaftProbe",
     "Solver",
     "Steps",
+    "Support",
+    "TableBearing",
     "catalogue",
     "describe",
     "load_machine",

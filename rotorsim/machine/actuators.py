@@ -57,6 +57,10 @@ class Drive(Part):
     )
     dry_drag: float = quantity("N*m", "Constant torque against the rotation.", 0.0, low=0, high=1e6, example=16e-3)
     viscous_drag: float = quantity("N*m*s", "Torque per speed against the rotation.", 0.0, low=0, high=1e6)
+    highest_speed: float | None = quantity(
+        "rad/s", "Highest speed the machine is made for; the sampling rate follows from it.",
+        None, above=0, high=1e6, example=6283.185307179586,
+    )  # fmt: skip
     speed_recovery_time: float = quantity(
         "s", "Time in which the drive takes deviations of the speed back.", 0.5, above=1e-3, high=1e3
     )

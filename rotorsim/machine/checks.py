@@ -10,8 +10,10 @@ from typing import Any
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
-from rotorsim.machine.film import GasFilm
-from rotorsim.machine.probes import HousingPart
+from rotorsim.machine.bearings.film import GasFilm
+from rotorsim.machine.bearings.linear import LinearBearing
+from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
+from rotorsim.machine.sampling import check_step
 from rotorsim.machine.tables import MachineTables
 from rotorsim.machine.usual import numbers
 
@@ -45,6 +47,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     for check in (_floor, _thin, _reach, _offsets):
         yield check(machine)
     yield _gains(machine)
+    yield check_step(machine)
     yield _meant(machine)
     yield _probes(machine)
     for path, effect in _each_effect(machine):
@@ -119,7 +122,7 @@ def _no_film(machine: MachineTables) -> str:
 
 def _probes(machine: MachineTables) -> Problems:
     """Every probe has a name of its own, and one of the housing has a housing that can move."""
-    moves = any(name in machine.effects for name in MOVE_HOUSING)
+    shaken = any(name in machine.effects for name in MOVE_HOUSING)
     first: dict[str, int] = {}
     for i, probe in enumerate(machine.probes):
         name = getattr(probe, "name", None)
@@ -127,12 +130,26 @@ def _probes(machine: MachineTables) -> Problems:
             yield f"probes.{i}.name", f"'{name}' is the name of probes.{first[name]} too; give each its own"
         elif name is not None:
             first[name] = i
-        if isinstance(probe, HousingPart) and not moves:
+        bearing = getattr(probe, "bearing", None)
+        if bearing is not None and not bearing < len(machine.bearings):
             yield (
-                f"probes.{i}.quantity",
-                f"'{probe.quantity}' needs a housing that moves; add [effects.pedestal] or [effects.base_vibration], "
-                "or write 'relative_displacement'",
-            )  # fmt: skip
+                f"probes.{i}.bearing",
+                f"{bearing:g} is not the index of a bearing; write 0 to {len(machine.bearings) - 1}",
+            )
+        elif isinstance(probe, (HousingVelocity, HousingAcceleration)):
+            yield from _housing(machine, f"probes.{i}", probe, shaken)
+
+
+def _housing(machine: MachineTables, path: str, probe: HousingVelocity | HousingAcceleration, shaken: bool) -> Problems:
+    """A sensor on a housing: it can move, and there is no doubt which one it is."""
+    if machine.housing_of(probe) is None and not shaken:
+        yield (
+            f"{path}.quantity",
+            f"'{probe.quantity}' needs a housing that moves; give its bearing a support, add [effects.pedestal] or "
+            "[effects.base_vibration], or write 'relative_displacement'",
+        )  # fmt: skip
+    if probe.bearing is None and probe.position is None and len(machine.supported) > 1:
+        yield f"{path}.bearing", f"missing, and {len(machine.supported)} bearings have a housing that moves; add it"
 
 
 def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
@@ -216,11 +233,21 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
     bearing = getattr(effect, "bearing", None)
+    if effect.place == "bearing":
+        springs = [str(i) for i, one in enumerate(machine.bearings) if isinstance(one, LinearBearing)]
+        if bearing is not None and str(int(bearing)) not in springs:
+            return (
+                "bearing",
+                f"{bearing:g} is not the index of a linear bearing; write {' or '.join(springs) or 'none'}",
+            )
+        return None
     if bearing is not None and machine.film_at(bearing) is None:
         return "bearing", f"{bearing:g} {_no_film(machine)}"
     if effect.port == "support" and bearing is None and len(machine.films) > 1:
         known = " or ".join(path.rpartition(".")[2] for path, _ in _films(machine))
         return "bearing", f"missing, and there are several films; write {known}"
+    if effect.port == "support" and getattr(machine.film_of(effect), "support", None) is not None:
+        return "", "its bearing has a support already; keep one of the two"
     if effect.port == "injector" and not machine.injectors and not any(film.orifices for _, film in _films(machine)):
         return "", "acts in injectors, but there are none; add [[injectors]] or [[bearings.orifices]], or remove it"
     if effect.port == "actuator" and machine.actuators is None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import Field
 
-from rotorsim.base.constants import SAMPLE
-from rotorsim.base.units import show
 from rotorsim.machine.part import Part, count, quantity
+
+STEP = 1e-4
+"""Longest time step [s] that is taken where a file gives none."""
 
 
 class Grid(Part):
@@ -30,7 +30,7 @@ class Grid(Part):
 
 
 class Solver(Part):
-    """Step and tolerances of the coupled solution.
+    """Step, sampling and tolerances of the coupled solution.
 
     Examples
     --------
@@ -40,8 +40,13 @@ class Solver(Part):
     """
 
     time_step: float = quantity(
-        "s", "Time step; the sampling time of 0.2 ms is a whole multiple of it.", 1e-4, low=1e-7, high=1e-3
-    )
+        "s", "Time step; the sampling time is a whole multiple of it. 0.1 ms is shortened until it is.", STEP,
+        low=1e-7, high=1e-3,
+    )  # fmt: skip
+    sampling_rate: float | None = quantity(
+        "Hz", "Rate of probes, encoder and laws; from drive.highest_speed when not given, and 5 kHz without that.",
+        None, low=100, high=1e6, example=20e3,
+    )  # fmt: skip
     tolerance: float = quantity(
         "1", "Tolerance of the film pressure, relative to ambient pressure.", 5e-6, above=0, high=1e-3
     )
@@ -49,10 +54,3 @@ class Solver(Part):
     minimum_film: float = quantity(
         "m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4
     )
-
-    def problems(self) -> Iterator[tuple[str, str]]:
-        """The step divides the sample."""
-        steps = SAMPLE / self.time_step
-        if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
-            shown = show(self.time_step, "s")
-            yield "time_step", f"'{shown}' does not divide the sampling time 0.2 ms; write e.g. '0.1 ms'"

@@ -7,8 +7,8 @@ from dataclasses import asdict
 from typing import Any
 
 from rotorsim.base.units import show as text
+from rotorsim.machine.bearings.linear import Coefficients
 from rotorsim.machine.part import Part
-from rotorsim.machine.rotor import LinearBearing
 from rotorsim.machine.schema import Machine
 from rotorsim.machine.toml import entries
 
@@ -25,10 +25,13 @@ def summary(machine: Machine) -> str:
     film = machine.film
     parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
     if film:
-        films = "gas film" if len(machine.films) == 1 else f"{len(machine.films)} gas films, the first"
+        several = len(machine.films) > 1
+        films = f"{len(machine.films)} gas films" if several else "gas film"
+        gaps = dict.fromkeys(text(one.clearance, "m") for one in machine.films)
         counts = ((len(machine.injectors), "injectors"), (machine.orifice_count, "orifices"))
         fed = ", ".join(f"{count} {name}" for count, name in counts if count) or "no feeding"
-        parts.append(f"{films} with {text(film.clearance, 'm')} clearance and {fed}")
+        every = f"{'each ' if several and len(gaps) == 1 else ''}with {' and '.join(gaps)} clearance"
+        parts.append(f"{films}, {every}; in all {fed}" if several else f"{films} {every} and {fed}")
     parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
     return "; ".join(parts)
 
@@ -60,7 +63,7 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     >>> next(rs.machine.rows(machine))[0]
     'name'
     """
-    if isinstance(part, LinearBearing):
+    if isinstance(part, Coefficients):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
     for name, value, spec, doc in entries(part):

@@ -10,8 +10,9 @@ housing_velocity          d/dt e . (x_h + x_f)
 housing_acceleration      d2/dt2 e . (x_h + x_f)
 ========================  =============================
 
-times sensitivity and sense. The housing is the sleeve of the gas bearing, which moves on [effects.pedestal]; the
-foundation moves with [effects.base_vibration].
+times sensitivity and sense. The housing is that of the bearing that the probe names, else of the nearest one, and moves
+where that bearing has a `support`; so does the sleeve of the gas bearing on [effects.pedestal]. The foundation moves
+with [effects.base_vibration].
 """
 
 from __future__ import annotations
@@ -40,6 +41,10 @@ class ProbePart(Part):
         high=7,
         example=0.7853981633974483,
     )
+    bearing: float | None = number(
+        "1", "Index among the bearings, from 0, or name of the one on whose housing it is; the nearest when not given.",
+        None, low=0, high=63, multiple=1, example=1,
+    )  # fmt: skip
     sense: Literal["+", "-"] = Field("+", description="'+' reads more for motion towards the probe, '-' reads less.")
 
     def problems(self) -> Iterator[tuple[str, str]]:

@@ -1,10 +1,9 @@
-"""Machine-file parts of the rotor: shaft, discs, linear bearings, probes."""
+"""Machine-file parts of the rotor: shaft, discs, probe."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
-from typing import Literal
 
 from pydantic import Field
 
@@ -42,6 +41,9 @@ class Section(Part):
     length: float = quantity("m", "Length of the piece.", above=0, high=100, example=0.6)
     outer_diameter: float = quantity("m", "Outer diameter.", above=0, high=10, example=0.02)
     inner_diameter: float = quantity("m", "Diameter of the bore; 0 is solid.", 0.0, low=0, high=10, example=0.01)
+    axial_force: float | None = quantity(
+        "N", "Axial force in the piece, as of a thrust bearing; a pull is positive and stiffens it.", None,
+        low=-1e9, high=1e9, example=500.0)  # fmt: skip
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """The bore is within."""
@@ -112,31 +114,6 @@ class Disc(Part):
     diametral_inertia: float = quantity(
         "kg*m^2", "Moment of inertia about a diameter.", low=0, high=1e6, example=0.0019
     )
-
-
-class LinearBearing(Part):
-    """A spring and damper between shaft and ground.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> rs.machine.LinearBearing(kind="linear", position="0 mm", kxx="1 MN/m").kxx
-    1000000.0
-    """
-
-    kind: Literal["linear"] = Field(description="Always 'linear'.")
-    name: str | None = Field(None, description="Name of the bearing.")
-    position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100, example=0.05)
-    kxx: float = quantity("N/m", "Stiffness in x.", low=0, high=1e14, example=50e6)
-    kyy: float | None = quantity("N/m", "Stiffness in y; as in x when not given.", None, low=0, high=1e14, example=50e6)
-    kxy: float = quantity("N/m", "Force in x for a displacement in y.", 0.0, low=-1e14, high=1e14, example=1e6)
-    kyx: float = quantity("N/m", "Force in y for a displacement in x.", 0.0, low=-1e14, high=1e14, example=1e6)
-    cxx: float = quantity("N*s/m", "Damping in x.", 0.0, low=0, high=1e12, example=200.0)
-    cyy: float | None = quantity(
-        "N*s/m", "Damping in y; as in x when not given.", None, low=0, high=1e12, example=200.0
-    )
-    cxy: float = quantity("N*s/m", "Force in x for a velocity in y.", 0.0, low=-1e12, high=1e12, example=100.0)
-    cyx: float = quantity("N*s/m", "Force in y for a velocity in x.", 0.0, low=-1e12, high=1e12, example=100.0)
 
 
 class Probe(Part):

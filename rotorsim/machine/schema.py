@@ -15,7 +15,7 @@ from rotorsim.base.exchange import notebook
 from rotorsim.base.exchange.notebook import Card
 from rotorsim.base.files import write_text
 from rotorsim.machine import edit, toml
-from rotorsim.machine.bearing_names import by_index
+from rotorsim.machine.bearings.names import by_index
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.readable import every_problem
 from rotorsim.machine.tables import MachineTables
@@ -88,9 +88,12 @@ class Machine(MachineTables):
         effects = [f"{len(parts)} x {name}" if len(parts) > 1 else name for name, parts in self.effects.items()]
         rows = [("hash", self.hash), ("mass", f"{self.mass:.3g} kg"), ("bearings", str(len(self.bearings)))]
         rows.append(("effects", ", ".join(effects) or "none"))
-        if (film := self.film) is not None:
+        for k, (film, name) in enumerate(zip(self.films, self.film_names, strict=True)):
             text = f"{film.length * 1e3:g} mm long, clearance {film.clearance * TO_UM:.4g} um"
-            rows.insert(3, ("gas film", f"{text}, {len(self.injectors)} injectors"))
+            orifices = sum(int(row.count) for row in film.orifices)
+            counts = ((len(self.injectors) * (k == self.pinned_film), "injectors"), (orifices, "orifices"))
+            fed = "".join(f", {count} {what}" for count, what in counts if count) or ", no feeding"
+            rows.insert(3 + k, ("gas film" if len(self.films) == 1 else f"gas film {name}", text + fed))
         return Card(f"Machine {self.name}", rows)
 
     def __repr__(self) -> str:

@@ -7,13 +7,15 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, InstanceOf, Tag, field_validator
 
 from rotorsim.effects import Effect
+from rotorsim.machine import sampling
 from rotorsim.machine.actuators import Actuators, Drive
+from rotorsim.machine.bearings.film import Gas, GasFilm, Injection, Injector
+from rotorsim.machine.bearings.linear import LinearBearing, TableBearing
 from rotorsim.machine.effect_tables import read_effects
-from rotorsim.machine.film import Gas, GasFilm, Injection, Injector
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import AnyProbe
-from rotorsim.machine.rotor import Disc, LinearBearing, Probe, Shaft
+from rotorsim.machine.rotor import Disc, Probe, Shaft
 
 
 def _kind(bearing: Any) -> str | None:
@@ -21,7 +23,12 @@ def _kind(bearing: Any) -> str | None:
     return kind if isinstance(kind, str) else None
 
 
-Bearing = Annotated[Annotated[LinearBearing, Tag("linear")] | Annotated[GasFilm, Tag("gas_film")], Discriminator(_kind)]
+Bearing = Annotated[
+    Annotated[LinearBearing, Tag("linear")]
+    | Annotated[TableBearing, Tag("table")]
+    | Annotated[GasFilm, Tag("gas_film")],
+    Discriminator(_kind),
+]
 
 
 class MachineTables(Part):
@@ -31,7 +38,7 @@ class MachineTables(Part):
     description: str = Field("", description="A sentence about the machine.")
     shaft: Shaft = Field(description="The elastic shaft.")
     discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
-    bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films and linear ones.")
+    bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films, linear ones, tables.")
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
     injectors: tuple[Injector, ...] = Field((), description="The injectors of the gas film.")
@@ -48,6 +55,16 @@ class MachineTables(Part):
     def films(self) -> tuple[GasFilm, ...]:
         """The gas films, in the order of the bearings."""
         return tuple(b for b in self.bearings if isinstance(b, GasFilm))
+
+    @property
+    def bearing_names(self) -> tuple[str, ...]:
+        """Name of every bearing; 'bearing 0' and so on, as the machine file counts them, where it has none."""
+        return tuple(b.name or f"bearing {i}" for i, b in enumerate(self.bearings))
+
+    @property
+    def film_names(self) -> tuple[str, ...]:
+        """Names of the bearings that are gas films."""
+        return tuple(n for n, b in zip(self.bearing_names, self.bearings, strict=True) if isinstance(b, GasFilm))
 
     @property
     def film(self) -> GasFilm | None:
@@ -70,6 +87,31 @@ class MachineTables(Part):
         """Number from 0, among the films, of the one that an effect is about; None for all films, or none."""
         bearing = getattr(effect, "bearing", None)
         return None if bearing is None else self.film_at(bearing)
+
+    def spring_number(self, effect: Effect) -> int | None:
+        """Index of the linear bearing that an effect is about, the first where it names none; None without one."""
+        named = getattr(effect, "bearing", None)
+        springs = [i for i, b in enumerate(self.bearings) if isinstance(b, LinearBearing) and named in (None, i)]
+        return next(iter(springs), None)
+
+    @property
+    def supported(self) -> tuple[int, ...]:
+        """Indices of the bearings in a housing that moves."""
+        return tuple(i for i, bearing in enumerate(self.bearings) if bearing.support is not None)
+
+    def housing_of(self, probe: AnyProbe) -> int | None:
+        """Index of the bearing on whose housing a probe is mounted; None where that stands still.
+
+        That is the bearing it names, else the nearest one; a sensor without a position is on the only housing.
+        """
+        if probe.bearing is not None:
+            nearest = int(probe.bearing)
+        elif probe.position is None:
+            return self.supported[0] if self.supported else None
+        else:
+            places = [abs(bearing.position - probe.position) for bearing in self.bearings]
+            nearest = places.index(min(places))
+        return nearest if nearest in self.supported else None
 
     def film_of(self, effect: Effect) -> GasFilm | None:
         """The film that an effect is about, the first where it is about all."""
@@ -100,6 +142,16 @@ class MachineTables(Part):
     def mass(self) -> float:
         """Mass of shaft and discs [kg]."""
         return self.shaft.mass + sum(d.mass for d in self.discs)
+
+    @property
+    def sampling_time(self) -> float:
+        """Time [s] between two samples of probes, encoder and laws; see `rotorsim.machine.sampling`."""
+        return sampling.sampling_time(self)
+
+    @property
+    def time_step(self) -> float:
+        """Step [s] of the solver, which divides the sampling time."""
+        return sampling.time_step(self)
 
     @field_validator("effects", mode="before")
     @classmethod

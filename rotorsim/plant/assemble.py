@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,11 @@ import numpy as np
 from reynolds.grid import Grid, Layout, make_layout
 from reynolds.injector import Injector
 from reynolds.workspace import FilmModel, Gas, build_films
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
-from rotorsim.machine.film import Orifices
+from rotorsim.machine.bearings.film import GasFilm, Orifices
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.columns import COLUMNS, film_columns
 from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
 from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
@@ -54,9 +54,8 @@ class Assembly:
 
     @property
     def columns(self) -> int:
-        """Columns of the sample table: those of all machines, pins, probes, further films."""
-        further = FILM_COLUMNS * max(len(self.films) - 1, 0)
-        return len(COLUMNS) + self.rig.n_pin + self.rig.n_probe + further
+        """Columns of the sample table: those of all machines, pins, probes, each of several films."""
+        return len(COLUMNS) + self.rig.n_pin + self.rig.n_probe + film_columns(len(self.films))
 
     def film_part(self, w: np.ndarray, number: int) -> np.ndarray:
         """View of a film's part of a workspace, laid out as `film`."""
@@ -77,8 +76,13 @@ class Assembly:
 
     @property
     def steps_per_sample(self) -> int:
-        """Time steps in one sample of 5 kHz."""
-        return round(SAMPLE / self.machine.solver.time_step)
+        """Time steps in one sample."""
+        return round(self.sampling_time / self.machine.time_step)
+
+    @cached_property
+    def sampling_time(self) -> float:
+        """Time [s] between two samples of the machine."""
+        return self.machine.sampling_time
 
     def compile_note(self, *kernels: str) -> str:
         """What is compiled before a kernel ('settle', 'run') first runs, and for how long; empty if none is."""
@@ -107,13 +111,14 @@ def assemble(machine: Machine) -> Assembly:
     ports = {port: sum(e.port == port for _, e in effects) for port in PORTS}
     rotor = make_rotor_layout(
         mesh.reduced.Phi.shape[1], film, len(effects), len(films), ports["contact"], ports["support"],
-        ports["rotating"] > 0,
+        ports["rotating"] > 0, (len(mesh.tables.values), len(mesh.tables.speeds)), len(machine.supported),
     )  # fmt: skip
     calls = _number(machine, effects, rotor)
     rig = _rig(machine, rotor, film.n_inj * len(films), ports, calls)
     w = np.concatenate([w, np.zeros(rig.size - w.size)])
     _fill_rotor(w, rotor, mesh, calls)
-    rows = probe_rows(mesh, rotor.n_shaft)
+    _fill_tables(w, rotor, mesh)
+    rows = probe_rows(mesh)
     w[rig.probe : rig.probe + rows.size] = rows.ravel()
     record = make_parameters(machine, mesh, films, film, effects)
     module = compose(film, rotor, rig, calls)
@@ -138,9 +143,10 @@ def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int]
     driven = int(bool(machine.injectors) and machine.actuators is not None and machine.actuators.mode != "ideal")
     stroke_states = sum(c.effect.states for c in calls if c.effect.port == "actuator")
     states = sum(c.effect.states for c in calls if c.effect.port != "actuator")
+    substeps = math.ceil(machine.sampling_time / SUBSTEP - 1e-9)
     return make_rig_layout(
-        rotor.size, rotor.n_films, n_inj, len(machine.injectors), driven, math.ceil(SAMPLE / SUBSTEP - 1e-9), ports,
-        stroke_states, states, len(machine.probes), rotor.n_shaft,
+        rotor.size, rotor.n_films, n_inj, len(machine.injectors), driven, substeps, ports,
+        stroke_states, states, len(machine.probes), rotor.n_machine,
     )  # fmt: skip
 
 
@@ -203,25 +209,32 @@ def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:
 
 
 def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call, ...]) -> None:
-    """Write matrices and rows; those of the supports' coordinates stay zero here."""
+    """Write matrices and rows; those of the effects' resonances stay zero here."""
     reduced, n = mesh.reduced, rotor.n
     named = [(rotor.K, reduced.K), (rotor.C, reduced.C), (rotor.G, reduced.G)]
     if rotor.turning:
         named += [(rotor.KS, mesh.shaft_stiffness), (rotor.N, mesh.circulation)]
     for offset, matrix in named:
         padded = np.zeros((n, n))
-        padded[: rotor.n_shaft, : rotor.n_shaft] = matrix.T
+        padded[: rotor.n_machine, : rotor.n_machine] = matrix.T
         w[offset : offset + n**2] = padded.ravel()
-    rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, influence(mesh, c.effect)) for c in calls]
-    rows += [(rotor.journal + 2 * n * k, mesh.shape(film.position)) for k, film in enumerate(mesh.machine.films)]
+    films = [i for i, bearing in enumerate(mesh.machine.bearings) if isinstance(bearing, GasFilm)]
+    rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, mesh.influence(c.effect)) for c in calls]
+    rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(films)]
     for offset, shape in rows:
-        padded = np.zeros((2, n))
-        padded[:, : rotor.n_shaft] = shape
-        w[offset : offset + 2 * n] = padded.ravel()
+        _put_rows(w, offset, shape, n)
 
 
-def influence(mesh: Mesh, effect: Effect) -> np.ndarray:
-    """Rows (2, 2n) through which an effect acts on the modes: a node's, the whole mass's or a bow's."""
-    if effect.influence == "mass":
-        return mesh.reduced.body()
-    return mesh.bow if effect.influence == "bow" else mesh.shape(mesh.place(effect))
+def _put_rows(w: np.ndarray, offset: int, shape: np.ndarray, n: int) -> None:
+    """Write rows (2, m) as (2, n), with zeros behind the m coordinates."""
+    w[offset : offset + 2 * n] = np.pad(shape, ((0, 0), (0, n - shape.shape[1]))).ravel()
+
+
+def _fill_tables(w: np.ndarray, rotor: RotorLayout, mesh: Mesh) -> None:
+    """Write the bearings that are tables, all at the same speeds."""
+    tables = mesh.tables
+    w[rotor.table_speeds : rotor.table_speeds + rotor.n_points] = tables.speeds
+    for b, (number, values) in enumerate(tables.values.items()):
+        _put_rows(w, rotor.table_rows + 2 * rotor.n * b, mesh.between(number), rotor.n)
+        at = rotor.table_values + values.size * b
+        w[at : at + values.size] = values.ravel()

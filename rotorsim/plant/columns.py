@@ -5,9 +5,14 @@ COLUMNS = (
     "h_min", "mass_flow", "contact", "disc_measured_x", "disc_measured_y", "angle_measured", "speed_measured",
     "pressure_measured",
 )  # fmt: skip
-"""Before the pins, the probes and the further films: [m], angle [rad], speed [rad/s], gauge pressure [Pa], force [N],
-h_min [m], flow [kg/s], 0/1."""
+"""Before the pins, the probes and the columns of each of several films: [m], angle [rad], speed [rad/s], gauge
+pressure [Pa], force [N], h_min [m], flow [kg/s], 0/1."""
 READ = COLUMNS.index("disc_measured_x")
 """The first of the columns that sensors read."""
-FILM_COLUMNS = 5
-"""Of every further film: journal x, y [m], film force x, y [N], smallest thickness [m]."""
+FILM_COLUMNS = 6
+"""Of each of several films: journal x, y [m], film force x, y [N], smallest thickness [m], mass flow [kg/s]."""
+
+
+def film_columns(n_films: int) -> int:
+    """Columns at the end of the table for films one by one; none of a single film."""
+    return FILM_COLUMNS * n_films if n_films > 1 else 0

@@ -152,7 +152,7 @@ def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
         "state": rig.states + call.state,
         "old": f"RIG.old + {own}",
         "new": f"RIG.new + {own}",
-        "dof": rotor.n_shaft + 2 * call.order,
+        "dof": rotor.n_machine + 2 * call.order,
         "film": call.film,
         "journal": call.film or 0,
     }

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError, DataError
 from rotorsim.base.exchange.control_systems import (
     DISC,
@@ -26,6 +26,7 @@ from rotorsim.base.exchange.control_systems import (
     is_control_system,
     is_linear,
     matrices,
+    period,
 )
 from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.controller import STEP, Controller, check_controller
@@ -48,7 +49,7 @@ class SystemController:
     channels in another order are followed.
     """
 
-    def __init__(self, system: Any, centre: ArrayLike = (0.0, 0.0)) -> None:
+    def __init__(self, system: Any, centre: ArrayLike = (0.0, 0.0), Ts: float | None = None) -> None:
         self.name = str(getattr(system, "name", None) or type(system).__name__)
         what = f"controller {self.name}"
         self.scheduled = system.ninputs == len(SCHEDULED)
@@ -58,7 +59,8 @@ class SystemController:
             check_runs(system, what)
             self.matrices = matrices(system) if is_linear(system) else None
             self.order = int(system.nstates or 0) if self.matrices is None else len(self.matrices.A)
-            check_period(system, what, SAMPLE, self.order)
+            self.Ts = (period(system) or RIG_SAMPLE) if Ts is None else Ts
+            check_period(system, what, self.Ts, self.order)
         except ControllerError:
             raise
         except DataError as error:
@@ -87,7 +89,7 @@ class SystemController:
         y = np.asarray(self.system.output(self.time, self.state, u), float)
         if len(self.state):
             self.state = np.asarray(self.system.dynamics(self.time, self.state, u), float)
-        self.time += SAMPLE
+        self.time += self.Ts
         return y[self.outputs] if y.shape == (2,) else y
 
     def attrs(self) -> dict[str, Any]:
@@ -106,13 +108,14 @@ class FunctionController:
         return {"controller": "function", "law": self.name}
 
 
-def as_controller(given: Any, centre: Callable[[], ArrayLike]) -> Controller:
+def as_controller(given: Any, centre: Callable[[], ArrayLike], Ts: float | None = None) -> Controller:
     """What can be asked for references: an object with a `step`, a sampled system of `control`, or a function.
 
-    `centre` gives the equilibrium (2,) [m] that a system's displacements are counted from. Raises ControllerError.
+    `centre` gives the equilibrium (2,) [m] that a system's displacements are counted from, `Ts` [s] the sampling time
+    that a system must have; any where it is not given. Raises ControllerError.
     """
     if is_control_system(given):
-        return SystemController(given, centre())
+        return SystemController(given, centre(), Ts)
     if is_function(given):
         return FunctionController(given)
     check_controller(given)
@@ -143,7 +146,7 @@ def check_any_controller(given: Any) -> None:
 
 
 def plant_system(simulation: Simulation) -> Any:
-    """A simulation as control.NonlinearIOSystem, sampled every 0.2 ms.
+    """A simulation as control.NonlinearIOSystem, sampled as its machine is.
 
     Its states are the plant's whole flat vector; `initial` has those of now. Raises DataError for states of zero,
     which the package takes where it is given none.
@@ -165,7 +168,7 @@ def plant_system(simulation: Simulation) -> Any:
     system = control.NonlinearIOSystem(
         lambda t, x, u, params: advanced(x, u)[1],
         lambda t, x, u, params: advanced(x, u)[0],
-        inputs=list(INPUTS), outputs=list(MEASURED), states=len(start), dt=SAMPLE,
+        inputs=list(INPUTS), outputs=list(MEASURED), states=len(start), dt=simulation.assembly.sampling_time,
         name=name,
     )  # fmt: skip
     system.initial = start

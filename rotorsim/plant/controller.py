@@ -15,8 +15,8 @@ from rotorsim.machine.schema import Machine
 class Controller(Protocol):
     """Anything that makes a reference [V] from a measurement [m]; called once per sample.
 
-    A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling()` before
-    one that continues.
+    A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling(Ts)`
+    before every run: it may refuse the machine's sampling time [s].
 
     Examples
     --------
@@ -53,15 +53,17 @@ def check_controller(controller: Any) -> None:
 
 
 def prepare(controller: Controller, machine: Machine, continued: bool = False) -> None:
-    """Reset a controller for a run from an equilibrium; where the run is continued, only check its sampling time.
+    """Check a controller for a run, and reset it unless the run is continued.
 
     Raises
     ------
     ControllerError
-        For a machine without injector pins.
+        For a machine without injector pins, or with another sampling time than the controller's.
     """
     check_actuators(machine, name_of(controller))
-    call(controller, "check_sampling" if continued else "reset")
+    call(controller, "check_sampling", machine.sampling_time)
+    if not continued:
+        call(controller, "reset")
 
 
 def check_actuators(machine: Machine, name: str) -> None:
@@ -73,11 +75,11 @@ def check_actuators(machine: Machine, name: str) -> None:
         )
 
 
-def call(controller: Controller, method: str) -> None:
+def call(controller: Controller, method: str, *given: float) -> None:
     """Call a method of a controller where it has one."""
     found = getattr(controller, method, None)
     if callable(found):
-        found()
+        found(*given)
 
 
 def ask(controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float) -> np.ndarray:

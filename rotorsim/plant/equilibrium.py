@@ -13,6 +13,7 @@ from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffEr
 from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
+from rotorsim.plant.kernels.modal_rotor import add_tables
 
 SLOW = 1e-6
 """Velocity [m/s] of difference quotients."""
@@ -70,6 +71,9 @@ def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
 
 def damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
     """Modal damping (n, n), gyroscopic terms included."""
+    if a.rotor.n_tables:
+        w = w.copy()
+        getattr(add_tables, "py_func", add_tables)(w, a.rotor, speed, 4, 1.0, a.rotor.C)
     C = matrix(a, a.rotor.C, w) + speed * matrix(a, a.rotor.G, w) + motion_damping(a, w, speed)
     return C + turning_time(a) * matrix(a, a.rotor.KS, w) if a.rotor.turning else C
 

@@ -313,8 +313,8 @@ def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[LinearRotor, np.nd
     n = a.rotor.n
     journals = [rows(a, a.rotor.journal + 2 * n * k, w) for k in range(len(a.films))]
     Bf = np.concatenate(journals) if journals else np.zeros_like(Bd)
-    moves = (np.arange(a.rotor.n) < a.rotor.n_shaft) | Bf.any(axis=0)
-    moves[a.rotor.n_shaft :] = np.repeat(moves[a.rotor.n_shaft :].reshape(-1, 2).any(axis=1), 2)
+    moves = (np.arange(a.rotor.n) < a.rotor.n_machine) | Bf.any(axis=0)
+    moves[a.rotor.n_machine :] = np.repeat(moves[a.rotor.n_machine :].reshape(-1, 2).any(axis=1), 2)
     kept = np.ix_(moves, moves)
     rotor = LinearRotor(stiffness(a, w, speed)[kept], damping(a, w, speed)[kept], Bf[:, moves])
     return rotor, Bd[:, moves]

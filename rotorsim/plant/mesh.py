@@ -8,15 +8,37 @@ from itertools import pairwise
 
 import numpy as np
 
-from fe_shaft import BearingElement, DiskElement, Material, ReducedRotor, Rotor, ShaftElement, modal_reduction
+from fe_shaft import (
+    BearingElement,
+    DiskElement,
+    Material,
+    PointMass,
+    ReducedRotor,
+    Rotor,
+    ShaftElement,
+    modal_reduction,
+)
 from fe_shaft.elements import deflection
+from fe_shaft.reduction import add_springs
 from fe_shaft.static import loose_motions
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
-from rotorsim.machine.rotor import LinearBearing
+from rotorsim.machine.bearings.film import GasFilm
+from rotorsim.machine.bearings.linear import LinearBearing, Support, TableBearing
 from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """Bearings that are tables: speeds (points,) [rad/s] at which any of them has a point.
+
+    `values` are stiffness and damping (points, 2, 2, 2) [N/m, N s/m] there by index of the bearing.
+    """
+
+    speeds: np.ndarray
+    values: dict[int, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -61,9 +83,14 @@ class Mesh:
             return films[number or 0].position
         if effect.place == "start":
             return self.machine.shaft.start
-        if effect.place == "bearing":
-            return next((b.position for b in self.machine.bearings if isinstance(b, LinearBearing)), self.probe)
+        bearing = self.bearing_number(effect)
+        if bearing is not None:
+            return self.machine.bearings[bearing].position
         return self.machine.discs[0].position if self.machine.discs else self.probe
+
+    def bearing_number(self, effect: Effect) -> int | None:
+        """Index of the linear bearing in which an effect acts; None for an effect that acts elsewhere."""
+        return self.machine.spring_number(effect) if effect.place == "bearing" else None
 
     def node(self, z: float) -> int:
         """Number of the node at z."""
@@ -71,9 +98,39 @@ class Mesh:
 
     @cached_property
     def rotor(self) -> Rotor:
-        """The finite-element rotor with its linear bearings."""
-        bearings = [self._bearing(b) for b in self.machine.bearings if isinstance(b, LinearBearing)]
-        return Rotor(self._elements(), self._discs(), bearings)
+        """The finite-element rotor on its bearings without a film, housings and tables included."""
+        return self._rotor(tables=True, films=False)
+
+    @cached_property
+    def constant(self) -> Rotor:
+        """The same without films and tables, which act with no stiffness there: what holds the rotor at any speed."""
+        return self._rotor(tables=False, films=True)
+
+    def _rotor(self, tables: bool, films: bool) -> Rotor:
+        bearings, masses = [], []
+        for number, bearing in enumerate(self.machine.bearings):
+            link = self._pedestals.get(number)
+            if isinstance(bearing, GasFilm) and not films:
+                continue
+            if isinstance(bearing, LinearBearing) or (tables and isinstance(bearing, TableBearing)):
+                bearings.append(self._bearing(bearing, link))
+            elif link is not None:
+                bearings.append(BearingElement(self.node(bearing.position), 0.0, 0.0, n_link=link))
+            if link is not None and bearing.support is not None:
+                bearings.append(_ground(link, bearing.support))
+                masses.append(PointMass(link, m=bearing.support.mass))
+        return Rotor(self._elements(), self._discs(), bearings, masses)
+
+    @cached_property
+    def _pedestals(self) -> dict[int, int]:
+        """Nodes behind those of the shaft, by index of the bearing whose housing moves."""
+        return {number: len(self.nodes) + k for k, number in enumerate(self.machine.supported)}
+
+    @cached_property
+    def springs(self) -> dict[int, float]:
+        """Isotropic springs [N/m] by node that stand for films and tables when modes are chosen, nowhere else."""
+        others = [b for b in self.machine.bearings if not isinstance(b, LinearBearing)]
+        return {self.node(b.position): _spring(b) for b in others}
 
     def _discs(self) -> list[DiskElement]:
         return [
@@ -88,45 +145,102 @@ class Mesh:
         elements = []
         for a, b in pairwise(self.nodes):
             section = shaft.sections[min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)]
-            elements.append(ShaftElement(b - a, section.inner_diameter, section.outer_diameter, material=material))
+            elements.append(
+                ShaftElement(
+                    b - a, section.inner_diameter, section.outer_diameter, material=material,
+                    axial_force=section.axial_force or 0.0,
+                )
+            )  # fmt: skip
         return elements
 
-    def _bearing(self, bearing: LinearBearing) -> BearingElement:
+    def _bearing(self, bearing: LinearBearing | TableBearing, link: int | None = None) -> BearingElement:
+        table = isinstance(bearing, TableBearing)
+        points = bearing.points if isinstance(bearing, TableBearing) else (bearing,)
+        K, C = (np.array([getattr(p, which) for p in points]) for which in "KC")
+        K, C = (K, C) if table else (K[0], C[0])
         return BearingElement(
-            self.node(bearing.position),
-            bearing.kxx,
-            bearing.cxx,
-            kyy=bearing.kxx if bearing.kyy is None else bearing.kyy,
-            cyy=bearing.cxx if bearing.cyy is None else bearing.cyy,
-            kxy=bearing.kxy,
-            kyx=bearing.kyx,
-            cxy=bearing.cxy,
-            cyx=bearing.cyx,
-        )
+            self.node(bearing.position), K[..., 0, 0], C[..., 0, 0], K[..., 1, 1], K[..., 0, 1], K[..., 1, 0],
+            C[..., 1, 1], C[..., 0, 1], C[..., 1, 0],
+            frequency=bearing.speeds if isinstance(bearing, TableBearing) else None, n_link=link, extrapolate="hold",
+        )  # fmt: skip
 
-    def _loose(self, springs: dict[int, float]) -> str:
-        """Which rigid-body motions bearings and nominal films do not resist."""
-        held = [b for b in self.rotor.bearing_elements if b.n not in springs]
-        held += [BearingElement(node, stiffness, 0.0) for node, stiffness in springs.items()]
-        return ", ".join(loose_motions(replace(self.rotor, bearing_elements=held))) or "hardly held"
+    @cached_property
+    def tables(self) -> Tables:
+        """Bearings that are tables over the speed."""
+        found = {i: b for i, b in enumerate(self.machine.bearings) if isinstance(b, TableBearing)}
+        if not found:
+            return Tables(np.zeros(0), {})
+        speeds = np.unique(np.concatenate([b.speeds for b in found.values()]))
+        return Tables(speeds, {i: np.array([b.at(speed) for speed in speeds]) for i, b in found.items()})
+
+    def _loose(self) -> str:
+        """Which rigid-body motions the bearings do not resist."""
+        held = [b for b in self.constant.bearing_elements if b.n not in self.springs and b.n < len(self.nodes)]
+        held = [replace(b, n_link=None) for b in held]
+        held += [BearingElement(node, stiffness, 0.0) for node, stiffness in self.springs.items()]
+        shaft = replace(self.constant, bearing_elements=held, point_mass_elements=())
+        return ", ".join(loose_motions(shaft)) or "hardly held"
 
     @cached_property
     def reduced(self) -> ReducedRotor:
         """The modes the time simulation uses."""
         machine = self.machine
-        springs = {self.node(film.position): film.nominal_stiffness for film in machine.films}
-        modes = min(machine.solver.modes_per_plane, 2 * len(self.nodes))
-        reduced = modal_reduction(self.rotor, springs, modes, machine.shaft.damping_ratio)
+        modes = min(machine.solver.modes_per_plane, 2 * len(self.nodes)) + len(machine.supported)
+        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratio)
         if reduced.frequencies.min() < 1e-4 * reduced.frequencies.max():
+            pushed = min(section.axial_force or 0.0 for section in machine.shaft.sections)
+            if pushed < 0:
+                raise MachineFileError(
+                    f"shaft.sections: an axial force of {pushed:g} N buckles the shaft; push less or hold it better"
+                )
             raise MachineFileError(
-                f"bearings: they leave the shaft free to fall or to tilt ({self._loose(springs)}); "
-                "add a bearing or stiffness"
+                f"bearings: they leave the shaft free to fall or to tilt ({self._loose()}); add a bearing or stiffness"
             )
         return reduced
 
     def shape(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at z [m]."""
         return self.reduced.shape(self.node(z))
+
+    def housing(self, bearing: int) -> np.ndarray:
+        """Rows (2, 2n) of the displacement of a bearing's housing; zeros for one that stands still."""
+        node = self._pedestals.get(bearing)
+        if node is None:
+            return np.zeros((2, self.reduced.Phi.shape[1]))
+        first = self.constant.layout.place(node)
+        return np.asarray(self.reduced.Phi[first : first + 2])
+
+    def between(self, bearing: int) -> np.ndarray:
+        """Rows (2, 2n) of the shaft's displacement against the housing of a bearing."""
+        return self.shape(self.machine.bearings[bearing].position) - self.housing(bearing)
+
+    def influence(self, effect: Effect) -> np.ndarray:
+        """Rows (2, 2n) through which an effect acts: a node's, a bearing's, the whole mass's or a bow's.
+
+        The weight of a housing is taken out by its alignment; a foundation that shakes, shakes it too.
+        """
+        if effect.influence == "bow":
+            return self.bow
+        if effect.influence == "mass":
+            body = self.reduced.body()
+            return body if type(effect).foundation is None else body + self._housing_mass
+        number = self.bearing_number(effect)
+        return self.shape(self.place(effect)) if number is None else self.between(number)
+
+    @property
+    def _housing_mass(self) -> np.ndarray:
+        """What the housings add to the participation (2, 2n) of the modes [kg^1/2]."""
+        rows = np.zeros((2, self.reduced.Phi.shape[1]))
+        for number in self.machine.supported:
+            support = self.machine.bearings[number].support
+            assert support is not None
+            rows += support.mass * self.housing(number)
+        return rows
+
+    @property
+    def shaft_modes(self) -> np.ndarray:
+        """Modes (4 nodes, 2n) of the shaft alone."""
+        return self.reduced.Phi[: 4 * len(self.nodes)]
 
     def shape_between(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at any z [m], in the shapes of the element there; the mesh needs no node at z."""
@@ -139,10 +253,7 @@ class Mesh:
 
     def residual_compliance(self, z: float) -> float:
         """Static compliance at z [m/N], mean of both planes, that the modes left out would add."""
-        stiffness = self.rotor.K().copy()
-        for film in self.machine.films:
-            held = [4 * self.node(film.position), 4 * self.node(film.position) + 1]
-            stiffness[held, held] += film.nominal_stiffness
+        stiffness = add_springs(self.constant.K(), self.constant, self.springs)
         at = 4 * self.node(z) + np.arange(2)
         whole = np.linalg.inv(stiffness)[at, at]
         reduced, shape = self.reduced, self.shape(z)
@@ -157,18 +268,18 @@ class Mesh:
     @property
     def shaft_stiffness(self) -> np.ndarray:
         """Stiffness of the shaft alone in modal coordinates (2n, 2n) [1/s2]."""
-        Phi = self.reduced.Phi
+        Phi = self.shaft_modes
         return np.asarray(Phi.T @ self.free_stiffness @ Phi)
 
     @property
     def shaft_damping(self) -> np.ndarray:
         """Damping of the shaft alone in modal coordinates (2n, 2n) [1/s]: that of its damping ratio."""
-        return np.diag(2 * self.machine.shaft.damping_ratio * self.reduced.frequencies)
+        return self.reduced.modal_damping
 
     @property
     def circulation(self) -> np.ndarray:
         """N (2n, 2n) [1/s2]: damping beta K_s in the turning frame adds Omega beta N to the stiffness."""
-        Phi = self.reduced.Phi
+        Phi = self.shaft_modes
         turned = np.zeros_like(Phi)
         # e_z x (x, y) = (-y, x), and so the two rotations
         for a, b in ((0, 1), (2, 3)):
@@ -186,7 +297,7 @@ class Mesh:
         # beta turns x' > 0 and alpha y' < 0
         bent[0, 0::4], bent[0, 3::4] = np.sin(wave), slope
         bent[1, 1::4], bent[1, 2::4] = np.sin(wave), -slope
-        return np.asarray(bent @ self.free_stiffness @ self.reduced.Phi)
+        return np.asarray(bent @ self.free_stiffness @ self.shaft_modes)
 
     @property
     def polar_inertia(self) -> float:
@@ -195,3 +306,17 @@ class Mesh:
         rho = shaft.material.density
         turned = [np.pi / 32 * rho * s.length * (s.outer_diameter**4 - s.inner_diameter**4) for s in shaft.sections]
         return float(sum(turned) + sum(d.polar_inertia for d in self.machine.discs))
+
+
+def _ground(node: int, support: Support) -> BearingElement:
+    """Springs and dampers under a housing."""
+    (kxx, kyy), (cxx, cyy) = support.stiffness, support.damping
+    return BearingElement(node, kxx, cxx, kyy, cyy=cyy)
+
+
+def _spring(bearing: GasFilm | TableBearing) -> float:
+    """Mean stiffness [N/m] of a bearing that is not constant."""
+    if isinstance(bearing, GasFilm):
+        return bearing.nominal_stiffness
+    K, _ = bearing.at(float(np.median(bearing.speeds)))
+    return max(0.5 * float(np.trace(K)), 1.0)

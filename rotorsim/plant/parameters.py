@@ -10,7 +10,6 @@ import numpy as np
 
 from reynolds.grid import Layout
 from reynolds.workspace import FILM_DTYPE, FilmModel
-from rotorsim.base.constants import SAMPLE
 from rotorsim.effects import Effect, numeric_fields
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.schema import Machine
@@ -40,7 +39,7 @@ def make_parameters(
     types += [(name, "f8", (max(count * film.n_inj, 1),)) for name in PER_INJECTOR]
     record = np.zeros(1, np.dtype([t for t in types if t[1]])).view(np.recarray)
     row = record[0]
-    row.tolerance, row.dt, row.sample = machine.solver.tolerance, machine.solver.time_step, SAMPLE
+    row.tolerance, row.dt, row.sample = machine.solver.tolerance, machine.time_step, machine.sampling_time
     row.motion_tolerance = machine.solver.tolerance * min(f.clearance for f in films) if films else WITHOUT_FILM
     _fill_drive(row, machine, mesh)
     for k, model in enumerate(films):

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.progress import track
@@ -19,6 +18,7 @@ from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
 from rotorsim.base.version import installed
 from rotorsim.machine import load_machine
+from rotorsim.machine.sampling import check_speed
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
@@ -73,7 +73,7 @@ class Plant(Shown):
         """Machine, grid and step."""
         m = self.machine
         rows = [("film", f"{m.grid.n_theta} x {m.grid.n_z}")] if m.film is not None else []
-        rows += [("step", f"{m.solver.time_step * 1e3:g} ms"), ("effects", ", ".join(m.effects) or "none")]
+        rows += [("step", f"{m.time_step * 1e3:g} ms"), ("effects", ", ".join(m.effects) or "none")]
         return Card(f"Plant of {m.name}", rows)
 
     @cached_property
@@ -104,7 +104,7 @@ class Plant(Shown):
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:
-        """The nonlinear plant as control.NonlinearIOSystem with a step of 0.2 ms, standing at the equilibrium.
+        """The nonlinear plant as control.NonlinearIOSystem with a step of one sample, standing at the equilibrium.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ class Plant(Shown):
         initial: str | Simulation = "equilibrium",
         progress: bool = False,
     ) -> xr.Dataset:
-        """Run for `duration` [s] and return the record (see identification.records.schema), sampled at 5 kHz.
+        """Run for `duration` [s] and return the record (see identification.records.schema), sampled as the machine is.
 
         speed [rad/s] and pressure [Pa, gauge] are numbers, functions of time or arrays over the samples; reference
         [V] and disc_force [N] functions or arrays (n, 2). Between samples the speed is linear and everything else is
@@ -173,20 +173,20 @@ class Plant(Shown):
             raise DataError(f"initial = {initial!r}: give 'equilibrium' or a Simulation to continue")
         inputs, start = self.inputs(duration, speed, pressure, reference, disc_force)
         if controller is not None:
-            controller = as_controller(controller, lambda: self.equilibrium(*start).disc)
+            controller = as_controller(controller, lambda: self.equilibrium(*start).disc, self.machine.sampling_time)
             prepare(controller, self.machine, continued=isinstance(initial, Simulation))
         simulation = self.start(*start, seed=seed) if isinstance(initial, str) else initial
         begin = simulation.samples
-        blocks = list(track(_run(simulation, inputs, controller), len(inputs), SAMPLE, progress))
+        blocks = list(track(_run(simulation, inputs, controller), len(inputs), self.machine.sampling_time, progress))
         table = np.concatenate([t for t, _ in blocks])
         used = np.concatenate([u for _, u in blocks])
-        time = (begin + np.arange(len(table))) * SAMPLE
+        time = (begin + np.arange(len(table))) * self.machine.sampling_time
         values = split_columns(self.assembly, table, used)
         attrs = self.provenance(seed)
         if controller is not None:
             attrs |= provenance(controller)
             values["reference_external"] = inputs[:, 2:4]
-        return make_record(time, values, attrs, probe_coordinates(self.machine))
+        return make_record(time, values, attrs, probe_coordinates(self.machine), self.machine.film_names)
 
     def inputs(
         self,
@@ -198,29 +198,31 @@ class Plant(Shown):
     ) -> tuple[np.ndarray, tuple[float, float]]:
         """Input rows (n, 6) for `Simulation.advance` and the (speed, pressure) of the first sample."""
         duration = _si("duration", duration, "s")
-        n = round(duration / SAMPLE) if np.isfinite(duration) else -1
+        Ts = self.machine.sampling_time
+        n = round(duration / Ts) if np.isfinite(duration) else -1
         if n < 1:
             fault = "shorter than one sample" if n == 0 else "not a time"
-            raise DataError(f"duration = {duration} s: {fault}; give at least {SAMPLE} s")
+            raise DataError(f"duration = {duration} s: {fault}; give at least {Ts:g} s")
         if duration > LONGEST:
             raise DataError(f"duration = {duration:g} s: at most {LONGEST:g} s fit into memory; run it in parts")
         try:
-            whole_samples(duration)
+            whole_samples(duration, Ts)
         except ValueError as error:
             raise DataError(f"duration: {error}") from error
         rows = np.zeros((n, 6))
         speed = _si("speed", speed, "rad/s") if isinstance(speed, str) else speed
         pressure = _si("pressure", pressure, "Pa") if isinstance(pressure, str) else pressure
-        speeds = _scalars(speed, n + 1, "speed", True)
+        speeds = _scalars(speed, n + 1, Ts, "speed", True)
+        check_speed(self.machine, float(np.nanmax(np.abs(speeds))))
         rows[:, 0] = speeds[1:]
-        rows[:, 1] = _scalars(pressure, n, "pressure")
+        rows[:, 1] = _scalars(pressure, n, Ts, "pressure")
         ambient = self.machine.gas.ambient_pressure
         if rows[:, 1].min() <= -ambient:
             raise DataError(f"pressure: {rows[:, 1].min():g} Pa gauge is below vacuum; give more than {-ambient:g} Pa")
         if reference is not None:
-            rows[:, 2:4] = _pairs(reference, n, "reference")
+            rows[:, 2:4] = _pairs(reference, n, Ts, "reference")
         if disc_force is not None:
-            rows[:, 4:6] = _pairs(disc_force, n, "disc_force")
+            rows[:, 4:6] = _pairs(disc_force, n, Ts, "disc_force")
         return rows, (float(speeds[0]), float(rows[0, 1]))
 
     def provenance(self, seed: int = 0) -> dict[str, Any]:
@@ -232,7 +234,7 @@ class Plant(Shown):
             "rotorsim_version": installed("rotorsim"),
             "numpy_version": installed("numpy"),
             "numba_version": installed("numba"),
-            "sample_rate_hz": 1 / SAMPLE,
+            "sample_rate_hz": 1 / self.machine.sampling_time,
         }
 
 
@@ -271,17 +273,17 @@ def _run(
         used = row.copy()
         used[2:4] += reference
         if actuators is not None:
-            check_range(controller, used[2:4], actuators.reference_limit, simulation.samples * SAMPLE)
+            check_range(controller, used[2:4], actuators.reference_limit, simulation.time)
         table = simulation.advance(used[None])
         yield table, used[None]
-        time = (simulation.samples - 1) * SAMPLE
+        time = (simulation.samples - 1) * simulation.assembly.sampling_time
         reference = ask(controller, table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4], time)
 
 
-def _scalars(signal: Signal, n: int, name: str, gaps: bool = False) -> np.ndarray:
+def _scalars(signal: Signal, n: int, Ts: float, name: str, gaps: bool = False) -> np.ndarray:
     """Values (n,) of a signal at the samples; an array may be one shorter than n and then keeps its last value."""
     if callable(signal):
-        values = np.array([float(signal(k * SAMPLE)) for k in range(n)])
+        values = np.array([float(signal(k * Ts)) for k in range(n)])
     else:
         values = np.asarray(signal, float)
         if values.ndim == 0:
@@ -293,16 +295,16 @@ def _scalars(signal: Signal, n: int, name: str, gaps: bool = False) -> np.ndarra
     return _checked(values, (n,), name)
 
 
-def _pairs(signal: Signal, n: int, name: str) -> np.ndarray:
+def _pairs(signal: Signal, n: int, Ts: float, name: str) -> np.ndarray:
     if callable(signal):
-        return _checked(np.array([signal(k * SAMPLE) for k in range(n)], float), (n, 2), name)
+        return _checked(np.array([signal(k * Ts) for k in range(n)], float), (n, 2), name)
     values = np.asarray(signal, float)
     return _checked(np.broadcast_to(values, (n, 2)) if values.shape == (2,) else values, (n, 2), name)
 
 
 def _checked(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
     if values.shape != shape:
-        raise DataError(f"{name}: shape {values.shape}, expected {shape} (one row per sample of 0.2 ms)")
+        raise DataError(f"{name}: shape {values.shape}, expected {shape} (one row per sample)")
     if not np.all(np.isfinite(values)):
         raise DataError(f"{name}: holds NaN or infinite values; check the signal")
     return values

@@ -20,15 +20,24 @@ FACTORS: dict[str, dict[int, float]] = {
 """Places of x among the motion around the shaft (`rig_layout.AROUND`) that a quantity has, and their factors."""
 
 
-def probe_rows(mesh: Mesh, n_shaft: int) -> np.ndarray:
-    """Factors (probes, n_shaft + AROUND) of the modal displacements of the shaft and of the motion around it."""
-    rows = np.zeros((len(mesh.machine.probes), n_shaft + AROUND))
-    for row, probe in zip(rows, mesh.machine.probes, strict=True):
+ORDER = {"relative_displacement": 0, "housing_velocity": 1, "housing_acceleration": 2}
+"""Time derivative of the housing's displacement that is in a quantity."""
+
+
+def probe_rows(mesh: Mesh) -> np.ndarray:
+    """Factors (probes, 3 n + AROUND): of the n coordinates, their velocities and accelerations, the motion around."""
+    machine, n = mesh.machine, mesh.reduced.Phi.shape[1]
+    rows = np.zeros((len(machine.probes), 3 * n + AROUND))
+    for row, probe in zip(rows, machine.probes, strict=True):
         direction = gain(probe) * along(probe.angle)
         if isinstance(probe, ShaftProbe):
-            row[:n_shaft] = direction @ mesh.shape_between(probe.position)
+            row[:n] = direction @ mesh.shape_between(probe.position)
+        mounted, order = machine.housing_of(probe), ORDER.get(probe.quantity)
+        if mounted is not None and order is not None:
+            sign = -1.0 if order == 0 else 1.0
+            row[n * order : n * (order + 1)] += sign * direction @ mesh.housing(mounted)
         for place, factor in FACTORS[probe.quantity].items():
-            row[n_shaft + place : n_shaft + place + 2] = factor * direction
+            row[3 * n + place : 3 * n + place + 2] = factor * direction
     return rows
 
 
@@ -42,6 +51,9 @@ def position(machine: Machine, probe: AnyProbe) -> float:
     """Where a probe stands along the shaft [m]; NaN for one of a housing that no bearing has."""
     if probe.position is not None:
         return float(probe.position)
+    mounted = machine.housing_of(probe)
+    if mounted is not None:
+        return machine.bearings[mounted].position
     return float("nan") if machine.film is None else machine.film.position
 
 

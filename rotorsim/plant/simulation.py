@@ -9,7 +9,7 @@ import numpy as np
 
 from reynolds.bearing import interval_pressure
 from reynolds.newton import FACTORISATIONS, ITERATIONS
-from rotorsim.base.constants import SAMPLE, TO_RPM
+from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import ConvergenceError, DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.plant.assemble import Assembly
@@ -41,7 +41,7 @@ class Simulation(Shown):
             ("samples", f"{self.samples}"),
             ("seed", f"{self.w[self.assembly.rig.seed]:.0f}"),
         ]
-        return Card(f"Simulation of {self.assembly.machine.name} at t = {self.samples * SAMPLE:.4f} s", rows)
+        return Card(f"Simulation of {self.assembly.machine.name} at t = {self.time:.4f} s", rows)
 
     @property
     def samples(self) -> int:
@@ -49,12 +49,17 @@ class Simulation(Shown):
         return int(self.w[self.assembly.rig.tick])
 
     @property
+    def time(self) -> float:
+        """Time [s] since the start."""
+        return self.samples * self.assembly.sampling_time
+
+    @property
     def columns(self) -> int:
         """Columns of the sample table."""
         return self.assembly.columns
 
     def advance(self, inputs: np.ndarray) -> np.ndarray:
-        """Advance by one sample (0.2 ms) per row of inputs; returns the state BEFORE each as (n, columns).
+        """Advance by one sample per row of inputs; returns the state BEFORE each as (n, columns).
 
         inputs (n, 6): speed at the sample's end [rad/s] (NaN: the drive is off), supply pressure [Pa, gauge], reference
         x, y [V], disc force x, y [N]. Raises DataError for inputs that are not finite, and ConvergenceError with
@@ -69,7 +74,7 @@ class Simulation(Shown):
         if done < len(rows):
             speed = self.w[a.rotor.speed] * TO_RPM
             raise ConvergenceError(
-                f"plant: no solution of the step at t = {self.samples * SAMPLE:.4f} s, {speed:.0f} rpm; "
+                f"plant: no solution of the step at t = {self.time:.4f} s, {speed:.0f} rpm; "
                 "take a smaller solver.time_step or a finer grid",
                 table=out[:done],
             )
@@ -87,6 +92,18 @@ class Simulation(Shown):
         """Pressure (n_theta, n_z) [Pa, absolute] of a film now."""
         a = self.assembly
         return interval_pressure(a.films[number], a.film, a.film_part(self.w, number))
+
+    def film_snapshot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angles (n_theta) [rad], places (n_z) [m] and pressures (n_theta, n_z) [Pa, absolute] of the film now.
+
+        Of several films places (films, n_z) and pressures (films, n_theta, n_z).
+        """
+        films = self.assembly.films
+        places = np.array([film.grid.z for film in films])
+        pressures = np.array([self.film_pressure(k) for k in range(len(films))])
+        if len(films) == 1:
+            places, pressures = places[0], pressures[0]
+        return films[0].grid.theta, places, pressures
 
     @property
     def counters(self) -> dict[str, float]:
@@ -134,18 +151,17 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
         values |= {name: table[:, at[name]] for name in scalars}
-        values["reference"] = inputs[:, 2:4]
     if a.rig.n_pin:
+        values["reference"] = inputs[:, 2:4]
         values["pin"] = table[:, len(COLUMNS) : pins]
     if len(a.films) > 1:
-        values |= _of_each_film(a, table[:, probes:], values)
+        values |= of_each_film(table[:, probes:])
     return values
 
 
-def _of_each_film(a: Assembly, table: np.ndarray, values: dict[str, Any]) -> dict[str, Any]:
-    """Journals and forces (time, film, axis) of all films; those of the first are among `values`."""
-    further = table.reshape(len(table), len(a.films) - 1, FILM_COLUMNS)
-    return {
-        "journals": np.concatenate([values["journal"][:, None], further[:, :, :2]], axis=1),
-        "film_forces": np.concatenate([values["film_force"][:, None], further[:, :, 2:4]], axis=1),
-    }
+def of_each_film(table: np.ndarray) -> dict[str, Any]:
+    """Journals and forces (time, film, axis), thicknesses and flows (time, film) of the columns of several films."""
+    films = table.reshape(len(table), -1, FILM_COLUMNS)
+    names = ("journals", "film_forces", "film_thickness", "film_flow")
+    parts = (films[:, :, :2], films[:, :, 2:4], films[:, :, 4], films[:, :, 5])
+    return {name: np.ascontiguousarray(part) for name, part in zip(names, parts, strict=True)}

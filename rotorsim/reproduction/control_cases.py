@@ -15,7 +15,7 @@ import numpy as np
 
 from identification import load_model
 from rotorsim.analysis import critical_speeds, whirl_onset
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p
@@ -90,12 +90,12 @@ def run_up(machine: str, law: str, point: Point) -> dict[str, Any]:
     speed, pressure = point
     run = runup(_plant(machine), _law(law), SLOW, pressure, speed, down=False)
     n = len(run.table)
-    return {"amplitude": amplitudes(run, n - round(0.35 / SAMPLE), n).tolist(), "ended": run.ended} | peaks(run)
+    return {"amplitude": amplitudes(run, n - round(0.35 / RIG_SAMPLE), n).tolist(), "ended": run.ended} | peaks(run)
 
 
 def peaks(run: Run) -> dict[str, list[float]]:
     """Speed [Hz] in each band at which the disc moves most, along x and y."""
-    window = round(WINDOW / SAMPLE)
+    window = round(WINDOW / RIG_SAMPLE)
     n = len(run.table) // window
     moved = np.ptp(run.disc[: n * window].reshape(n, window, 2), axis=1)
     speed = run.column("speed")[: n * window].reshape(n, window).mean(axis=1) / (2 * np.pi)
@@ -118,11 +118,11 @@ def extension(machine: str, law: str, bias: tuple[float, float] = (0.0, 0.0)) ->
 
 def onset(disc: np.ndarray, speed: np.ndarray) -> tuple[float, float] | None:
     """Speed [rad/s] from which on the largest line stays below 0.7 of the shaft's, and its share of it there."""
-    window = round(0.2 / SAMPLE)
+    window = round(0.2 / RIG_SAMPLE)
     n = len(disc) // window
     y = disc[: n * window, 1].reshape(n, window)
     heights = np.abs(np.fft.rfft((y - y.mean(axis=1, keepdims=True)) * np.hanning(window), axis=1))
-    frequency, mean = np.fft.rfftfreq(window, SAMPLE), speed[: n * window].reshape(n, window).mean(axis=1)
+    frequency, mean = np.fft.rfftfreq(window, RIG_SAMPLE), speed[: n * window].reshape(n, window).mean(axis=1)
     share = frequency[heights.argmax(axis=1)] * 2 * np.pi / mean
     below = share < 0.7
     if not below[-1]:
@@ -165,7 +165,7 @@ def machine_code(machine: str) -> list[str]:
     names = []
     for name, plant in other_machines(_plant(machine)):
         for law in (None, p.make(p.Spec())):
-            run_rows(plant, law, steady_rows(0.0, 0.5e6, SAMPLE))
+            run_rows(plant, law, steady_rows(0.0, 0.5e6, RIG_SAMPLE))
         names.append(name)
     return names
 

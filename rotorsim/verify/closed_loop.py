@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, SAMPLE, TO_UM
+from rotorsim.base.constants import KRPM, RIG_SAMPLE, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
 from rotorsim.control.designs.plants import point_text
@@ -94,7 +94,7 @@ def closed_loop(
     """
     criteria, law = criteria or Criteria(), as_law(law)
     if isinstance(law, Law):
-        law.check_sampling()
+        law.check_sampling(plant.machine.sampling_time)
     if plant.assembly.film_model is None or plant.machine.actuators is None:
         raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
     report = progress or (lambda _: None)
@@ -145,7 +145,7 @@ def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, A
     pair = [transients.runup(plant, one, rate, 0.7e6, stop) for one in (None, law)]
     runs["runup"] = pair
     half = len(pair[0].table) // 2
-    first, last = half - round(0.35 / SAMPLE), half
+    first, last = half - round(0.35 / RIG_SAMPLE), half
     if any(run.ended for run in pair):
         yield holds("run-up and coast-down", False, pair[1].ended or pair[0].ended)
         return

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, SAMPLE, TO_UM
+from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_UM
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.verify.other import AnyLaw
@@ -89,7 +89,7 @@ def _twins(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak
 
 def _after(axis: int) -> slice:
     """Samples of the answer to the hit along an axis."""
-    first = round((LEAD + axis * SPACING) / SAMPLE)
+    first = round((LEAD + axis * SPACING) / RIG_SAMPLE)
     return slice(first, first + SETTLED)
 
 
@@ -113,11 +113,11 @@ def ring_down(p: np.ndarray) -> tuple[float, float]:
     if not total > 0:
         return float("nan"), 1.0
     n = max(min(len(p) // 2, int(np.argmax(np.cumsum(energy) >= 0.8 * total))), 2)
-    rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * SAMPLE)
+    rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * RIG_SAMPLE)
     axis = int((p**2).sum(axis=0).argmax())
     changes = np.flatnonzero(np.diff(np.sign(p[: 2 * n, axis])) != 0)
     if len(changes) < 2:
         return float("nan"), 1.0
-    half = np.diff(changes).mean() * SAMPLE
+    half = np.diff(changes).mean() * RIG_SAMPLE
     wn = float(np.hypot(np.pi / half, rate / 2))
     return wn, float(rate / (2 * wn))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.exchange.control_systems import is_linear
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.plant.control_systems import check_any_controller
@@ -18,7 +18,7 @@ class Other:
 
     given: Any
     name: str
-    Ts: float = SAMPLE
+    Ts: float = RIG_SAMPLE
     limit: float = LIMIT
     order: str = "not known"
     hash: str = "none"

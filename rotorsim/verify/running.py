@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError
 from rotorsim.control.law import Law
 from rotorsim.experiments.experiment import reference_range
@@ -56,7 +56,7 @@ class Run:
     @property
     def time(self) -> np.ndarray:
         """Time (n,) [s]."""
-        return np.arange(len(self.table)) * SAMPLE
+        return np.arange(len(self.table)) * RIG_SAMPLE
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | 
     used[:, 1] += a.machine.gas.ambient_pressure
     out = np.zeros((len(rows), simulation.columns))
     row, line = np.zeros((1, 6)), np.zeros((1, simulation.columns))
-    frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / SAMPLE), fault.channel)
+    frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / RIG_SAMPLE), fault.channel)
     done = loop_module(a).run_loop(
         simulation.w, a.ix, a.P, used, out, a.steps_per_sample, row, line, law.memory, law.table, law.axes,
         law.layout, law.settings, np.zeros(2), reference_range(a.machine), frozen, channel, np.zeros(2),
     )  # fmt: skip
     used[:, 1] -= a.machine.gas.ambient_pressure
-    ended = "" if done == len(rows) else f"no solution of the step at t = {done * SAMPLE:.4f} s"
+    ended = "" if done == len(rows) else f"no solution of the step at t = {done * RIG_SAMPLE:.4f} s"
     return Run(out[:done], used[:done], ended)
 
 
@@ -110,7 +110,7 @@ def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, 
     call(controller, "reset")
     used, tables, output, held = rows.copy(), [], np.zeros(2), np.zeros(2)
     limit = reference_range(simulation.assembly.machine)
-    frozen = NEVER if fault is None else round(fault.time / SAMPLE)
+    frozen = NEVER if fault is None else round(fault.time / RIG_SAMPLE)
     for k in range(len(rows)):
         used[k, 2:4] = np.clip(rows[k, 2:4] + output, -limit, limit)
         try:
@@ -122,12 +122,12 @@ def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, 
         if fault is not None and k >= frozen:
             seen[fault.channel] = held[fault.channel]
         held = seen
-        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * SAMPLE)
+        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * RIG_SAMPLE)
     return Run(np.concatenate(tables), used)
 
 
 def steady_rows(speed: float, pressure: float, duration: float) -> np.ndarray:
     """Rows at constant speed [rad/s] and pressure [Pa]."""
-    rows = np.zeros((round(duration / SAMPLE), 6))
+    rows = np.zeros((round(duration / RIG_SAMPLE), 6))
     rows[:, 0], rows[:, 1] = speed, pressure
     return rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.experiments.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.verify.other import AnyLaw
@@ -16,7 +16,7 @@ REST = 0.4
 
 def changing(speeds: tuple[float, float], pressures: tuple[float, float], duration: float) -> np.ndarray:
     """Rows that stay, go straight from the first to the second values within `duration` [s], and stay."""
-    rest, n = round(REST / SAMPLE), max(round(duration / SAMPLE), 1)
+    rest, n = round(REST / RIG_SAMPLE), max(round(duration / RIG_SAMPLE), 1)
     part = np.concatenate([np.zeros(rest), np.arange(1, n + 1) / n, np.ones(rest)])
     rows = np.zeros((len(part), 6))
     rows[:, 0] = speeds[0] + (speeds[1] - speeds[0]) * part
@@ -31,7 +31,7 @@ def speed_ramp(plant: Plant, law: AnyLaw | None, rate: float) -> Run:
 
 def pressure_step(plant: Plant, law: AnyLaw | None, low: float = 0.3e6, high: float = 0.7e6) -> Run:
     """From one pressure to the other from one sample to the next, at 3 krpm."""
-    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), SAMPLE))
+    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), RIG_SAMPLE))
 
 
 def pressure_ramp(plant: Plant, law: AnyLaw | None, low: float = 0.7e6, high: float = 0.3e6) -> Run:
@@ -56,7 +56,7 @@ def frozen_sensor(plant: Plant, law: AnyLaw | None, channel: int) -> Run:
 def noise(plant: Plant, law: AnyLaw, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
     """Standard deviation (2,) [V] of the reference when nothing happens."""
     run = run_rows(plant, law, steady_rows(speed, pressure, 0.8))
-    return run.reference[round(REST / SAMPLE) :].std(axis=0)
+    return run.reference[round(REST / RIG_SAMPLE) :].std(axis=0)
 
 
 def runup(plant: Plant, law: AnyLaw | None, rate: float, pressure: float, stop: float, down: bool = True) -> Run:
@@ -83,7 +83,7 @@ def amplitudes(run: Run, first: int, last: int, name: str = "disc") -> np.ndarra
 
 def excursion(run: Run) -> float:
     """Largest distance [m] of the disc from a moving mean over 0.1 s."""
-    window = round(0.1 / SAMPLE)
+    window = round(0.1 / RIG_SAMPLE)
     kernel = np.ones(window) / window
     padded = np.pad(run.disc, ((window // 2, window - window // 2 - 1), (0, 0)), mode="edge")
     mean = np.column_stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(2)])

@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
@@ -32,12 +32,12 @@ SPEEDS, PRESSURES = np.linspace(0, 6 * KRPM, 40), np.linspace(0.3e6, 0.7e6, 15)
 
 
 def open_damping(model, speed, pressure):
-    return smallest_damping(np.linalg.eigvals(sampled_plant(model, speed, pressure).A), SAMPLE)
+    return smallest_damping(np.linalg.eigvals(sampled_plant(model, speed, pressure).A), RIG_SAMPLE)
 
 
 def closed_damping(law, model, speed, pressure):
     return smallest_damping(
-        closed_poles(sampled_plant(model, speed, pressure), law_system(law, speed, pressure)), SAMPLE
+        closed_poles(sampled_plant(model, speed, pressure), law_system(law, speed, pressure)), RIG_SAMPLE
     )
 
 
@@ -78,7 +78,7 @@ def test_placement_halves_the_imaginary_parts(model):
 def test_bodes_integral_holds_for_a_sampled_loop(model):
     plant = sampled_plant(model, *POINT)
     for law in (lqr.design(model), hinf.design(model)):
-        left, right = bode_integral(plant, law_system(law, *POINT), SAMPLE)
+        left, right = bode_integral(plant, law_system(law, *POINT), RIG_SAMPLE)
         assert left == pytest.approx(right, abs=2e-3)
 
 
@@ -107,7 +107,7 @@ def test_a_law_without_dc_has_no_gain_at_rest_and_keeps_its_damping(model):
     law = p.design(model, p.Spec(kappa_x=0.375, kappa_y=0.33))
     quiet = without_dc(law, 5.0)
     low, at = (
-        loop_of(sampled_plant(model, *POINT), law_system(quiet, *POINT), SAMPLE, np.array([f])) for f in (0.01, 119)
+        loop_of(sampled_plant(model, *POINT), law_system(quiet, *POINT), RIG_SAMPLE, np.array([f])) for f in (0.01, 119)
     )
     assert np.abs(low.K).max() < 3e-3 * np.abs(at.K).max()
     assert closed_damping(quiet, model, *POINT) > 0.8 * closed_damping(law, model, *POINT)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from rotorsim.control import Law, LawError, load_law
+from rotorsim.machine import load_machine
+from rotorsim.plant.controller import prepare
 
 
 def law_of(seed=0, s=3, p=2, n=4, **settings):
@@ -83,7 +85,9 @@ def test_the_memory_saves_and_restores_a_running_law():
 
 def test_a_law_for_another_sampling_time_is_refused_when_it_is_to_run():
     with pytest.raises(LawError, match=r"Ts = 1 ms, and the plant samples every 0\.2 ms"):
-        law_of(Ts=1e-3).reset()
+        prepare(law_of(Ts=1e-3), load_machine("dtu_gas_bearing"))
+    slower = load_machine("dtu_gas_bearing").replace("solver.sampling_rate", "1 kHz")
+    prepare(law_of(Ts=1e-3), slower)
 
 
 def test_a_law_for_other_channels_is_refused():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines
 from rotorsim.discrepancy.data.spectra import HIGHEST, block_lines
 
@@ -15,7 +15,7 @@ def displacement(speed):
     """Lines of the excitation, an offset, and 1X (3 um) and 2X (1 um) with their phases."""
     k = np.arange(START + BLOCKS * LENGTH)
     excited = 1e-6 * (5 + np.cos(2 * np.pi * 11 * k / LENGTH) + np.sin(2 * np.pi * 59 * k / LENGTH + 0.3))
-    a = 0.4 + speed * SAMPLE * k
+    a = 0.4 + speed * RIG_SAMPLE * k
     return np.column_stack([excited + 3e-6 * np.cos(a - 0.5), excited + 1e-6 * np.sin(2 * a)])
 
 
@@ -27,7 +27,7 @@ def test_orders_off_the_lines_come_to_one_line_and_leave_the_others_alone(hertz)
     moved = on_lines(displacement(speed), WINDOW, speed, 0.4, orders)
     lines = block_lines(moved, *WINDOW, 121)
     np.testing.assert_allclose(lines - lines.mean(axis=0), 0.0, atol=1e-12)
-    own = [round(hertz * LENGTH * SAMPLE), round(2 * hertz * LENGTH * SAMPLE)]
+    own = [round(hertz * LENGTH * RIG_SAMPLE), round(2 * hertz * LENGTH * RIG_SAMPLE)]
     assert abs(lines[0, 0, own[0]]) == pytest.approx(3e-6, rel=1e-6)
     assert abs(lines[0, 1, own[1]]) == pytest.approx(1e-6, rel=1e-6)
     assert abs(lines[0, 0, 11]) == pytest.approx(1e-6, rel=1e-6)

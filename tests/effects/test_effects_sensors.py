@@ -1,9 +1,11 @@
 """Signatures of the effects on the sensors, one switched on at a time on a plain rotor."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from rotorsim.effects.sensors.sensor_delay import LENGTH, SensorDelay, sensor_delay
+from rotorsim.effects.sensors.sensor_delay import LENGTH, sensor_delay
 from rotorsim.plant.columns import READ
 
 SAMPLE = 2e-4
@@ -45,7 +47,7 @@ def test_a_lag_delays_and_shrinks_a_turning_orbit_as_its_transfer_function(recor
 @pytest.mark.parametrize("delay", [2e-4, 3.3e-4, 0.012])
 def test_a_delay_of_any_part_of_a_sample_is_exact_for_a_ramp(delay):
     """s(t) = x(t - T), and the first value before there was one; .7 um a sample, to round-off."""
-    w, p = np.zeros(5 + 2 * LENGTH + 1), SensorDelay(delay=delay)
+    w, p = np.zeros(5 + 2 * LENGTH + 1), SimpleNamespace(delay=delay, interval=SAMPLE)
     kernel, t = sensor_delay.py_func, SAMPLE * np.arange(200)
     read = []
     for sample in range(200):

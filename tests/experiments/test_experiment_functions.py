@@ -1,7 +1,7 @@
 """The functions made of the experiments' dataclasses: signature and documentation of every declared parameter."""
 
 import ast
-from inspect import Signature, getdoc, isfunction, signature
+from inspect import getdoc, isfunction, signature
 from pathlib import Path
 
 import pytest
@@ -19,7 +19,8 @@ def test_a_function_has_the_parameters_types_and_defaults_of_its_dataclass(name)
     made, kind = signature(getattr(ex, name)), signature(ex.EXPERIMENTS[name])
     own = list(made.parameters.values())
     assert [p.name for p in (own[0], *own[-2:])] == ["plant", "seed", "progress"]
-    assert Signature(own[1:-2]).parameters == kind.parameters and made.return_annotation == "xr.Dataset"
+    given = [one for one in kind.parameters.values() if one.name != "Ts"]  # the plant's
+    assert own[1:-2] == given and made.return_annotation == "xr.Dataset"
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from fuzzing.disk import largest_file
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.files import WriteError
 from rotorsim.experiments.recording import CHUNK, COMMIT, Recording
 from rotorsim.experiments.recovery import recover
@@ -28,7 +28,7 @@ def block(number: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Samples of a run, the same each time."""
     rng, n = np.random.default_rng(number), COMMIT
     values = {"disc": rng.normal(size=(n, 2)), "angle": rng.normal(size=n), "pin": rng.normal(size=(n, 4))}
-    return (number * n + np.arange(n)) * SAMPLE, values
+    return (number * n + np.arange(n)) * RIG_SAMPLE, values
 
 
 def recorded(path: Path, after: int | None = None) -> Recording:

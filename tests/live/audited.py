@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import periodogram
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
 from rotorsim.control.loop.sampled_loop import closed_poles
 from rotorsim.control.numerics.systems import System, held, late, series
@@ -81,14 +81,14 @@ def values(rows: np.ndarray) -> dict[str, Any]:
     """Plain values of the last row, and of the last second."""
     last = rows[-1]
     disc = rows[-5000:, READ : READ + 2] * 1e6
-    turn = max(1000, int(np.ceil(2 * np.pi / max(abs(last[AT["speed"]]) * SAMPLE, 1e-9))))
+    turn = max(1000, int(np.ceil(2 * np.pi / max(abs(last[AT["speed"]]) * RIG_SAMPLE, 1e-9))))
     names = {"speed": 30 / np.pi, "pressure": 1e-6, "h_min": 1e6, "mass_flow": 1e3, "disc_x": 1e6, "disc_y": 1e6}
     found: dict[str, Any] = {name: float(last[AT[name]]) * scale for name, scale in names.items()}
     found["disc"] = [found["disc_x"], found["disc_y"]]
     swing = np.ptp(rows[-turn:, READ : READ + 2], axis=0) * 0.5e6
     found["swing"] = swing.tolist() if turn <= len(rows) else None
     if len(rows) >= 5000:
-        power = periodogram(disc, 1 / SAMPLE, "hann", detrend="constant", scaling="spectrum", axis=0)[1]
+        power = periodogram(disc, 1 / RIG_SAMPLE, "hann", detrend="constant", scaling="spectrum", axis=0)[1]
         found["spectrum"] = np.sqrt(2 * power[1:501].max(axis=1)).tolist()
     return found
 
@@ -102,10 +102,10 @@ def poles(rig: Rig, speed: float, pressure: float) -> list[list[float]]:
         s = found.eigenvalues
     else:
         rotor = System(found.A, found.B[:, :2], found.C * 1e6, np.zeros((2, 2)))
-        G = late(held(series(pins(rig.machine, plant.assembly.P), rotor), SAMPLE))
+        G = late(held(series(pins(rig.machine, plant.assembly.P), rotor), RIG_SAMPLE))
         z = closed_poles(G, law_of(running(rig.laws[name], (0.0, 0.0)), speed, pressure)).astype(complex)
         z = z[np.abs(z) > 1e-9]
-        s = np.log(z) / SAMPLE
+        s = np.log(z) / RIG_SAMPLE
         s = s[(s.imag > 1) & (np.abs(s) < 3000)]
     return [[float(abs(v)) / (2 * np.pi), float(-v.real / abs(v))] for v in s]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.live.page.control import Control
 from rotorsim.live.page.scene import Scene, load_scene
@@ -52,7 +52,7 @@ def test_the_middle_of_a_slider_is_neutral_to_the_last_bit():
 
 
 def test_the_impulse_of_a_hit_is_exact():
-    assert hit(0.02, 1).sum(axis=0) * SAMPLE == pytest.approx([0.0, 0.02], rel=1e-12)
+    assert hit(0.02, 1).sum(axis=0) * RIG_SAMPLE == pytest.approx([0.0, 0.02], rel=1e-12)
 
 
 def test_hits_that_fall_together_add_up_whatever_the_blocks():
@@ -61,13 +61,13 @@ def test_hits_that_fall_together_add_up_whatever_the_blocks():
     first = hammer.take(2)
     hammer.strike(0.03, 0)
     rest = np.concatenate([hammer.take(1), hammer.take(20)])
-    assert (first.sum(axis=0) + rest.sum(axis=0)) * SAMPLE == pytest.approx([0.04, 0.0], rel=1e-12)
+    assert (first.sum(axis=0) + rest.sum(axis=0)) * RIG_SAMPLE == pytest.approx([0.04, 0.0], rel=1e-12)
 
 
 def test_a_speed_ramps_to_its_target_and_stays():
     speeds = ramp(10.0, 10.1, 100.0, 10)
     assert speeds[0] == pytest.approx(10.02) and speeds[-1] == 10.1
-    assert np.diff(speeds).max() <= 100.0 * SAMPLE * (1 + 1e-9)
+    assert np.diff(speeds).max() <= 100.0 * RIG_SAMPLE * (1 + 1e-9)
 
 
 def test_a_history_keeps_the_last_rows_in_order():

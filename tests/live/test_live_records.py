@@ -9,7 +9,7 @@ import xarray as xr
 
 import identification as idn
 from coarse_rig import RPM, make_rig, ran
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig.stability_check import Verdict
@@ -55,7 +55,7 @@ def test_a_record_names_its_controller_and_notes_when_the_rig_switched_it_off(tm
     record = idn.read(tmp_path / "r.nc")
     changes = [change for change in json.loads(record.attrs["changes"]) if change[1] == "controller"]
     assert [change[2] for change in changes] == ["P", "off"] and 0.0 < changes[1][0] < 1.0
-    assert not record["reference"].values[round(changes[1][0] / SAMPLE) :].any()
+    assert not record["reference"].values[round(changes[1][0] / RIG_SAMPLE) :].any()
     with pytest.raises(idn.UnfitError, match=r"made in closed loop \(P\)"):
         idn.identify(record)
 
@@ -74,7 +74,7 @@ def test_a_replayed_film_is_the_one_that_was_shown(tmp_path):
 
 
 def test_a_record_without_a_machine_cannot_be_replayed(tmp_path):
-    time = np.arange(100) * SAMPLE
+    time = np.arange(100) * RIG_SAMPLE
     record = idn.from_arrays(time, np.zeros((100, 2)), np.zeros((100, 2)))
     record.to_netcdf(tmp_path / "r.nc", engine="h5netcdf")
     with pytest.raises(DataError, match="carries no machine"):

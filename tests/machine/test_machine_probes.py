@@ -35,7 +35,8 @@ FAULTS = [
     ('"DE_y"', '"DE_x"', "probes.1.name: 'DE_x' is the name of probes.0 too; give each its own"),
     ('"DE_x"', '"1X"', "probes.0.name: '1X' is not a name; write letters, digits and _, a letter first, e.g. 'DE_x'"),
     ('"relative_displacement"\nsensitivity', HOUSING, "probes.0.quantity: 'housing_velocity' needs a housing that "
-     "moves; add [effects.pedestal] or [effects.base_vibration], or write 'relative_displacement'"),
+     "moves; give its bearing a support, add [effects.pedestal] or [effects.base_vibration], "
+     "or write 'relative_displacement'"),
     ('"200 mV/mil"', '"0 V/mm"', "probes.0.sensitivity: '0 V/mm' must be above 0; write e.g. '7.87 V/mm'"),
     ('"200 mV/mil"', '"100 mV/g"', "probes.0.sensitivity: '100 mV/g' is not a voltage/length; write e.g. '7.87 V/mm'"),
     ('"200 mV/mil"', "7.87", "probes.0.sensitivity: 7.87 has no unit; write e.g. '7.87 V/mm'"),

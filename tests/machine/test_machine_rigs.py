@@ -12,8 +12,9 @@ from rotorsim.machine.schema import Machine
 RIGS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
 
 
-def test_the_shipped_machines_are_a_rotor_kit_the_four_calibrations_two_designs_and_a_plain_rotor():
-    assert shipped_machines() == ("aerostatic_spindle", "bently_rk4", *RIGS, "grooved_turbo_rotor", "plain_rotor")
+def test_the_shipped_machines_are_a_rotor_kit_the_four_calibrations_four_designs_and_a_plain_rotor():
+    others = ("grooved_turbo_rotor", "plain_rotor", "pump_on_tables", "rigid_rotor_self_acting")
+    assert shipped_machines() == ("aerostatic_spindle", "bently_rk4", *RIGS, *others)
 
 
 @pytest.mark.parametrize("name", shipped_machines())

@@ -8,7 +8,7 @@ import pytest
 import rotorsim as rs
 from fuzzing.disk import largest_file
 from rotorsim.base.files import _node
-from rotorsim.effects.sensors import sensor_lag
+from rotorsim.effects.sensors import sensor_delay
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import load_module
 from rotorsim.plant.kernel_module import KernelModule
@@ -59,8 +59,8 @@ def test_a_composed_module_has_the_functions_of_the_protocol():
 
 
 def test_machine_code_follows_a_number_that_a_kernel_takes_from_another_file(folders, monkeypatch):
-    """The sampling time is compiled in, and its file is none of the plant's."""
-    machine = rs.load_machine("plain_rotor").replace("effects.sensor_lag.time", "1 ms")
+    """The length of the ring is compiled in, and its file is none of the plant's."""
+    machine = rs.load_machine("plain_rotor").replace("effects.sensor_delay.delay", "1 ms")
     before = rs.Plant(machine).assembly.module.__name__
-    monkeypatch.setattr(sensor_lag, "SAMPLE", 1e-4)
+    monkeypatch.setattr(sensor_delay, "LENGTH", 128)
     assert rs.Plant(machine).assembly.module.__name__ != before

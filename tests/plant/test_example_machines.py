@@ -1,4 +1,4 @@
-"""Shipped designs: a spindle on aerostatic bearings and a turbo rotor on grooved ones."""
+"""Shipped designs: a spindle on aerostatic bearings, rotors on grooved and plain ones, a pump on tables."""
 
 import numpy as np
 import pytest
@@ -30,3 +30,55 @@ def test_the_spindle_floats_and_stiffens_with_the_supply():
     assert np.abs(rest[1].journals).max() < np.abs(rest[0].journals).max()
     soft, stiff = (plant.linearise(0.0, pressure).wn.min() for pressure in (0.3e6, 0.6e6))
     assert stiff > 1.1 * soft
+
+
+def test_the_rigid_rotor_whirls_at_half_its_speed_above_its_onset():
+    plant = Plant(load_machine("rigid_rotor_self_acting").with_({"grid.n_theta": 24, "grid.n_z": 8}))
+    below, above = (plant.linearise(speed * RPM, 0.0) for speed in (8e3, 11e3))
+    assert below.zeta.min() > 0.005 and above.zeta.min() < -0.005
+    assert above.wn[above.zeta.argmin()] == pytest.approx(0.5 * 11e3 * RPM, rel=0.02)
+
+
+def short_bearing(speed, load=525.0, diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1):
+    """Eccentricity ratio, K [N/m] and C [N s/m] of an oil bearing: Friswell et al. (2010), section 5.5.1."""
+    number = diameter * speed * viscosity * length**3 / (8 * load * clearance**2)
+    roots = np.roots([1, -4, 6 - number**2 * (16 - np.pi**2), -(4 + np.pi**2 * number**2), 1])
+    e = np.sqrt(min(r.real for r in roots if abs(r.imag) < 1e-9 and 0 < r.real < 1))
+    p, q = np.pi, 1 - e**2
+    h = 1 / (p**2 * q + 16 * e**2) ** 1.5
+    root = e * np.sqrt(q)
+    K = [
+        [4 * (p**2 * (2 - e**2) + 16 * e**2), p * (p**2 * q**2 - 16 * e**4) / root],
+        [
+            -p * (p**2 * q * (1 + 2 * e**2) + 32 * e**2 * (1 + e**2)) / root,
+            4 * (p**2 * (1 + 2 * e**2) + 32 * e**2 * (1 + e**2) / q),
+        ],
+    ]
+    across = -8 * (p**2 * (1 + 2 * e**2) - 16 * e**2)
+    C = [
+        [2 * p * np.sqrt(q) * (p**2 * (1 + 2 * e**2) - 16 * e**2) / e, across],
+        [across, 2 * p * (p**2 * q**2 + 48 * e**2) / root],
+    ]
+    return e, h * load / clearance * np.array(K), h * load / (clearance * speed) * np.array(C)
+
+
+def test_the_closed_form_of_an_oil_bearing_is_the_published_one():
+    """Friswell et al. (2010), example 5.5.1: 1500 rpm, MN/m and kN s/m."""
+    e, K, C = short_bearing(1500 * RPM)
+    assert e == pytest.approx(0.2663, abs=5e-5)
+    assert pytest.approx(np.array([[12.81, 16.39], [-25.06, 8.815]]), rel=5e-4) == K / 1e6
+    assert pytest.approx(np.array([[232.9, -81.92], [-81.92, 294.9]]), rel=5e-4) == C / 1e3
+
+
+def test_the_pumps_tables_are_those_of_its_oil_bearings_and_its_modes_those_of_the_finite_elements():
+    machine = load_machine("pump_on_tables")
+    for bearing in machine.bearings:
+        for point in bearing.points:
+            _, K, C = short_bearing(point.speed)
+            assert pytest.approx(K, rel=1e-4) == point.K and pytest.approx(C, rel=1e-4) == point.C
+    plant = Plant(machine.with_({"shaft.damping_ratio": 0.0}))
+    for speed in (1000 * RPM, 4000 * RPM):
+        model, whole = plant.linearise(speed, 0.0), plant.assembly.mesh.rotor.run_modal(speed)
+        assert model.wn[:5] == pytest.approx(np.sort(whole.wn)[:5], rel=1e-7)
+    # oil whip: the first forward mode loses its damping where half the speed passes its frequency
+    assert plant.linearise(2000 * RPM, 0.0).zeta.min() > 0 > plant.linearise(3000 * RPM, 0.0).zeta.min()

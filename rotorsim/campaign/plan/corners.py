@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 
 from rotorsim.base.errors import RotorsimError
 from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.plan.kinds import KINDS
+from rotorsim.campaign.plan.kinds import is_analysis, make
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.campaign.plan.targets import change
-from rotorsim.experiments.parameters import ask_speeds
+from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.machine import Machine
+from rotorsim.machine.sampling import check_speed
 from rotorsim.machine.usual import ask_machine
 
 MOST_WORDS = 50
@@ -20,9 +21,10 @@ MOST_WORDS = 50
 
 def check_corners(plan: Plan, machines: Mapping[str, Machine]) -> None:
     """Raise PlanError for an extreme value that the machine or an experiment does not accept."""
+    changed = {name: _changed(plan, machine) for name, machine in machines.items()}
     for entry in plan.entries:
         for where, values in _corners(plan, entry):
-            _check_experiment(entry, machines, values, where)
+            _check_experiment(entry, changed, values, where)
     for path, _ in plan.set:
         _check_machines(plan, machines, {}, f"set.{path}")
     for axis in plan.axes:
@@ -44,12 +46,21 @@ def _corners(plan: Plan, entry: Entry) -> Iterator[tuple[str, dict[str, Value]]]
 
 
 def _check_experiment(entry: Entry, machines: Mapping[str, Machine], values: Mapping[str, Value], where: str) -> None:
-    try:
-        experiment = KINDS[entry.kind](**(entry.parameters | dict(values)))
-    except RotorsimError as error:
-        raise PlanError(f"{where}: {error}") from error
     for machine in machines.values():
+        try:
+            experiment = make(entry.kind, entry.parameters | dict(values), machine.sampling_time)
+            if not is_analysis(entry.kind):
+                check_speed(machine, fastest(experiment))
+        except RotorsimError as error:
+            raise PlanError(f"{where}: {error}") from error
         ask_speeds(machine, experiment)
+
+
+def _changed(plan: Plan, machine: Machine) -> Machine:
+    """A machine as the plan sets it."""
+    for path, value in plan.set:
+        machine = change(machine, path, value, f"set.{path}")
+    return machine
 
 
 def _check_machines(plan: Plan, machines: Mapping[str, Machine], values: Mapping[str, Value], where: str) -> None:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
-from rotorsim.campaign.plan.kinds import KINDS
+from rotorsim.campaign.plan.kinds import KINDS, make
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.experiments.parameters import parameters
+from rotorsim.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -157,6 +157,15 @@ class Plan(Shown):
         total, first = 0.0, 0
         for size in self._sizes:
             case = self.case(first).case
-            total += size * KINDS[case.kind](**dict(case.parameters)).samples * SAMPLE
+            Ts = self._machine_of(case).sampling_time
+            total += size * make(case.kind, dict(case.parameters), Ts).samples * Ts
             first += size
         return total
+
+    def _machine_of(self, case: Case) -> Machine:
+        """Machine of a case."""
+        text = next(text for text in self.machines.values() if text_hash(text) == case.machine)
+        machine = Machine.from_text(text)
+        for path, value in case.set:
+            machine = machine.replace(path, value)
+        return machine

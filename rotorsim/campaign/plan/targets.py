@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import Quantity, quantities
 from rotorsim.base.unit_table import dimension
@@ -24,13 +23,16 @@ from rotorsim.machine.toml import declarations
 
 @dataclass(frozen=True)
 class Target:
-    """Target of an axis; `kind` is 'path', 'parameter', 'seed' or 'machine'; no `unit` for text values."""
+    """Target of an axis; `kind` is 'path', 'parameter', 'seed' or 'machine'; no `unit` for text values.
+
+    `sample` is the sampling time [s] of a time of whole samples, 0 for anything else.
+    """
 
     kind: str
     name: str
     unit: str | None = None
     whole: bool = False
-    samples: bool = False
+    sample: float = 0.0
     suggest: Suggest | None = field(default=None, compare=False, repr=False)
 
     def read(self, value: Any, where: str) -> Value:
@@ -49,8 +51,8 @@ class Target:
 
     def neat(self, number: float) -> float:
         """An SI value near another that is short to write in people's unit; a time in whole samples."""
-        if self.samples:
-            number = round(number / SAMPLE) * SAMPLE
+        if self.sample:
+            number = round(number / self.sample) * self.sample
         kind = dimension(self.unit or "1")
         if not kind.people:
             return float(f"{number:.12g}")
@@ -82,7 +84,7 @@ def find_target(name: str, machine: Machine, kinds: Mapping[str, Kind]) -> Targe
         return Target(name, name, whole=name == "seed")
     known = {own: quantity for kind in kinds.values() for own, quantity in quantities(kind).items()}
     if name in known:
-        return _target("parameter", name, known[name])
+        return _target("parameter", name, known[name], machine.sampling_time)
     if "." in name:
         return _target("path", name, quantity_at(machine, name, f"axes.{name}"))
     raise PlanError(
@@ -90,10 +92,11 @@ def find_target(name: str, machine: Machine, kinds: Mapping[str, Kind]) -> Targe
     )
 
 
-def _target(kind: str, name: str, quantity: Quantity | None) -> Target:
+def _target(kind: str, name: str, quantity: Quantity | None, Ts: float = 0.0) -> Target:
     if quantity is None or quantity.choices:
         return Target(kind, name)
-    return Target(kind, name, quantity.unit, bool(quantity.multiple), quantity.samples, quantity.suggestion)
+    sample = Ts if quantity.samples else 0.0
+    return Target(kind, name, quantity.unit, bool(quantity.multiple), sample, quantity.suggestion)
 
 
 def quantity_at(machine: Machine, path: str, where: str) -> Quantity | None:

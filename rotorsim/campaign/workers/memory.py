@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification import make_record
+from rotorsim.experiments.recording import snapshot_variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,8 +20,8 @@ LONGEST = 300.0
 class Memory:
     """Growing record in memory."""
 
-    def __init__(self, probes: dict[str, Any] | None = None) -> None:
-        self.samples, self._probes = 0, probes
+    def __init__(self, probes: dict[str, Any] | None = None, bearings: Sequence[str] = ()) -> None:
+        self.samples, self._probes, self._bearings = 0, probes, tuple(bearings)
         self._blocks: list[dict[str, np.ndarray]] = []
         self._snapshots: list[tuple[float, float, np.ndarray]] = []
         self._grid: tuple[np.ndarray, np.ndarray] | None = None
@@ -31,7 +33,7 @@ class Memory:
         self.samples += len(time)
 
     def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
-        """Keep the film pressure of one instant."""
+        """Keep the film pressure of one instant, as `Simulation.film_snapshot` gives it."""
         self._grid = theta, z
         self._snapshots.append((time, speed, pressure.copy()))
 
@@ -43,23 +45,13 @@ class Memory:
         """The record, as `Recording` would have written it."""
         names = self._blocks[0]
         values = {name: np.concatenate([block[name] for block in self._blocks]) for name in names}
-        record = make_record(values.pop("time"), values, self._attrs, self._probes)
+        record = make_record(values.pop("time"), values, self._attrs, self._probes, self._bearings)
         if self._grid is None:
             return record
-        times, speeds, pressures = zip(*self._snapshots, strict=True)
-        return record.assign(
-            film_pressure=(
-                ("snapshot", "theta", "z"),
-                np.array(pressures),
-                _attributes("Pa", "film pressure, absolute"),
-            ),
-            snapshot_time=("snapshot", np.array(times), _attributes("s", "time of the snapshot")),
-            snapshot_speed=("snapshot", np.array(speeds), _attributes("rad/s", "shaft speed at the snapshot")),
-        ).assign_coords(
-            theta=("theta", self._grid[0], _attributes("rad", "angle on the bearing")),
-            z=("z", self._grid[1], _attributes("m", "axial position")),
+        times, speeds, pressures = (np.array(part) for part in zip(*self._snapshots, strict=True))
+        kept = zip(
+            snapshot_variables(self._grid[1].ndim > 1).items(), (*self._grid, pressures, times, speeds), strict=True
         )
-
-
-def _attributes(units: str, long_name: str) -> dict[str, str]:
-    return {"units": units, "long_name": long_name}
+        made = {name: (dims, values, {"units": u, "long_name": text}) for (name, (dims, u, text)), values in kept}
+        coordinates = {name: made.pop(name) for name in list(made)[:2]}
+        return record.assign(made).assign_coords(coordinates)

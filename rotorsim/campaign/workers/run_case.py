@@ -19,7 +19,6 @@ from threadpoolctl import threadpool_limits
 
 from reynolds.jit import cache_root
 from rotorsim.analysis.cases import ANALYSES
-from rotorsim.base.constants import SAMPLE
 from rotorsim.base.errors import ConvergenceError, RotorsimError
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5_check import check_hdf5
@@ -65,9 +64,9 @@ def plant_of(case: Case, text: str) -> Plant:
     return _plants[known]
 
 
-def experiment_of(case: Case) -> Experiment:
-    """Experiment of a case."""
-    return EXPERIMENTS[case.kind](**dict(case.parameters))
+def experiment_of(case: Case, plant: Plant) -> Experiment:
+    """Experiment of a case, at the sampling time of its plant."""
+    return EXPERIMENTS[case.kind](**dict(case.parameters), Ts=plant.machine.sampling_time)
 
 
 def prepare(case: Case, text: str) -> None:
@@ -88,7 +87,7 @@ def prepare(case: Case, text: str) -> None:
             _loaded.add(loaded)
             plant.equilibrium()
             return
-        experiment = experiment_of(case)
+        experiment = experiment_of(case, plant)
         begin(plant, experiment, case.seed).advance(experiment.rows(0, 1))
         _loaded.add(loaded)
 
@@ -122,7 +121,8 @@ def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[s
         found = adopt(path, case.key)
         if found is not None:
             return found
-    plant, experiment = plant_of(case, text), experiment_of(case)
+    plant = plant_of(case, text)
+    experiment = experiment_of(case, plant)
     with simulated(folder, plant, experiment, case) as data:
         row = summarise(summary, plant, experiment, data)
         if case.keep == ():
@@ -147,8 +147,8 @@ def adopt(path: Path, key: str) -> dict[str, Any] | None:
 @contextmanager
 def simulated(folder: Path, plant: Plant, experiment: Experiment, case: Case) -> Iterator[xr.Dataset]:
     """Complete record of a run, in memory or, if it is long, in a temporary file."""
-    if experiment.samples * SAMPLE <= LONGEST:
-        sink = Memory(probe_coordinates(plant.machine))
+    if experiment.samples * experiment.Ts <= LONGEST:
+        sink = Memory(probe_coordinates(plant.machine), plant.machine.film_names)
         _complete(stream(begin(plant, experiment, case.seed), experiment, sink).ended)
         yield sink.dataset()
         return

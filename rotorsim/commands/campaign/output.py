@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import on_terminal
@@ -116,4 +116,4 @@ def print_plan(name: str) -> None:
     for entry in plan.entries:
         typer.echo(f"  {entry.name}: {entry.kind}, " + ", ".join(f"{k} = {v}" for k, v in entry.parameters.items()))
     if plan.keep is None:
-        typer.echo(f"  records: about {plan.seconds() / SAMPLE * BYTES_PER_SAMPLE / 1e6:.3g} MB")
+        typer.echo(f"  records: about {plan.seconds() / RIG_SAMPLE * BYTES_PER_SAMPLE / 1e6:.3g} MB")

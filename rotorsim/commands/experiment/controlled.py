@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw
-from rotorsim.experiments.experiment import NYQUIST, REFERENCE_LIMIT
+from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.experiments.parameters import check_parameters, param
 from rotorsim.plant import Plant
 
@@ -34,13 +35,14 @@ class Setup:
     controller: str = param("1", "Controller: p is proportional feedback of the displacement.", "p", choices=("p",))
     gain_x: float = param("V/m", "Volts of reference x per displacement x; positive pushes outwards.", 0.25e6)
     gain_y: float = param("V/m", "Volts of reference y per displacement y.", 0.22e6)
-    low_pass: float = param("Hz", "Bandwidth of the law's low-pass.", 1000.0, above=0, high=NYQUIST)
+    low_pass: float = param("Hz", "Bandwidth of the law's low-pass.", 1000.0, above=0, sampled=True)
     bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     dither: float = param("V", "Level of binary references on both axes; 0 for none.", 0.0, low=0, high=REFERENCE_LIMIT)
     hit: float = param("N", "Peak of a hammer's hit on the disc every second; 0 for none.", 0.0, low=0)
     hit_angle: float = param("rad", "Direction of the hits.", 0.0)
     law: Path | None = None
+    Ts: float = RIG_SAMPLE
 
     def __post_init__(self) -> None:
         check_parameters(self)
@@ -52,7 +54,7 @@ class Setup:
     def experiment(self, plant: Plant) -> Controlled:
         """The experiment; the built-in law acts on the displacement from the plant's equilibrium."""
         point = (self.speed, self.pressure, self.duration)
-        return Controlled(*point, self.bias_x, self.bias_y, self.controlled_by(plant), self.excitations())
+        return Controlled(*point, self.bias_x, self.bias_y, self.controlled_by(plant), self.excitations(), Ts=self.Ts)
 
     def controlled_by(self, plant: Plant) -> Law | ProportionalLaw:
         """The law of the file, or the built-in one."""
@@ -61,13 +63,13 @@ class Setup:
 
             return load_law(self.law)
         centre = plant.equilibrium(self.speed, self.pressure).disc
-        return ProportionalLaw(self.gain_x, self.gain_y, self.low_pass, (float(centre[0]), float(centre[1])))
+        return ProportionalLaw(self.gain_x, self.gain_y, self.low_pass, (float(centre[0]), float(centre[1])), self.Ts)
 
     def excitations(self) -> tuple[Experiment, ...]:
         """Dither and hits."""
         added: list[Experiment] = []
         if self.dither:
-            added.append(Prbs(amplitude=self.dither, duration=self.duration, bias=0.0))
+            added.append(Prbs(amplitude=self.dither, duration=self.duration, bias=0.0, Ts=self.Ts))
         if self.hit:
-            added.append(Impact(peak=self.hit, angle=self.hit_angle, hits=max(round(self.duration), 1)))
+            added.append(Impact(peak=self.hit, angle=self.hit_angle, hits=max(round(self.duration), 1), Ts=self.Ts))
         return tuple(added)

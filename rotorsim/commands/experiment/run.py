@@ -33,8 +33,8 @@ def run_experiment(
     """Run an experiment, write its record and print the result table."""
     page.check(report)
     number = read_seed(seed)
-    setup = kind(**given)
     plant = settings.plant(machine)
+    setup = kind(**given, Ts=plant.machine.sampling_time)
     ask_speeds(plant.machine, setup)
     names = (f"{name}.nc", f"{name}.html") if report else (f"{name}.nc",)
     with results(out, name, names, force) as folder:

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, SAMPLE
+from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.control.designs.h2_local import h2_controller
 from rotorsim.control.designs.h2_plant import Weights, scheduled_plant, with_integrator
 from rotorsim.control.designs.interpolation import Surfaces, fit, held_out
-from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant, point_text, sampled_plant
-from rotorsim.control.designs.specification import Specification, count, loop_delay, number, sampling_time
+from rotorsim.control.designs.plants import Model, design_plant, point_text, sampled_plant
+from rotorsim.control.designs.specification import Specification, count, delay_of, loop_delay, number, sampling_time
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
@@ -33,7 +33,7 @@ class Spec(Specification):
     slowest: float = number(1 * KRPM, "rad/s", "Lowest speed of the grids.", low=0)
     orders: tuple[int, ...] = count((2, 3, 4, 5), "Orders of interpolation that are tried, in turn.", low=0)
     tolerance: float = number(0.1, "1", "Excess of the imbalance response over the local designs' that passes.")
-    delay: float = loop_delay(LOOP_DELAY)
+    delay: float | None = loop_delay(None)
     fine: tuple[int, int] = count((40, 15), "Speeds and pressures of the stability check.")
     table: tuple[int, int] = count((21, 9), "Speeds and pressures of the law's table.")
     refresh: float = number(0.01, "s", "How often the law reads its table.", above=0)
@@ -75,7 +75,7 @@ def local(model: Model, speed: float, pressure: float, spec: Spec | None = None)
 
 def local_controller(model: Model, spec: Spec, speed: float, pressure: float) -> System:
     """K_Delta at an operating point."""
-    plant = design_plant(model, speed, pressure, spec.delay)
+    plant = design_plant(model, speed, pressure, delay_of(spec))
     return h2_controller(scheduled_plant(plant, speed, spec.weights))
 
 
@@ -96,7 +96,7 @@ def imbalance_excess(model: Model, spec: Spec, law: Law, points: np.ndarray, loc
     return worst
 
 
-def imbalance_response(model: Model, K: System | None, speed: float, pressure: float, Ts: float = SAMPLE) -> float:
+def imbalance_response(model: Model, K: System | None, speed: float, pressure: float, Ts: float = RIG_SAMPLE) -> float:
     """Norm of the disc's answer at the shaft's speed to a unit force turning with the shaft [um ms^2/um].
 
     The plant's answer to forces is continuous and the loop's sensitivity sampled; far below Nyquist they multiply.

@@ -14,10 +14,11 @@ from dataclasses import dataclass, field
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
-from rotorsim.control.designs.plants import LOOP_DELAY, Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.designs.plants import Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.designs.specification import (
     Specification,
     count,
+    delay_of,
     loop_delay,
     number,
     sampling_time,
@@ -40,13 +41,13 @@ class Spec(Specification):
     pressure: float = supply_pressure(0.5 * MPA)
     weights: Weights = field(default_factory=Weights)
     backoff: float = number(1.02, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", low=1.001)
-    delay: float = loop_delay(0.0)
+    delay: float | None = loop_delay(0.0)
     order: int | None = count(0, "Order of the reduced law; 0 keeps all states, None is judged by S.", low=0)
     tolerance: float = number(0.1, "1", "Change of S that a reduction may make.")
     Ts: float = sampling_time()
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD)}
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None), "mild": Spec(weights=MILD)}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 
 
@@ -60,7 +61,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         keep its gamma, a pole is too fast for Ts, or a mode cannot be moved or seen.
     """
     spec = spec or Spec()
-    plant = design_plant(model, spec.speed, spec.pressure, spec.delay)
+    plant = design_plant(model, spec.speed, spec.pressure, delay_of(spec))
     check_modes(plant, "hinf")
     P = mixed_sensitivity(plant, spec.weights)
     best = bounds(P)

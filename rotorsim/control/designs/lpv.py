@@ -18,8 +18,8 @@ from rotorsim.base.rounding import definite
 from rotorsim.control.designs.lpv_controller import controller_at, inequalities
 from rotorsim.control.designs.lpv_problem import EXPONENTS, Grid, Solution, synthesise
 from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
-from rotorsim.control.designs.plants import LOOP_DELAY, Model, design_plant
-from rotorsim.control.designs.specification import Specification, count, loop_delay, number, sampling_time
+from rotorsim.control.designs.plants import Model, design_plant
+from rotorsim.control.designs.specification import Specification, count, delay_of, loop_delay, number, sampling_time
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
@@ -38,7 +38,7 @@ class Spec(Specification):
     margin: float = number(0.01, "1", "Margin in the inequality of X.")
     bound: float = number(1e3, "1", "Bound on X and Y.")
     constant_X: bool = False
-    delay: float = loop_delay(0.0)
+    delay: float | None = loop_delay(0.0)
     validation: tuple[int, int] = count((16, 16), "Speeds and pressures of the check.")
     table: tuple[int, int] = count((13, 9), "Speeds and pressures of the law's table.")
     refresh: float = number(0.01, "s", "How often the law reads its table (the rig: 0.1 s).", above=0)
@@ -55,7 +55,7 @@ class Designed(NamedTuple):
     optimal: float
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=LOOP_DELAY), "mild": Spec(weights=MILD, grid=(4, 4))}
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None), "mild": Spec(weights=MILD, grid=(4, 4))}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 
 
@@ -138,7 +138,7 @@ def validated(model: Model, spec: Spec, made: Designed, size: tuple[int, int]) -
 
 def generalised(model: Model, spec: Spec, speed: float, pressure: float) -> Generalised:
     """The generalised plant at an operating point."""
-    return mixed_sensitivity(design_plant(model, speed, pressure, spec.delay), spec.weights)
+    return mixed_sensitivity(design_plant(model, speed, pressure, delay_of(spec)), spec.weights)
 
 
 def scaled_plant(model: Model, spec: Spec, speed: float, pressure: float, scale: np.ndarray) -> Generalised:

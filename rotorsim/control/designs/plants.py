@@ -13,15 +13,13 @@ import numpy as np
 from identification import LinearModel
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
-from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
+from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.control.designs.merged import is_model_2, merged
 from rotorsim.control.errors import DesignError
 from rotorsim.control.numerics.systems import System, gain, held, late, normal, series, transformed
 
 MICRO, MILLI = 1e6, 1e3
-LOOP_DELAY = 1.5 * SAMPLE
-"""One sample of delay and half a sample of hold [s]."""
 Model = LinearModel | LpvModel
 
 
@@ -127,7 +125,9 @@ def with_delay(system: System, delay: float) -> System:
     return System(A, B, system.C, system.D)
 
 
-def sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPLE, extrapolate: bool = False) -> System:
+def sampled_plant(
+    model: Model, speed: float, pressure: float, Ts: float = RIG_SAMPLE, extrapolate: bool = False
+) -> System:
     """Discrete plant in um and V as the law meets it: held inputs that arrive one sample late."""
     found = frozen(model, speed, pressure, extrapolate)
     if found.Ts:
@@ -136,7 +136,7 @@ def sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPL
     return late(held(scaled_model(model, speed, pressure, extrapolate), Ts * MILLI))
 
 
-def short_sampled_plant(model: Model, speed: float, pressure: float, Ts: float = SAMPLE) -> System:
+def short_sampled_plant(model: Model, speed: float, pressure: float, Ts: float = RIG_SAMPLE) -> System:
     """The same, made of the model that continuous designs take: Model 2 in six states."""
     if frozen(model, speed, pressure).Ts:
         return sampled_plant(model, speed, pressure, Ts)
@@ -182,5 +182,5 @@ def check_modes(system: System, name: str, tolerance: float = 1e-9) -> None:
                 )
 
 
-__all__ = ["LOOP_DELAY", "axis_modes", "check_modes", "design_plant", "frozen", "gain", "modes", "sampled_plant",
+__all__ = ["axis_modes", "check_modes", "design_plant", "frozen", "gain", "modes", "sampled_plant",
            "short_sampled_plant"]  # fmt: skip

@@ -6,12 +6,10 @@ A number is kept in the unit in which its design computes (um, V, ms, Hz, ...), 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isclose
 from typing import Any
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantities
-from rotorsim.base.units import show
 from rotorsim.control.errors import DesignError
 
 
@@ -24,10 +22,6 @@ class Specification:
         name = kind.__module__.rpartition(".")[2] if kind.__name__ == "Spec" else kind.__name__.lower()
         for field, sentence in check_fields(self):
             raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
-        Ts = getattr(self, "Ts", SAMPLE)
-        if not isclose(Ts, SAMPLE):
-            given, own = show(Ts, "s"), show(SAMPLE, "s")
-            raise DesignError(f"{name}.Ts: '{given}', and the plant samples every {own}; leave Ts out")
 
 
 def explained(spec: Any, field: str, sentence: str) -> str:
@@ -60,9 +54,14 @@ def supply_pressure(default: float) -> Any:
 
 def sampling_time() -> Any:
     """Sampling time [s] of the law."""
-    return number(SAMPLE, "s", "Sampling time of the law: that of the plant.", above=0, high=1)
+    return number(RIG_SAMPLE, "s", "Sampling time of the law: that of the machine it is for.", above=0, high=1)
 
 
-def loop_delay(default: float) -> Any:
+def loop_delay(default: float | None) -> Any:
     """Delay [s] of the loop in the design model."""
-    return number(default, "s", "Loop delay in the design model.", low=0)
+    return number(default, "s", "Loop delay in the design model; none: 1.5 Ts, a sample and half a hold.", low=0)
+
+
+def delay_of(spec: Any) -> float:
+    """Delay [s] of the loop in a specification's design model: one sample and half a sample of hold where not given."""
+    return float(1.5 * spec.Ts if spec.delay is None else spec.delay)

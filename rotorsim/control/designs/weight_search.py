@@ -14,7 +14,7 @@ from typing import NamedTuple
 from rotorsim.base.constants import KRPM
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import Weights
-from rotorsim.control.designs.plants import LOOP_DELAY, Model
+from rotorsim.control.designs.plants import Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.loop.impacts import hit_ratios
 from rotorsim.control.loop.sampled_loop import model_loop
@@ -41,7 +41,7 @@ def candidates(model: Model, grid: Iterator[Weights] | None = None) -> Iterator[
     """Every design of the grid that exists."""
     for weights in grid or all_weights():
         try:
-            law = hinf.design(model, hinf.Spec(weights=weights, delay=LOOP_DELAY))
+            law = hinf.design(model, hinf.Spec(weights=weights, delay=None))
         except DesignError:
             continue
         ratio = hit_ratios(law, model, POINTS)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
@@ -139,8 +139,8 @@ def record_of(
     for parameter, value in point.values.items():
         if parameter.key.startswith("offset_"):
             shown["disc_measured"][:, "xy".index(parameter.key[-1])] += value
-    attrs = {"role": planned.role, "record": planned.name, "sample_rate_hz": 1 / SAMPLE}
-    return make_record(np.arange(len(rows)) * SAMPLE, shown, attrs | planned.experiment.attrs())
+    attrs = {"role": planned.role, "record": planned.name, "sample_rate_hz": 1 / RIG_SAMPLE}
+    return make_record(np.arange(len(rows)) * RIG_SAMPLE, shown, attrs | planned.experiment.attrs())
 
 
 def _tiled(twin: Twin, own: dict[str, float], rows: np.ndarray, point: tuple[float, float], seed: int) -> np.ndarray:
@@ -152,7 +152,7 @@ def _tiled(twin: Twin, own: dict[str, float], rows: np.ndarray, point: tuple[flo
     table = short[2 * TILE + number % TILE]
     for name in ("angle", "angle_measured"):
         turned = short[2 * TILE :, COLUMNS.index(name)] - short[2 * TILE, COLUMNS.index(name)]
-        table[:, COLUMNS.index(name)] = turned[number % TILE] + number // TILE * (TILE * SAMPLE * point[0])
+        table[:, COLUMNS.index(name)] = turned[number % TILE] + number // TILE * (TILE * RIG_SAMPLE * point[0])
     first = COLUMNS.index("disc_measured_x")
     rng, readings = np.random.default_rng(seed), table[:, first : first + 2]
     for effect in scatter:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.discrepancy.linear_algebra import answer
 
 WHOLE = 0.005
@@ -23,7 +23,7 @@ WHOLE = 0.005
 
 def turns_of(speed: float, length: int) -> float:
     """Turns in a block of `length` samples at a speed [rad/s]."""
-    return abs(speed) * SAMPLE * length / (2 * np.pi)
+    return abs(speed) * RIG_SAMPLE * length / (2 * np.pi)
 
 
 def broken_orders(speed: float, length: int, blocks: int, highest: float) -> np.ndarray:
@@ -31,7 +31,7 @@ def broken_orders(speed: float, length: int, blocks: int, highest: float) -> np.
     turns = turns_of(speed, length)
     if blocks < 2 or abs(turns - round(turns)) <= WHOLE:
         return np.zeros(0)
-    orders = np.arange(1, int(highest * length * SAMPLE / turns) + 1)
+    orders = np.arange(1, int(highest * length * RIG_SAMPLE / turns) + 1)
     return orders[np.abs(orders * turns - np.round(orders * turns)) > WHOLE]
 
 
@@ -47,9 +47,9 @@ def on_lines(
         return displacement
     k = np.arange(blocks * length)
     used = displacement[start : start + len(k)]
-    first = angle + speed * SAMPLE * start
+    first = angle + speed * RIG_SAMPLE * start
     line = np.sign(speed) * np.round(orders * turns_of(speed, length)) * (2 * np.pi / length)
-    there = _waves(orders * first + np.outer(k, orders * speed * SAMPLE))
+    there = _waves(orders * first + np.outer(k, orders * speed * RIG_SAMPLE))
     moved = _waves(orders * first + np.outer(k, line))
     x = answer(np.linalg.lstsq, _unrepeated(there, blocks), _unrepeated(used, blocks), rcond=1e-9)[0]
     out = displacement.copy()

@@ -18,7 +18,7 @@ import numpy as np
 from identification.records.prefilter import measured, operating_point
 from identification.records.probes import DISPLACEMENTS, SAME_PLACE
 from identification.records.sampling import sampling_time
-from rotorsim.base.constants import MPA, SAMPLE, TO_RPM
+from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines
 from rotorsim.discrepancy.data.clocks import drift_of, stated_clock, without_drift
@@ -115,7 +115,7 @@ class Trial:
     @property
     def frequencies(self) -> np.ndarray:
         """Frequencies (lines,) [Hz]."""
-        return np.arange(self.spectra.shape[2]) / (self.length * SAMPLE)
+        return np.arange(self.spectra.shape[2]) / (self.length * RIG_SAMPLE)
 
     @property
     def amplitude(self) -> float:
@@ -157,7 +157,7 @@ class Trial:
     @property
     def lead(self) -> int:
         """Samples before the window from which a twin without slow states has forgotten how it began; 0 for none."""
-        wanted = round(LEAD / SAMPLE)
+        wanted = round(LEAD / RIG_SAMPLE)
         return wanted if self.periodic and self.start >= wanted else 0
 
     @cached_property
@@ -170,7 +170,7 @@ class Trial:
     def short(self) -> tuple[np.ndarray, float]:
         """Rows (n, 6) that lead into one period and hold it, and the shaft angle [rad] at their beginning."""
         first = self.start - self.lead
-        turned = self.angle + float(np.sum(self.rows[:first, 0])) * SAMPLE
+        turned = self.angle + float(np.sum(self.rows[:first, 0])) * RIG_SAMPLE
         return self.rows[first : self.start + self.length], turned
 
     def short_lines(self, displacement: np.ndarray) -> np.ndarray:
@@ -197,7 +197,7 @@ def block_lines(displacement: np.ndarray, start: int, length: int, blocks: int, 
 def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> Trial:
     """Trial from a record; raises DataError with one sentence if it is unsuitable."""
     Ts = sampling_time(record)
-    if abs(Ts / SAMPLE - 1) > 1e-6:
+    if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
         raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
     displacement, probe_angle = displacement_of(record, name)
     n = len(displacement)
@@ -212,15 +212,15 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
             rows[:, column : column + 2] = record[channel].values
     period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
     start, length, blocks = _window(rows, speed, n, name, period)
-    count = min(int(HIGHEST * length * SAMPLE) + 1, length // 2)
+    count = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2)
     angle, repeating = _initial_angle(record, speed, n), period == length
     broken = _broken(repeating, speed, length, blocks)
     window = (start, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
     clock = stated_clock(record.attrs.get("clock", 0.0), name)
     if clock and repeating:
-        f = np.arange(count) / (length * SAMPLE)
-        spectra = without_drift(spectra, f, length * SAMPLE, drift_of(spectra, f, length * SAMPLE))
+        f = np.arange(count) / (length * RIG_SAMPLE)
+        spectra = without_drift(spectra, f, length * RIG_SAMPLE, drift_of(spectra, f, length * RIG_SAMPLE))
     excited = _excited(rows, start, length, blocks, count)
     return Trial(
         name, role, rows, float(rows[0, 1]), angle, *window, spectra, excited, periodic=repeating and not len(broken),
@@ -301,7 +301,7 @@ def _check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
     angle = measured(record, "angle")
     if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
         return
-    slope = float(np.polyfit(SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
+    slope = float(np.polyfit(RIG_SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
     if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
         return
     ratio = abs(speed / slope) if slope else np.inf
@@ -315,29 +315,31 @@ def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
     angle = measured(record, "angle")
     if angle is None or abs(speed) < TURNING:
         return 0.0
-    return float(np.mod(np.median(angle - speed * SAMPLE * np.arange(n)), 2 * np.pi))
+    return float(np.mod(np.median(angle - speed * RIG_SAMPLE * np.arange(n)), 2 * np.pi))
 
 
 def _window(rows: np.ndarray, speed: float, n: int, name: str, period: int | None) -> tuple[int, int, int]:
     """Start, length and number of the blocks that are compared."""
-    least = int(SETTLING / SAMPLE)
+    least = int(SETTLING / RIG_SAMPLE)
     if period is not None and n >= least + period:
         blocks = (n - least) // period
         return n - blocks * period, period, blocks
     length = n - least
-    if length < SHORTEST_PERIOD / SAMPLE:
-        raise DataError(f"{name}: lasts {n * SAMPLE:.3g} s, a diagnosis needs at least {SETTLING + SHORTEST_PERIOD} s")
+    if length < SHORTEST_PERIOD / RIG_SAMPLE:
+        raise DataError(
+            f"{name}: lasts {n * RIG_SAMPLE:.3g} s, a diagnosis needs at least {SETTLING + SHORTEST_PERIOD} s"
+        )
     if rows[:, 4:6].any():
         first = int(np.argmax(rows[:, 4:6].any(axis=1)))
         least = min(least, max(first - 1, 0))
         length = n - least
     if abs(speed) > TURNING:
-        turn = 2 * np.pi / abs(speed) / SAMPLE
+        turn = 2 * np.pi / abs(speed) / RIG_SAMPLE
         turns = int(length / turn)
         length = round(turns * turn) if turns else length
     # two halves where they hold whole turns too, so that the record shows its own scatter
     steady = not rows[:, 2:6].any()
-    if steady and length >= 2 * SHORTEST_PERIOD / SAMPLE:
+    if steady and length >= 2 * SHORTEST_PERIOD / RIG_SAMPLE:
         half = length // 2
         if abs(speed) > TURNING:
             half = round(int(half / turn) * turn)
@@ -352,7 +354,7 @@ def find_period(signal: np.ndarray) -> int | None:
     power = np.abs(np.fft.rfft(tail - tail.mean(axis=0), 2 * len(tail), axis=0)) ** 2
     overlap = np.arange(len(tail), 0, -1)
     correlation = np.fft.irfft(power.sum(axis=1))[: len(tail)] / overlap
-    least = int(SHORTEST_PERIOD / SAMPLE)
+    least = int(SHORTEST_PERIOD / RIG_SAMPLE)
     most = int(0.6 * len(tail))
     if most <= least or correlation[0] <= 0:
         return None

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, SAMPLE
+from rotorsim.base.constants import MPA, RIG_SAMPLE
 from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
 from rotorsim.discrepancy.data.spectra import Trial, block_lines
 from rotorsim.discrepancy.fit.least_squares import prior_rows
@@ -57,7 +57,7 @@ def _trial(film: bool, hertz: float, pressure: float, amplitude: float) -> Trial
         else Impact(speed, 0.0, 20 * amplitude, 2e-3, 0.6, 2, 1.0, 0.4)
     )
     rows = one.rows(0, one.samples)
-    length = round(PERIOD / SAMPLE)
+    length = round(PERIOD / RIG_SAMPLE)
     blocks = 2 if film else 1
     start = len(rows) - blocks * length
     count = int(300 * PERIOD) + 1

@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.discrepancy.data.spectra import TURNING, Trial
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
 from rotorsim.discrepancy.residuals.localise import LEAST, SIGMAS, Flag
@@ -54,7 +54,7 @@ def tone(trial: Trial, residual: np.ndarray) -> tuple[float, np.ndarray]:
     series = np.fft.irfft(spectra, trial.length, axis=2).transpose(0, 2, 1).reshape(-1, 2)
     whole = np.fft.rfft(series, axis=0)[: blocks * (lines - 1)] * (2 / len(series))
     k = int(np.argmax(np.abs(whole).max(axis=1)))
-    return k / (len(series) * SAMPLE), whole[k]
+    return k / (len(series) * RIG_SAMPLE), whole[k]
 
 
 def _quiet(trial: Trial) -> np.ndarray:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.rounding import decays
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.plant.assemble import Assembly
@@ -32,7 +32,7 @@ SETTLED = 1e-6
 
 def whole_turns(speed: float) -> int:
     """Number of samples closest to whole revolutions at a speed [rad/s], up to MOST_TURNS of them."""
-    turns = np.arange(1, MOST_TURNS + 1) * (2 * np.pi / abs(speed) / SAMPLE)
+    turns = np.arange(1, MOST_TURNS + 1) * (2 * np.pi / abs(speed) / RIG_SAMPLE)
     miss = np.abs(turns - np.round(turns))
     close = np.flatnonzero(miss < max(CLOSE, 1.001 * miss.min()))
     return int(np.round(turns[close[0]]))
@@ -45,7 +45,7 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
     rows = np.zeros((whole_turns(speed), 6))
     rows[:, 0], rows[:, 1] = speed, pressure
     try:
-        phi = answer(expm, linearise(a, w, speed).A * (len(rows) * SAMPLE))
+        phi = answer(expm, linearise(a, w, speed).A * (len(rows) * RIG_SAMPLE))
         if not decays(answer(np.linalg.eigvals, phi)):
             return w
         jump = phi @ answer(np.linalg.inv, np.eye(len(phi)) - phi)

@@ -142,7 +142,7 @@ def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> 
 def _bear(a: Assembly, w: np.ndarray, number: int, axis: str, stiffer: float, lossier: float) -> None:
     """Change a linear bearing along an axis."""
     bearing = a.machine.bearings[number]
-    row = a.mesh.shape(bearing.position)["xy".index(axis)]
+    row = a.mesh.between(number)["xy".index(axis)]
     k, c = of_axis(bearing, axis)
     for offset, more in zip(
         (a.rotor.K, a.rotor.C), np.subtract(of_bearing(k, c, stiffer, lossier), (k, c)), strict=True
@@ -166,7 +166,7 @@ def of_bearing(k: float, c: float, stiffer: float, lossier: float) -> tuple[floa
 
 
 def _add(a: Assembly, w: np.ndarray, offset: int, matrix: np.ndarray) -> None:
-    """Add to a modal matrix of the shaft's coordinates."""
-    n, m = a.rotor.n, a.rotor.n_shaft
+    """Add to the first coordinates of a modal matrix."""
+    n, m = a.rotor.n, len(matrix)
     block = w[offset : offset + n * n].reshape(n, n)
     block[:m, :m] += matrix.T

@@ -10,8 +10,7 @@ so the speed is off by less than one count in m samples, 2 pi / (N m T_s), from 
 import math
 
 from reynolds.jit import inlined
-from rotorsim.base.constants import SAMPLE
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import SampledEffect, param, register
 
 LENGTH = 512
 """Samples kept."""
@@ -28,14 +27,14 @@ def encoder(w, reading, state, seed, sample, p):
     known = int(w[state + LENGTH])
     back = min(known, int(p.window))
     if back > 0:
-        w[reading + 3] = (angle - w[state + (now - back) % LENGTH]) / (back * SAMPLE)
+        w[reading + 3] = (angle - w[state + (now - back) % LENGTH]) / (back * p.interval)
     w[reading + 2] = angle
     w[state + now] = angle
     w[state + LENGTH] = min(known + 1.0, LENGTH - 1.0)
 
 
 @register
-class Encoder(Effect):
+class Encoder(SampledEffect):
     """Encoder on the shaft."""
 
     port = "sensor"

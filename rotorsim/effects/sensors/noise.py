@@ -2,7 +2,9 @@ r"""Noise of the displacement sensors: white, normal, independent in both axes.
 
 .. math:: s = x + \sigma\,n_i
 
-n_i depends on (seed of the run, channel, number of the sample) alone; see random_numbers.py. Source: thesis 2.1, noise
+n_i depends on (seed of the run, channel, number of the sample) alone; see random_numbers.py. sigma is that of a reading
+at any sampling rate f_s: white up to f_s / 2 with the one-sided density 2 sigma^2 / f_s. Who knows the density of a
+probe and not its standard deviation writes sigma = sqrt(density f_s / 2). Source: thesis 2.1, noise
 of about +-1 um at the disc.
 """
 
@@ -31,7 +33,7 @@ class Noise(Effect):
     single = True
     role = "scatter"
     random_part = "sigma"
-    sigma: float = param("m", bounds=(0.0, 1e-3), doc="Standard deviation.")
+    sigma: float = param("m", bounds=(0.0, 1e-3), doc="Standard deviation of a reading, whatever the sampling rate.")
 
     def scatter(self, readings: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Readings (n, 2) [m] with noise of `rng`."""

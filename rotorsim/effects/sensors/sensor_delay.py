@@ -6,9 +6,11 @@ with the displacement linear between samples; before the run it stood where it s
 Source: definition; the delay of converters and anti-alias filters.
 """
 
+from typing import Any
+
 from reynolds.jit import inlined
-from rotorsim.base.constants import SAMPLE
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.base.units import show
+from rotorsim.effects.base import SampledEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
 LENGTH = 64
@@ -19,7 +21,7 @@ LENGTH = 64
 def sensor_delay(w, reading, state, seed, sample, p):
     """Change the displacements read; states: a ring of samples of each axis, and whether it is filled."""
     now = int(sample) % LENGTH
-    back = p.delay / SAMPLE
+    back = p.delay / p.interval
     whole = int(back)
     part = back - whole
     first = w[state + 2 * LENGTH] == 0.0
@@ -43,7 +45,7 @@ def late(parameter: str) -> CandidateForm:
 
 
 @register
-class SensorDelay(Effect):
+class SensorDelay(SampledEffect):
     """Delay of the displacement sensors."""
 
     port = "sensor"
@@ -53,3 +55,11 @@ class SensorDelay(Effect):
     memory = "short"
     forms = (late("delay"),)
     delay: float = param("s", bounds=(0.0, 0.012), doc="Delay of both sensors.")
+
+    def problems(self, machine: Any) -> dict[str, str]:
+        """No longer than the samples that are kept."""
+        longest = (LENGTH - 2) * machine.sampling_time
+        if self.delay <= longest * (1 + 1e-9):
+            return {}
+        given, most = show(self.delay, "s"), show(float(f"{longest:.6g}"), "s")
+        return {"delay": f"'{given}' is longer than {LENGTH - 2} samples at the sampling rate; write at most '{most}'"}

@@ -8,8 +8,7 @@ exact for a displacement linear between samples. Source: any text on signals; ed
 import math
 
 from reynolds.jit import inlined
-from rotorsim.base.constants import SAMPLE
-from rotorsim.effects.base import Effect, param, register
+from rotorsim.effects.base import SampledEffect, param, register
 from rotorsim.effects.sensors.sensor_delay import late
 
 
@@ -18,8 +17,8 @@ def sensor_lag(w, reading, state, seed, sample, p):
     """Change the displacements read; states: last input and output of both axes, and whether there are any."""
     if p.time == 0.0:
         return
-    keep = math.exp(-SAMPLE / p.time)
-    mean = (1.0 - keep) * p.time / SAMPLE
+    keep = math.exp(-p.interval / p.time)
+    mean = (1.0 - keep) * p.time / p.interval
     for axis in range(2):
         s = state + 2 * axis
         value = w[reading + axis]
@@ -30,7 +29,7 @@ def sensor_lag(w, reading, state, seed, sample, p):
 
 
 @register
-class SensorLag(Effect):
+class SensorLag(SampledEffect):
     """Lag of the displacement sensors."""
 
     port = "sensor"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 
 WIDTH = 5
 """Samples of a hit: 1 ms."""
@@ -14,7 +14,7 @@ def hit(impulse: float, axis: int) -> np.ndarray:
     """Force (WIDTH, 2) [N] on the disc along x (0) or y (1) for an impulse [N s]."""
     edges = np.cos(np.pi * np.arange(WIDTH + 1) / WIDTH)
     force = np.zeros((WIDTH, 2))
-    force[:, axis] = impulse * (edges[:-1] - edges[1:]) / 2 / SAMPLE
+    force[:, axis] = impulse * (edges[:-1] - edges[1:]) / 2 / RIG_SAMPLE
     return force
 
 

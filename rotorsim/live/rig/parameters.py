@@ -23,7 +23,7 @@ def update_derived(a: Assembly, w: Any) -> None:
     """Recompute the numbers derived from parameters: supports, plena, rotor matrix."""
     for call in a.calls:
         if call.effect.port == "support":
-            dof = a.rotor.n_shaft + 2 * call.order
+            dof = a.rotor.n_machine + 2 * call.order
             _pure(build_support)(w, a.rotor, call.film or 0, dof, *_pure(_kernel(call))(_row(a, call)))
     for f, film in enumerate(a.films):
         plena = [c for c in a.calls if c.effect.port == "plenum" and c.film in (None, f)]

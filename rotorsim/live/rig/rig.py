@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
@@ -239,7 +239,7 @@ class Rig:
         full = np.count_nonzero(asked >= 0.999 * self.limit)
         if full > FULL * LOOK:
             name = self.settings.positions["controller"]
-            self._switch_off(f"{name}: at the actuators' limit of {self.limit:g} V for {full * SAMPLE:.2f} s")
+            self._switch_off(f"{name}: at the actuators' limit of {self.limit:g} V for {full * RIG_SAMPLE:.2f} s")
 
     def _switch_off(self, why: str) -> None:
         self._switch("controller", OFF)
@@ -320,7 +320,8 @@ class Rig:
             return
         try:
             disc = describe(self.assembly, settle(self.assembly, self.speed, self.pressure)).disc
-            self.loop = Loop(running(self.laws[name], (float(disc[0]), float(disc[1]))))
+            law = running(self.laws[name], (float(disc[0]), float(disc[1])))
+            self.loop = Loop(law, self.machine.sampling_time)
         except RotorsimError as error:
             self.notify(f"{error}; the controller stays off")
             return

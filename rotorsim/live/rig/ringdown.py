@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.live.frame import AT
 
 BEFORE, RING = 2000, 2000
@@ -119,7 +119,7 @@ def _journal(rows: np.ndarray) -> float:
 def _reading(name: str, axis: int, free: np.ndarray, share: float) -> Reading:
     """Reading from the ring-down (RING, 2) [m] of a motion that is `share` of the clearance."""
     thin = free[: len(free) // THIN * THIN].reshape(-1, THIN, 2).mean(axis=1)
-    found = [poles(thin[at : at + LENGTH], THIN * SAMPLE, MODEL_ORDERS) for at in STRETCHES]
+    found = [poles(thin[at : at + LENGTH], THIN * RIG_SAMPLE, MODEL_ORDERS) for at in STRETCHES]
     main = _pole_of_axis(thin[:LENGTH], found[0][REFERENCE_ORDER], axis)
     if main is None:
         return Reading(name, why="the ring-down shows no oscillation")
@@ -148,7 +148,7 @@ def poles(signal: np.ndarray, dt: float, orders: tuple[int, ...]) -> dict[int, n
 
 def _pole_of_axis(signal: np.ndarray, s: np.ndarray, axis: int) -> complex | None:
     """The oscillation that is largest along an axis at the blow."""
-    shapes = np.exp(np.outer(np.arange(len(signal)) * THIN * SAMPLE, s))
+    shapes = np.exp(np.outer(np.arange(len(signal)) * THIN * RIG_SAMPLE, s))
     size = np.abs(np.linalg.lstsq(shapes, signal.astype(complex), rcond=None)[0][:, axis])
     f = np.abs(s) / (2 * np.pi)
     swings = (s.imag > 0.4 * np.abs(s)) & (f > LOWEST) & (f < HIGHEST)

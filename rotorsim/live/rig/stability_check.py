@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RPM, SAMPLE, TO_UM
+from rotorsim.base.constants import MPA, RIG_SAMPLE, RPM, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.numerics.systems import (
@@ -97,13 +97,13 @@ def motion(rows: np.ndarray, external: tuple[float, float] = (0.0, 0.0)) -> Moti
     disc = rows[:, [AT["disc_x"], AT["disc_y"]]] * TO_UM
     read = rows[:, READ : READ + 2] * TO_UM
     speed = float(rows[-1, AT["speed"]])
-    orders = ORDERS if abs(speed) * SAMPLE * len(rows) > 2 * np.pi else ()
+    orders = ORDERS if abs(speed) * RIG_SAMPLE * len(rows) > 2 * np.pi else ()
     waves = [np.ones(len(rows))] + [np.exp(1j * n * rows[:, AT["angle"]]) for n in orders]
     real = np.stack([waves[0], *(f(w) for w in waves[1:] for f in (np.real, np.imag))], axis=1)
     output = rows[:, -4:-2] - np.asarray(external)
     moved, seen, asked = (np.linalg.lstsq(real, table, rcond=None)[0] for table in (disc, read, output))
     noise = (read - real @ seen).std(axis=0)
-    return Motion(_complex(moved), _complex(seen), _complex(asked), noise, np.asarray(external), speed * SAMPLE)
+    return Motion(_complex(moved), _complex(seen), _complex(asked), noise, np.asarray(external), speed * RIG_SAMPLE)
 
 
 def _complex(parts: np.ndarray) -> np.ndarray:
@@ -131,7 +131,10 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
         if abs(worst) >= 1:
             return Verdict(_leaves(worst, factor, where))
     highest = FIRST * near / (2 * np.pi)
-    damping = smallest_damping(np.linalg.eigvals(G.A), SAMPLE, highest), smallest_damping(poles, SAMPLE, highest)
+    damping = (
+        smallest_damping(np.linalg.eigvals(G.A), RIG_SAMPLE, highest),
+        smallest_damping(poles, RIG_SAMPLE, highest),
+    )
     if now is None:
         return Verdict("", damping)
     orbit, volts = _reserve(G, K, now, describe(a, w).disc * TO_UM)
@@ -143,7 +146,7 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
 
 def _leaves(pole: complex, factor: float, where: str) -> str:
     gain = "" if factor == 1.0 else f" if the pins move {abs(factor - 1):.0%} {'more' if factor > 1 else 'less'}"
-    rate, hertz = np.log(abs(pole)) / SAMPLE, abs(np.angle(pole)) / (2 * np.pi * SAMPLE)
+    rate, hertz = np.log(abs(pole)) / RIG_SAMPLE, abs(np.angle(pole)) / (2 * np.pi * RIG_SAMPLE)
     return f"with it the rotor is unstable{gain} at {where} (grows at {rate:.2g} 1/s, {hertz:.3g} Hz)"
 
 
@@ -177,7 +180,7 @@ def sampled(a: Assembly, w: np.ndarray, speed: float) -> tuple[System, float]:
     found = linearise(a, w, speed)
     rotor, values = slow_modes(System(found.A, found.B[:, :2], found.C * TO_UM, np.zeros((2, 2))))
     near = np.abs(values[values.imag > 0.44 * np.abs(values)]).min()
-    return late(held(balanced(series(pins(a.machine, a.P), rotor)), SAMPLE)), float(near)
+    return late(held(balanced(series(pins(a.machine, a.P), rotor)), RIG_SAMPLE)), float(near)
 
 
 def slow_modes(system: System) -> tuple[System, np.ndarray]:
@@ -244,7 +247,7 @@ def law_of(law: Any, speed: float, pressure: float) -> System:
     """Controller at an operating point as a sampled system in um and V."""
     if not isinstance(law, ProportionalLaw):
         return law_system(law, speed, pressure)
-    keep = float(np.exp(-2 * np.pi * law.low_pass * SAMPLE))
+    keep = float(np.exp(-2 * np.pi * law.low_pass * RIG_SAMPLE))
     own, asked = keep * np.eye(2), (1 - keep) * np.diag([law.gain_x, law.gain_y]) * 1e-6
     return System(own, asked, own, asked)
 

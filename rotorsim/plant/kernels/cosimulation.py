@@ -25,7 +25,7 @@ def observe(w, P, out):
     """Row 0 of `out`: the columns of a record, then friction torque [N m] and pin travel along x and y [m]."""
     w[RIG.line] = w[RIG.line_end]
     write_sample(w, P, out, 0)
-    extra = len(COLUMNS) + RIG.n_pin + RIG.n_probe + FILM_COLUMNS * max(ROTOR.n_films - 1, 0)
+    extra = len(COLUMNS) + RIG.n_pin + RIG.n_probe + FILM_COLUMNS * (ROTOR.n_films if ROTOR.n_films > 1 else 0)
     out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
     for f in range(ROTOR.n_films):
         out[0, extra] += friction_torque(film_part(w, f), film_constants(P, f), FILM, w[ROTOR.speed])

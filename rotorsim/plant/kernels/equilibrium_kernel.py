@@ -25,7 +25,7 @@ from reynolds.transient import rest_foil, take_back
 from rotorsim.plant.kernels.entry import prepare
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
-from rotorsim.plant.kernels.modal_rotor import add_force, project
+from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
 from rotorsim.plant.kernels.step import factorise, solve_film
 from rotorsim.plant.kernels.stubs import (
     FILM,
@@ -60,6 +60,8 @@ def static_terms(w, P, speed, moving):
         factor = speed * rotating_damping(P)
         for e in range(ROTOR.n * ROTOR.n):
             w[ROTOR.KT + e] += factor * w[ROTOR.N + e]
+    if ROTOR.n_tables > 0:
+        add_tables(w, ROTOR, speed, 0, 1.0, ROTOR.KT)
     for m in range(ROTOR.n):
         w[ROTOR.f + m] = 0.0
     steady_forces(w, P, speed)

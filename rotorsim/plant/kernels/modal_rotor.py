@@ -10,7 +10,8 @@ W = (a dt)^2 Phi_b T Phi_b': what the film needs to know of the rotor is X_0 and
 moved by `SPEED_STEP`.
 
 Damping that turns with the shaft, a time beta times its stiffness K_s, acts on the velocity in the turning frame,
--beta K_s (v - Omega e_z x q): it adds beta K_s to C and the circulatory Omega beta N to K.
+-beta K_s (v - Omega e_z x q): it adds beta K_s to C and the circulatory Omega beta N to K. A bearing that is a table
+over the speed adds B' K(Omega) B to K and B' C(Omega) B to C, with the rows B of its displacement.
 
 Cites: benfield_1971, friswell_2010.
 """
@@ -45,10 +46,13 @@ class RotorLayout(NamedTuple):
     """Sizes and offsets (in doubles) of the rotor's part of a workspace."""
 
     n: int
-    n_shaft: int
+    n_machine: int
+    n_housings: int
     n_films: int
     n_contact: int
     turning: int
+    n_tables: int
+    n_points: int
     q: int
     v: int
     q_old: int
@@ -98,6 +102,9 @@ class RotorLayout(NamedTuple):
     static_rhs: int
     small: int
     small_matrix: int
+    table_rows: int
+    table_speeds: int
+    table_values: int
     size: int
 
 
@@ -109,13 +116,16 @@ def make_rotor_layout(
     n_contact: int,
     n_supports: int = 0,
     turning: bool = False,
+    tables: tuple[int, int] = (0, 0),
+    n_housings: int = 0,
 ) -> RotorLayout:
     """Layout behind `n_films` films laid out as `film` (one that is not used, without films).
 
-    n_modes counts both planes, `shapes` holds (2, n) rows for each effect. Every resonance of a support adds two modal
-    coordinates behind the shaft's; `turning`: the shaft has damping in its own frame.
+    n_modes counts both planes and two for each of the `n_housings` in the machine file, `shapes` holds (2, n) rows for
+    each effect. Every resonance of an effect adds two modal coordinates behind; `turning`: the shaft has damping in its
+    own frame; `tables`: bearings that are tables, and the speeds at which they stand.
     """
-    n_shaft, n_modes = n_modes, n_modes + 2 * n_supports
+    n_machine, n_modes = n_modes, n_modes + 2 * n_supports
     journals, borders = max(n_films, 1), n_films * film.n_border
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
     sizes |= {"to_journal": 2 * n_modes * journals, "journal": 2 * n_modes * journals, "disc": 2 * n_modes}
@@ -126,11 +136,20 @@ def make_rotor_layout(
         own = {}
         sizes |= dict.fromkeys(FILM_MATRICES, 4 * n_films**2) | dict.fromkeys(FILM_PAIRS, 2 * n_films)
     sizes |= {"small": borders, "small_matrix": borders**2} if n_films > 1 else {"small": 0, "small_matrix": 0}
+    n_tables, n_points = tables
+    sizes |= {"table_rows": 2 * n_modes * n_tables, "table_speeds": n_points, "table_values": 8 * n_tables * n_points}
     offsets, at = {}, journals * film.size
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
-    flags = {"n_films": n_films, "n_contact": n_contact, "turning": int(turning)}
-    return RotorLayout(n=n_modes, n_shaft=n_shaft, size=at, **flags, **offsets, **own)
+    flags = {
+        "n_films": n_films,
+        "n_contact": n_contact,
+        "turning": int(turning),
+        "n_housings": n_housings,
+        "n_tables": n_tables,
+        "n_points": n_points,
+    }
+    return RotorLayout(n=n_modes, n_machine=n_machine, size=at, **flags, **offsets, **own)
 
 
 @inlined
@@ -145,6 +164,26 @@ def build_support(w, R, f, dof, omega, zeta, gain):
 
 
 @inlined
+def add_tables(w, R, speed, first, factor, target):
+    """Add `factor` times the stiffness (first 0) or damping (first 4) of the tables at `speed` to a modal matrix."""
+    n, k = R.n, 1
+    while k < R.n_points - 1 and w[R.table_speeds + k] < speed:
+        k += 1
+    low, high = w[R.table_speeds + k - 1], w[R.table_speeds + k]
+    share = min(max((speed - low) / (high - low), 0.0), 1.0)
+    for b in range(R.n_tables):
+        rows = R.table_rows + 2 * n * b
+        at = R.table_values + 8 * (R.n_points * b + k) + first
+        for i in range(2):
+            for j in range(2):
+                e = at + 2 * i + j
+                value = factor * (w[e - 8] + share * (w[e] - w[e - 8]))
+                for c in range(n):
+                    for r in range(n):
+                        w[target + c * n + r] += w[rows + i * n + r] * value * w[rows + j * n + c]
+
+
+@inlined
 def form_matrix(w, R, speed, beta, adt):
     """Form T, a dt T K, the journals' columns a dt T Phi_b' and W."""
     n = R.n
@@ -155,6 +194,9 @@ def form_matrix(w, R, speed, beta, adt):
         for e in range(n * n):
             w[R.KT + e] += speed * beta * w[R.N + e]
             w[R.T + e] += adt * beta * w[R.KS + e]
+    if R.n_tables > 0:
+        add_tables(w, R, speed, 0, 1.0, R.KT)
+        add_tables(w, R, speed, 4, adt, R.T)
     for e in range(n * n):
         w[R.T + e] += adt * adt * w[R.KT + e]
     for c in range(n):

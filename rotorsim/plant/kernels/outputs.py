@@ -14,7 +14,7 @@ from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import project
 from rotorsim.plant.kernels.rig_layout import AROUND
 from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, film_constants, foundation, sense
-from rotorsim.plant.kernels.supply import flow_of_injectors
+from rotorsim.plant.kernels.supply import flow_of_film, flow_of_injectors
 
 
 @inlined
@@ -25,7 +25,7 @@ def move_housing(w, P):
     # the rows of the journal whose sleeve is supported hold the sleeve's displacement with the opposite sign
     for row in range(2 * ROTOR.n_films):
         axis = row % 2
-        for m in range(ROTOR.n_shaft, ROTOR.n):
+        for m in range(ROTOR.n_machine, ROTOR.n):
             share = w[ROTOR.journal + row * ROTOR.n + m]
             w[RIG.around + axis] -= share * w[ROTOR.q + m]
             w[RIG.around + 2 + axis] -= share * w[ROTOR.v + m]
@@ -41,12 +41,16 @@ def read_probes(w, P, out, i):
     """Readings of the probes into row i of out, behind the pins: a row of factors each, times the motion."""
     move_housing(w, P)
     for k in range(RIG.n_probe):
-        row = RIG.probe + k * (ROTOR.n_shaft + AROUND)
+        n = ROTOR.n_machine
+        row = RIG.probe + k * (3 * n + AROUND)
         value = 0.0
-        for m in range(ROTOR.n_shaft):
+        for m in range(n):
             value += w[row + m] * w[ROTOR.q + m]
         for m in range(AROUND):
-            value += w[row + ROTOR.n_shaft + m] * w[RIG.around + m]
+            value += w[row + 3 * n + m] * w[RIG.around + m]
+        if ROTOR.n_housings > 0:
+            for m in range(n):
+                value += w[row + n + m] * w[ROTOR.v + m] + w[row + 2 * n + m] * w[ROTOR.a_old + m]
         out[i, len(COLUMNS) + RIG.n_pin + k] = value
 
 
@@ -61,19 +65,20 @@ def gap_of(w, P, f):
 
 @inlined
 def write_films(w, P, out, i):
-    """Journals, forces, gaps and flows of the films: of the first and of all together, then of the others."""
+    """Journal, force, gap and flow: of the first film and of all together, then of each of several films."""
     v = film_part(w, 0)
     out[i, 2], out[i, 3] = project(w, ROTOR, ROTOR.journal, ROTOR.q)
     out[i, 6] = w[RIG.line] - P.film_0.pa
     out[i, 7], out[i, 8] = v[FILM.force], v[FILM.force + 1]
     low = gap_of(w, P, 0)
     column = len(COLUMNS) + RIG.n_pin + RIG.n_probe
-    for f in range(1, ROTOR.n_films):
+    for f in range(ROTOR.n_films if ROTOR.n_films > 1 else 0):
         v = film_part(w, f)
         gap = gap_of(w, P, f)
         out[i, column], out[i, column + 1] = project(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, ROTOR.q)
         out[i, column + 2], out[i, column + 3] = v[FILM.force], v[FILM.force + 1]
         out[i, column + 4] = gap
+        out[i, column + 5] = flow_of_film(w, f, FILM.film_flow)
         low = min(low, gap)
         column += FILM_COLUMNS
     out[i, 9] = low

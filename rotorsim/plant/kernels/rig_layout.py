@@ -74,19 +74,19 @@ def make_rig_layout(
     n_stroke_states: int,
     n_states: int,
     n_probe: int = 0,
-    n_shaft: int = 0,
+    n_machine: int = 0,
 ) -> RigLayout:
     """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all.
 
-    Each of the `n_probe` probes has a row of factors: of the `n_shaft` displacements of the shaft's modes, and of the
-    motion `around` it (see `outputs.read_probes`).
+    Each of the `n_probe` probes has a row of factors: of displacement, velocity and acceleration of the `n_machine`
+    coordinates of shaft and housings, and of the motion `around` the shaft (see `outputs.read_probes`).
     """
     n = max(n_inj, 1)
     sizes = dict.fromkeys(SCALARS, 1) | dict.fromkeys(("pin", "volt", "stroke", "lead", "travel", "rest"), n)
     sizes |= dict.fromkeys(("clearance", "uneven"), max(n_films, 1))
     sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
     sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
-    sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (n_shaft + AROUND)}
+    sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (3 * n_machine + AROUND)}
     sizes |= {"around": AROUND if n_probe else 0, "states": max(n_states, 1)}
     offsets, at = {}, base
     for name, size in sizes.items():

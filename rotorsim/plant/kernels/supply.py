@@ -74,6 +74,15 @@ def set_plena(w, P):
 
 
 @inlined
+def flow_of_film(w, f, place):
+    """Mass flow [kg/s] of the injectors of film f: FILM.pin_flow or FILM.film_flow."""
+    v, flow = film_part(w, f), 0.0
+    for j in range(FILM.n_inj):
+        flow += v[place + j]
+    return flow
+
+
+@inlined
 def flow_of_injectors(w, place):
     """Mass flow [kg/s] of all injectors: FILM.pin_flow or FILM.film_flow."""
     flow = 0.0

@@ -81,7 +81,13 @@ def constants(found: xr.Dataset) -> list[tuple[str, float]]:
 
 
 def _present(found: xr.Dataset) -> list[Panel]:
-    return [panel for panel in CONTOURS if panel[1] in found]
+    left_out = () if has_gains(found) else ("static_gain", "delay")
+    return [panel for panel in CONTOURS if panel[1] in found and panel[1] not in left_out]
+
+
+def has_gains(found: xr.Dataset) -> bool:
+    """Whether a reference of actuators moves the disc anywhere in the map."""
+    return "static_gain" in found and bool(np.nanmax(np.abs(found["static_gain"].values), initial=0.0) > 0)
 
 
 def _same(values: np.ndarray) -> bool:
@@ -173,8 +179,8 @@ def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
 def film_figure(found: xr.Dataset) -> go.Figure:
     """Film stiffness and damping over pressure at the middle speed, at each whirl frequency; a row for each film."""
     one = found.isel(speed=found.sizes["speed"] // 2)
-    films = [one] if "film" not in one.dims else [one.isel(film=k) for k in range(one.sizes["film"])]
-    names = [""] if len(films) == 1 else [f", film {k}" for k in range(len(films))]
+    names = [f", {name}" for name in one["bearing"].values] if "bearing" in one.dims else [""]
+    films = [one.isel(bearing=k) for k in range(len(names))] if "bearing" in one.dims else [one]
     titles = [text + name for name in names for text in ("stiffness K [MN/m]", "damping C [kN s/m]")]
     figure = make_subplots(len(films), 2, horizontal_spacing=0.09, vertical_spacing=0.25 / len(films),
                            subplot_titles=titles)  # fmt: skip

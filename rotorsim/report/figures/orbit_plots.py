@@ -39,9 +39,9 @@ def instants(run: Run) -> list[Instant]:
 
 
 def orbits(run: Run) -> go.Figure:
-    """Four revolutions of the disc about its mean, and of the journal within its clearance circle [um]."""
+    """Four revolutions of the disc about its mean, and of each journal within its clearance circle [um]."""
     moments = instants(run)
-    rows = [displacement_name(run.record)] + ["journal"] * ("journal" in run.record)
+    rows = [displacement_name(run.record), *journal_names(run)]
     titles = [f"{i.label}, {i.rpm:.0f} rpm" for i in moments] + [""] * len(moments) * (len(rows) - 1)
     figure = make_subplots(
         len(rows), len(moments), subplot_titles=titles, vertical_spacing=0.13, horizontal_spacing=0.08
@@ -50,18 +50,29 @@ def orbits(run: Run) -> go.Figure:
         for row, name in enumerate(rows, 1):
             _add_orbit(figure, run, name, moment, row, column)
     for row, name in enumerate(rows, 1):
-        figure.update_yaxes(title_text=f"{name.split('_')[0]} y [µm]", row=row, col=1)
-        figure.update_xaxes(title_text=f"{name.split('_')[0]} x [µm]", row=row)
+        shown = f"journal {name}" if name in _bearings(run) else name.split("_")[0]
+        figure.update_yaxes(title_text=f"{shown} y [µm]", row=row, col=1)
+        figure.update_xaxes(title_text=f"{shown} x [µm]", row=row)
     return style(figure, 100 + 330 * len(rows), showlegend=False)
+
+
+def journal_names(run: Run) -> list[str]:
+    """Names of the bearings whose journals a record holds, 'journal' for the only one."""
+    return _bearings(run) or ["journal"] * ("journal" in run.record)
+
+
+def _bearings(run: Run) -> list[str]:
+    return [str(name) for name in run.record["bearing"].values] if "journals" in run.record else []
 
 
 def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int, column: int) -> None:
     d, angle = cut(run, name, moment)
-    if name == "journal":
-        _add_clearance(figure, run, row, column)
+    journals = journal_names(run)
+    if name in journals:
+        _add_clearance(figure, run, journals.index(name), row, column)
     else:
         d = middle(d)
-    colour = COLOURS["journal" if name == "journal" else "disc"]
+    colour = COLOURS["journal" if name in journals else "disc"]
     draw_orbit(figure, d, angle, colour, (row, column, len(instants(run))))
 
 
@@ -93,6 +104,9 @@ def square_axes(figure: go.Figure, number: int, row: int, column: int) -> None:
 def cut(run: Run, name: str, moment: Instant) -> tuple[np.ndarray, np.ndarray]:
     """Displacement [um] (n, 2) and angle [rad] of some revolutions about a moment, within the record."""
     part = stretch(run, moment)
+    bearings = _bearings(run)
+    if name in bearings:
+        part = part.isel(bearing=bearings.index(name)).rename({"journals": name})
     return np.asarray(part[name].values, float) * TO_UM, np.asarray(part["angle"].values, float)
 
 
@@ -115,11 +129,11 @@ def marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return d[i] + share[:, None] * (d[i + 1] - d[i])
 
 
-def _add_clearance(figure: go.Figure, run: Run, row: int, column: int) -> None:
-    """Circle of the radial clearance, which the journal's centre cannot leave without contact."""
-    if run.machine is None or run.machine.film is None:
+def _add_clearance(figure: go.Figure, run: Run, film: int, row: int, column: int) -> None:
+    """Circle of a film's radial clearance, which the journal's centre cannot leave without contact."""
+    if run.machine is None or film >= len(run.machine.films):
         return
-    c, turn = run.machine.film.clearance * TO_UM, np.linspace(0, 2 * np.pi, 121)
+    c, turn = run.machine.films[film].clearance * TO_UM, np.linspace(0, 2 * np.pi, 121)
     line = {"color": "#8a949e", "width": 1.5, "dash": "dash"}
     figure.add_trace(go.Scatter(x=compact(c * np.cos(turn)), y=compact(c * np.sin(turn)), mode="lines", line=line,
                                 fill="toself", fillcolor=faint(GRID, 0.35),

@@ -25,7 +25,8 @@ def deceleration_figure(found: Deceleration) -> go.Figure:
             ),
             row,
             1,
-        )  # fmt: skip figure.update_yaxes(title_text="speed [rpm]", rangemode="tozero", row=1)
+        )
+    figure.update_yaxes(title_text="speed [rpm]", rangemode="tozero", row=1)
     figure.update_yaxes(title_text="deceleration<br>[rpm/s]", rangemode="tozero", row=2)
     figure.update_xaxes(title_text="time [s]", row=2)
     return style(figure, 440)

@@ -14,20 +14,30 @@ from rotorsim.report.pages.run import Run
 from rotorsim.signals.envelope import Envelope, envelopes
 from rotorsim.signals.record_blocks import displacement_name
 
+FILM_COLOURS = (NEUTRAL, "#CC79A7", "#E69F00", "#56B4E9")
 PANELS = {
     "speed": ("speed<br>[rpm]", TO_RPM),
     "disc": ("disc<br>[µm]", TO_UM),
     "disc_measured": ("disc<br>[µm]", TO_UM),
     "h_min": ("smallest film<br>[µm]", TO_UM),
+    "film_thickness": ("smallest film<br>[µm]", TO_UM),
     "mass_flow": ("mass flow<br>[mg/s]", 1e6),
+    "film_flow": ("mass flow<br>[mg/s]", 1e6),
     "pressure": ("injection<br>[MPa gauge]", 1e-6),
     "contact": ("contact<br>[% of time]", 100.0),
 }
 
 
+BY_BEARING = {"film_thickness": "h_min", "film_flow": "mass_flow"}
+"""Variables of each of several films, and those of all that they stand for."""
+
+
 def overview(run: Run) -> go.Figure:
-    """Envelopes against time, one panel per variable; contact only if there was any."""
+    """Envelopes against time, one panel per variable, each of several films; contact only if there was any."""
     skipped = {"disc", "disc_measured"} - {displacement_name(run.record)}
+    skipped |= {total for name, total in BY_BEARING.items() if name in run.record}
+    if not (run.summary["mass_flow"] or {}).get("max_kg_s"):
+        skipped |= {"mass_flow", "film_flow", "pressure"} if unfed(run) else set()
     if not (run.summary["contact"] or {}).get("samples"):
         skipped.add("contact")
     if run.fastest == 0:
@@ -37,7 +47,7 @@ def overview(run: Run) -> go.Figure:
     figure = make_subplots(len(names), 1, shared_xaxes=True, vertical_spacing=0.03)
     for row, name in enumerate(names, 1):
         label, scale = PANELS[name]
-        for trace in _panel(name, data[name], scale):
+        for trace in _panel(run, name, data[name], scale):
             figure.add_trace(trace, row, 1)
         figure.update_yaxes(title_text=label, nticks=4, row=row, col=1)
         if name in ("speed", "pressure", "contact"):
@@ -47,11 +57,20 @@ def overview(run: Run) -> go.Figure:
     return style(figure, 90 + 125 * len(names))
 
 
-def _panel(name: str, data: Envelope, scale: float) -> list[go.Scatter]:
+def unfed(run: Run) -> bool:
+    """Whether the record's machine supplies no gas to its films."""
+    return run.machine is not None and not run.machine.fed
+
+
+def _panel(run: Run, name: str, data: Envelope, scale: float) -> list[go.Scatter]:
     if name == "contact":
         return [_line(data.time, data.mean > 0, data.mean * scale, "#CC3311")]
+    if name in BY_BEARING:
+        names, legend = run.record["bearing"].values, name == next(n for n in BY_BEARING if n in run.record)
+        return [t for i, own in enumerate(names)
+                for t in _band(data, scale, FILM_COLOURS[i % len(FILM_COLOURS)], f"film {own}", i, legend)]  # fmt: skip
     if data.least.ndim == 2:
-        return [t for i, axis in enumerate("xy") for t in _band(data, scale, AXIS_COLOURS[axis], axis, i)]
+        return [t for i, axis in enumerate("xy") for t in _band(data, scale, AXIS_COLOURS[axis], f"disc {axis}", i)]
     return _band(data, scale, NEUTRAL, "", ...)
 
 
@@ -61,13 +80,13 @@ def _line(time: np.ndarray, shown: np.ndarray, values: np.ndarray, colour: str) 
                       hovertemplate="%{y:.1f} % of the time at %{x:.2f} s<extra></extra>")  # fmt: skip
 
 
-def _band(data: Envelope, scale: float, colour: str, axis: str, index: Any) -> list[go.Scatter]:
+def _band(data: Envelope, scale: float, colour: str, label: str, index: Any, legend: bool = True) -> list[go.Scatter]:
     """The stretch between least and largest value."""
-    low, high = (v[:, index] if axis else v for v in (data.least, data.most))
-    common = {"x": compact(data.time), "mode": "lines", "line": {"color": colour, "width": 1}, "legendgroup": axis,
+    low, high = (v[:, index] if label else v for v in (data.least, data.most))
+    common = {"x": compact(data.time), "mode": "lines", "line": {"color": colour, "width": 1}, "legendgroup": label,
               "hovertemplate": "%{y:.4g} at %{x:.2f} s<extra></extra>"}  # fmt: skip
     return [
         go.Scatter(y=compact(low * scale), showlegend=False, **common),
-        go.Scatter(y=compact(high * scale), showlegend=bool(axis), name=f"disc {axis}", fill="tonexty",
+        go.Scatter(y=compact(high * scale), showlegend=bool(label) and legend, name=label, fill="tonexty",
                    fillcolor=faint(colour), **common),
     ]  # fmt: skip

@@ -14,6 +14,7 @@ from rotorsim.report.figures.map_plots import (
     constants,
     contour_figure,
     film_figure,
+    has_gains,
     has_onset,
     onset_figure,
     plane,
@@ -29,10 +30,8 @@ HEADS = (
     "its damping ratio",
     "upper mode [Hz]",
     "its damping ratio",
-    "gain x by x [µm/V]",
-    "gain y by y [µm/V]",
-    "safe",
 )
+GAINS = ("gain x by x [µm/V]", "gain y by y [µm/V]")
 MOST_ROWS = 400
 
 
@@ -78,7 +77,8 @@ def blocks(one: xr.Dataset) -> list[Block]:
         out.append(Block("Not shown", "", ("figure", "reason"), missing))
     rows = _rows(one)
     text = "" if len(rows) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(rows)} points; all are in the file."
-    return [*out, Block("Point by point", text, HEADS, rows[:MOST_ROWS])]
+    heads = (*HEADS, *(GAINS if has_gains(one) else ()), "safe")
+    return [*out, Block("Point by point", text, heads, rows[:MOST_ROWS])]
 
 
 def _missing(one: xr.Dataset) -> list[tuple[str, str]]:
@@ -90,16 +90,26 @@ def _missing(one: xr.Dataset) -> list[tuple[str, str]]:
 
 def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
+    gains = has_gains(one)
     for i, pressure in enumerate(one["pressure"].values):
         for j, speed in enumerate(one["speed"].values):
             p = one.isel(pressure=i, speed=j)
             if float(p["lifted"]) != 1:
-                rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", "not lifted", *[""] * 6, "no"))
+                rows.append(
+                    (
+                        f"{speed * TO_RPM:.0f}",
+                        f"{pressure * TO_MPA:.3g}",
+                        "not lifted",
+                        *[""] * (6 if gains else 4),
+                        "no",
+                    )
+                )
                 continue
             wn, zeta, gain = p["wn"].values * TO_HZ, p["zeta"].values, p["static_gain"].values * TO_UM
             numbers = (float(p["eccentricity_ratio"]), *(float(v) for v in (wn[0], zeta[0], wn[1], zeta[1])))
-            ends = (float(gain[0, 0]), float(gain[1, 1]), "yes" if float(p["safe"]) == 1 else "no")
-            rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", *numbers, *ends))
+            own = (float(gain[0, 0]), float(gain[1, 1])) if gains else ()
+            safe = "yes" if float(p["safe"]) == 1 else "no"
+            rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", *numbers, *own, safe))
     return rows
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.figures.film3d import snapshots
 from rotorsim.report.figures.orbit_plots import TURNS, instants
+from rotorsim.report.pages.film_parts import feed_word
 from rotorsim.report.pages.run import Run
 
 CONVENTION = (
@@ -89,7 +90,8 @@ def orbits_caption(run: Run) -> str:
         f"{largest['um']:.3g} µm at {largest['rpm']:.0f} rpm."
     )
     if "journal" in run.record and run.machine and run.machine.film:
-        text += f" The dashed circle is the radial clearance, {run.machine.film.clearance * TO_UM:.3g} µm."
+        gaps = dict.fromkeys(f"{film.clearance * TO_UM:.3g}" for film in run.machine.films)
+        text += f" The dashed circle is the radial clearance, {' and '.join(gaps)} µm."
     return text
 
 
@@ -120,18 +122,20 @@ def overview_caption(run: Run) -> str:
     film, contact, flow = (run.summary[k] for k in ("smallest_film", "contact", "mass_flow"))
     sentences = ["Bands span the least and the largest value of each stretch of time."]
     if film:
-        sentences.append(
-            f"The film is thinnest at {film['time_s']:.2f} s, {film['rpm']:.0f} rpm, with {film['um']:.3g} µm."
-        )
+        films = run.summary.get("films", {})
+        where = f" in the bearing {min(films, key=lambda name: films[name]['smallest_um'])}" if films else ""
+        at = f"{film['time_s']:.2f} s, {film['rpm']:.0f} rpm"
+        sentences.append(f"The film is thinnest{where} at {at}, with {film['um']:.3g} µm.")
     if contact:
         sentences.append(contact_text(contact))
-    if flow:
-        sentences.append(f"The injectors take {flow['mean_nl_min']:.3g} normal litres per minute on average.")
+    word = feed_word(run.machine)
+    if flow and word:
+        sentences.append(f"The {word} take {flow['mean_nl_min']:.3g} normal litres per minute on average.")
     return " ".join(sentences)
 
 
 def contact_text(contact: dict[str, Any]) -> str:
-    """Whether and when the journal touched its sleeve."""
+    """Whether and when a journal touched its sleeve."""
     if not contact["samples"]:
         return "The journal never touches the sleeve."
     return (
@@ -143,10 +147,12 @@ def contact_text(contact: dict[str, Any]) -> str:
 def film_caption(run: Run) -> str:
     """Range of the pressure over the snapshots and where it is highest."""
     p = run.record["film_pressure"].isel(snapshot=snapshots(run))
-    at = p.isel(p.argmax(...))
+    at, word = p.isel(p.argmax(...)), feed_word(run.machine)
+    where = f" in the bearing {at['bearing'].item()}" if "bearing" in p.dims else ""
+    circles = f"Circles are the {word}; colours" if word else "Colours"
     return (
         f"Pressures range from {float(p.min()) * TO_MPA:.3g} to {float(p.max()) * TO_MPA:.3g} MPa absolute, highest at "
-        f"{float(np.degrees(at['theta'])):.0f} deg. Circles are the injectors; colours run smoothly between the "
+        f"{float(np.degrees(at['theta'])):.0f} deg{where}. {circles} run smoothly between the "
         f"{p.sizes['theta']} × {p.sizes['z']} cells of the grid."
     )
 
@@ -156,7 +162,8 @@ def surface_caption(run: Run) -> str:
     p = run.record["film_pressure"].isel(snapshot=-1)
     rpm = float(run.record["snapshot_speed"][-1]) * TO_RPM
     spread = float(p.max() - p.min()) * TO_MPA
+    film, its = ("films", "their") if "bearing" in p.dims else ("film", "its")
     return (
-        f"The film at {rpm:.0f} rpm round the shaft; its height, much exaggerated, is the pressure, which differs by "
-        f"{spread:.3g} MPa. Drag to turn."
+        f"The {film} at {rpm:.0f} rpm round the shaft; {its} height, much exaggerated, is the pressure, which differs "
+        f"by {spread:.3g} MPa. Drag to turn."
     )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM
+from rotorsim.report.pages.film_parts import feed_word
 from rotorsim.report.pages.run import Run
 from rotorsim.report.text.parameters import quantities, with_unit
 from rotorsim.signals.probes import shown
@@ -63,10 +64,15 @@ def results(run: Run) -> Rows:
     rows.append(("Largest distance of the disc from its mean", _where(run, s["largest_orbit"])))
     if s["smallest_film"]:
         rows.append(("Smallest film thickness", _where(run, s["smallest_film"])))
+    rows += [
+        (f"Smallest film thickness, {name}", f"{f['smallest_um']:.3g} µm") for name, f in s.get("films", {}).items()
+    ]
     if s["contact"]:
         rows.append(("Contact", _contact(s["contact"])))
-    if s["mass_flow"]:
-        rows.append(("Mass flow of all injectors", _flow(s["mass_flow"])))
+    word = feed_word(run.machine)
+    if s["mass_flow"] and word:
+        rows.append((f"Mass flow of all {word}", _flow(s["mass_flow"])))
+        rows += [(f"Mass flow, {name}", f"{1e6 * f['flow_kg_s']:.3g} mg/s") for name, f in s.get("films", {}).items()]
     rows += probe_rows(s.get("probes", {}))
     if run.self_excitable:
         rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import SAMPLE, TO_UM
+from rotorsim.base.constants import RIG_SAMPLE, TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS
@@ -25,7 +25,7 @@ def hysteresis(machine: str) -> dict[str, Any]:
     found = {}
     for mode, peak in PEAKS.items():
         plant = Plant(Machine.from_text(machine).replace("actuators.mode", mode))
-        reference, step = triangle(peak), np.full(round(LATE / SAMPLE), peak)
+        reference, step = triangle(peak), np.full(round(LATE / RIG_SAMPLE), peak)
         found[mode] = (*opening(reference, _pin(plant, reference)), drift(_pin(plant, step)))
     return found
 
@@ -60,5 +60,5 @@ def opening(reference: np.ndarray, travel: np.ndarray) -> tuple[float, float]:
 
 def drift(travel: np.ndarray) -> float:
     """Change from `SETTLED` to the end of a step's response over its first part."""
-    settled = travel[round(SETTLED / SAMPLE)] - travel[0]
+    settled = travel[round(SETTLED / RIG_SAMPLE)] - travel[0]
     return abs(float((travel[-1] - travel[0] - settled) / settled))

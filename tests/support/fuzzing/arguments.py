@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
-from rotorsim.base.constants import SAMPLE
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
 from rotorsim.commands.experiment.controlled import Setup
@@ -18,7 +18,7 @@ KRPM = 1000 * 3.141592653589793 / 30
 
 def samples(least: int, most: int) -> st.SearchStrategy[str]:
     """A time of whole samples."""
-    return st.integers(least, most).map(lambda n: show(float(f"{n * SAMPLE:.12g}"), "s"))
+    return st.integers(least, most).map(lambda n: show(float(f"{n * RIG_SAMPLE:.12g}"), "s"))
 
 
 def mixed(unit: str, *ranges: tuple[float, float]) -> st.SearchStrategy[str]:

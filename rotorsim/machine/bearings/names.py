@@ -37,6 +37,8 @@ def by_index(tables: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     found = dict(tables)
     if isinstance(tables.get("injection"), Mapping):
         found |= _fed(tables, names)
+    if isinstance(tables.get("probes"), list):
+        found["probes"] = [_effect(f"probes.{i}", one, names) for i, one in enumerate(tables["probes"])]
     if isinstance(tables.get("effects"), Mapping):
         found["effects"] = {name: _effect(f"effects.{name}", one, names) for name, one in tables["effects"].items()}
     return found, names.problems

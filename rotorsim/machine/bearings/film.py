@@ -10,8 +10,9 @@ from pydantic import Field
 
 from reynolds.sleeve import Sleeve
 from rotorsim.base.units import show
+from rotorsim.machine.bearings.linear import Support
+from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.part import Part, quantity
-from rotorsim.machine.sleeve import Foil, Grooves, Lobes, Steps
 
 
 class Orifices(Part):
@@ -80,6 +81,7 @@ class GasFilm(Part):
     steps: tuple[Steps, ...] = Field((), description="Rows of pockets in the sleeve.")
     grooves: Grooves | None = Field(None, description="Narrow slanted grooves on journal or sleeve.")
     foil: Foil | None = Field(None, description="Bump foil on the sleeve.")
+    support: Support | None = Field(None, description="The housing of the sleeve, where it moves.")
 
     @property
     def sleeve(self) -> Sleeve:
