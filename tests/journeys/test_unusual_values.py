@@ -110,7 +110,8 @@ def test_a_plan_is_questioned_at_its_ends():
 
 
 def test_a_plan_is_questioned_about_the_speed_of_the_rim():
-    plan = 'machine = "plain_rotor"\n[experiment]\nkind = "steady"\nduration = "1 s"\n[axes.speed]\n'
+    plan = 'machine = "plain_rotor"\n[set]\n"solver.sampling_rate" = "100 kHz"\n[experiment]\nkind = "steady"\n'
+    plan += 'duration = "1 s"\n[axes.speed]\n'
     with pytest.warns(Unusual, match=r"speed: '360000 rpm' \(6000 Hz\) moves the rim"):
         make_plan(plan + 'list = ["6000 rpm", "6000 Hz"]\n')
 

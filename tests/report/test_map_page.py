@@ -7,7 +7,7 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.report.figures.map_plots import campbell_figure, constants, contour_figure, onset_figure, varying
-from rotorsim.report.pages.operating_map import HEADS, blocks
+from rotorsim.report.pages.operating_map import GAINS, HEADS, blocks
 from rotorsim.report.pages.study import study_page
 
 
@@ -47,9 +47,10 @@ def test_a_quantity_that_is_the_same_everywhere_is_a_sentence_and_no_panel(found
 
 
 def test_every_column_has_a_name_and_its_unit(found):
-    page = study_page("map", "", blocks(found))
-    assert "<th></th>" not in page and all(f"<th>{head}</th>" in page for head in HEADS)
-    assert sum("[" in head for head in HEADS) == 6 and len(HEADS) == len(blocks(found)[-1].rows[0])
+    page, last = study_page("map", "", blocks(found)), blocks(found)[-1]
+    heads = (*HEADS, *GAINS, "safe")
+    assert "<th></th>" not in page and all(f"<th>{head}</th>" in page for head in heads)
+    assert sum("[" in head for head in heads) == 6 and len(heads) == len(last.rows[0])
 
 
 def test_an_onset_that_was_not_found_is_stated_and_not_drawn(found):
