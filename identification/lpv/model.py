@@ -162,7 +162,8 @@ class LpvModel(Shown):
         Examples
         --------
         >>> import rotorsim as rs
-        >>> rs.load_model("lpv.json").to_control(300.0, 0.5e6)  # doctest: +SKIP
+        >>> rs.load_model("model.json").to_control(300.0, 0.5e6).nstates
+        6
         """
         return self.at(speed, pressure).to_control()
 

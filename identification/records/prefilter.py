@@ -47,7 +47,7 @@ class Prefilter:
     >>> import rotorsim as rs
     >>> settings = rs.identification.Prefilter(runout="none", lowpass=1000.0)
     >>> rs.identification.filtered(record, settings=settings).y.shape
-    (5000, 2)
+    (10000, 2)
     """
 
     runout: str = "harmonic"

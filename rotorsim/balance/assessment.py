@@ -57,9 +57,9 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
     Examples
     --------
     >>> import rotorsim as rs
-    >>> conditions = rs.balance.read_conditions(["open.csv"], "balance.toml")  # doctest: +SKIP
-    >>> rs.balance.assess("bently_rk4", conditions).method  # doctest: +SKIP
-    'physical model'
+    >>> conditions = rs.balance.read_conditions(["open.csv"], "balance.toml")
+    >>> rs.balance.assess("bently_rk4", conditions).method
+    'influence coefficients'
     """
     model = machine if isinstance(machine, Machine) else load_machine(machine)
     known = conditions.known

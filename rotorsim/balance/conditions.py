@@ -133,7 +133,7 @@ def read_conditions(paths: Sequence[str | Path], mapping: str | Path | Mapping[s
     Examples
     --------
     >>> import rotorsim as rs
-    >>> conditions = rs.balance.read_conditions(["open.csv"], "balance.toml")  # doctest: +SKIP
+    >>> conditions = rs.balance.read_conditions(["open.csv"], "balance.toml")
     """
     tables = _tables(mapping)
     rows = [(path, row) for path in paths for row in _rows(Path(path))]

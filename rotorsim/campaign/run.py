@@ -83,7 +83,7 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> outcome = rs.campaign.run_campaign(rs.campaign.load_plan("thesis"), Path("mine"))  # doctest: +SKIP
+    >>> outcome = rs.campaign.run_campaign(rs.campaign.load_plan("plan.toml"), Path("new"))
     """
     folder = folder.absolute()
     store, chosen = make_store(plan, folder), settings or Settings()
@@ -99,7 +99,7 @@ def retry(folder: Path, settings: Settings | None = None) -> Outcome:
     Examples
     --------
     >>> import rotorsim as rs
-    >>> outcome = rs.campaign.retry(Path("mine"))  # doctest: +SKIP
+    >>> outcome = rs.campaign.retry(Path("mine"))
     """
     store = open_store(folder.absolute())
     with store.locked(), _open(store) as index:

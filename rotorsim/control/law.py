@@ -260,7 +260,7 @@ class Law(Shown):
         Examples
         --------
         >>> import rotorsim as rs
-        >>> rs.load_law("law.json").to_control(300.0, 0.5e6).dt  # doctest: +SKIP
+        >>> rs.load_law("law.json").to_control(300.0, 0.5e6).dt
         0.0002
         """
         A, B, C, D = self.at(speed, pressure)
@@ -292,7 +292,7 @@ class Law(Shown):
         Examples
         --------
         >>> import rotorsim as rs
-        >>> rs.load_law("law.json").save("law.mat")  # doctest: +SKIP
+        >>> rs.load_law("law.json").save("again.mat")
         """
         if is_mat(path):
             write_mat(path, law_exchange.mat_content(self))
@@ -311,8 +311,8 @@ def load_law(path: str | Path) -> Law:
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.load_law("law.json").order  # doctest: +SKIP
-    12
+    >>> rs.load_law("law.json").order
+    8
     """
     path = Path(path)
     if is_mat(path) and path.is_file():

@@ -46,9 +46,9 @@ class Runner:
     Examples
     --------
     >>> import rotorsim as rs
-    >>> runner = rs.live.Runner(rs.live.Rig(machine, {}))  # doctest: +SKIP
-    >>> runner.start()  # doctest: +SKIP
-    >>> runner.close()  # doctest: +SKIP
+    >>> runner = rs.live.Runner(rs.live.Rig(machine, {}))
+    >>> runner.start()
+    >>> runner.close()
     """
 
     def __init__(self, rig: Rig) -> None:

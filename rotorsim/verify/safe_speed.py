@@ -46,7 +46,7 @@ def safe_speed(
     Examples
     --------
     >>> import rotorsim as rs
-    >>> found = rs.verify.safe_speed(plant, law)  # doctest: +SKIP
+    >>> found = rs.verify.safe_speed(plant, law)
     """
     rows = changing((start, stop), (pressure, pressure), (stop - start) / rate)
     run = run_rows(plant, None if law is None else as_law(law), rows, seed)

@@ -3,12 +3,22 @@
 import doctest
 import inspect
 from pathlib import Path
+from shutil import copy
 
 import numpy as np
 import pytest
 
 import rotorsim as rs
 
+PLAN = """name = "short"
+machine = "plain_rotor"
+
+[experiments.steady]
+kind = "steady"
+speed = "1000 rpm"
+duration = "50 ms"
+"""
+DATA = Path(__file__).parents[2] / "docs" / "rk4"
 RIG = Path(__file__).parents[1] / "control" / "rig_model.json"
 PACKAGES = ["", *(name for name in dir(rs) if type(getattr(rs, name)).__name__ == "module")]
 
@@ -51,15 +61,20 @@ def at_hand(tmp_path_factory):
     """Names and files that the examples use."""
     folder = tmp_path_factory.mktemp("examples")
     plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
-    record = rs.experiments.prbs(plant, 300.0, 0.5e6, duration=1.0)
+    record = rs.experiments.prbs(plant, 300.0, 0.5e6, duration=2.0)
     lpv = rs.load_model(RIG)
     law = rs.control.design("lqr", lpv)
+    for name in ("open.csv", "balance.toml"):
+        copy(DATA / name, folder)
+    (folder / "plan.toml").write_text(PLAN)
+    rs.campaign.run_campaign(rs.campaign.load_plan(folder / "plan.toml"), folder / "mine")
     rs.identification.save(record, folder / "run.nc")
     rs.identification.save(record, folder / "run.csv")
     lpv.save(folder / "model.json")
     law.save(folder / "law.json")
     shaft = [rs.fe_shaft.ShaftElement(0.25, 0.0, 0.05) for _ in range(6)]
     bearings = [rs.fe_shaft.BearingElement(n, 1e6, 100.0) for n in (0, 6)]
+    rs.fmu.export(plant, folder / "rotor.fmu")
     names = {
         "rotor": rs.fe_shaft.Rotor(shaft, bearing_elements=bearings), "conditions": conditions(),
         "bearing": rs.reynolds.GasBearing(0.02, 0.04, 25e-6, n_theta=32, n_z=8),

@@ -126,6 +126,14 @@ def _realised(system: Any) -> list[np.ndarray]:
     return [block_diag(*A), np.vstack(B), np.hstack(C), D]
 
 
+def balanced(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same system in states times powers of two, with rows and columns of A of like size; no digit is lost."""
+    from scipy.linalg import matrix_balance
+
+    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    return A * scale / scale[:, None], B / scale[:, None], C * scale
+
+
 def state_space(
     A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, Ts: float, inputs: Sequence[str],
     outputs: Sequence[str], name: str | None = None,

@@ -41,7 +41,7 @@ class Finished:
         return tuple(record_path(self.folder, row.key) for row in self.rows)
 
 
-def collect(folder: Path, experiment: str | None = None, variables: Sequence[str] | None = None) -> xr.Dataset:
+def collect(folder: str | Path, experiment: str | None = None, variables: Sequence[str] | None = None) -> xr.Dataset:
     """Records and summaries of all finished cases.
 
     Parameters
@@ -67,7 +67,7 @@ def collect(folder: Path, experiment: str | None = None, variables: Sequence[str
     Examples
     --------
     >>> import rotorsim as rs
-    >>> records = rs.campaign.collect("mine", "identification")  # doctest: +SKIP
+    >>> records = rs.campaign.collect("mine", "steady")
     """
     import xarray as xr
 
@@ -183,19 +183,19 @@ def _lengths(found: Finished) -> np.ndarray:
     return np.array(lengths, int)
 
 
-def write_table(folder: Path, path: Path) -> int:
+def write_table(folder: str | Path, path: str | Path) -> int:
     """Write parameters, status and summary of every case into a CSV file; returns the number of cases.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> cases = rs.campaign.write_table("mine", Path("cases.csv"))  # doctest: +SKIP
+    >>> cases = rs.campaign.write_table("mine", "cases.csv")
     """
     store = open_store(folder)
     index = store.index()
     try:
         names = header(store.plan, index.rows())
-        with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        with replacing(Path(path)) as part, part.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(names)
             count = 0

@@ -22,8 +22,8 @@ def status(folder: str | Path, failures: int = 5) -> dict[str, Any]:
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.campaign.status("my_campaign")["done"]  # doctest: +SKIP
-    35
+    >>> rs.campaign.status("mine")["done"]
+    1
     """
     store = open_store(Path(folder))
     index = store.index()

@@ -80,14 +80,16 @@ class Store:
             ) from error
 
 
-def open_store(folder: Path) -> Store:
+def open_store(folder: str | Path) -> Store:
     """Existing store in a folder; raises StoreError if there is none.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.campaign.open_store(Path("mine")).plan.name  # doctest: +SKIP
+    >>> rs.campaign.open_store(Path("mine")).plan.name
+    'short'
     """
+    folder = Path(folder)
     path = folder / MANIFEST
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")

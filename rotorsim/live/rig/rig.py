@@ -60,9 +60,9 @@ class Rig:
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rig = rs.live.Rig(machine, rs.live.read_laws([], machine))  # doctest: +SKIP
-    >>> rig.put("pressure", 0.5e6)  # doctest: +SKIP
-    >>> rig.advance(500).shape[0]  # doctest: +SKIP
+    >>> rig = rs.live.Rig(machine, rs.live.read_laws([], machine))
+    >>> rig.put("pressure", 0.5e6)
+    >>> rig.advance(500).shape[0]
     500
     """
 

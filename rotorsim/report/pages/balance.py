@@ -27,7 +27,9 @@ def write_balance(found: Assessment, path: str | Path, units: str = "metric", fi
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.report.write_balance(found, "balance.html")  # doctest: +SKIP
+    >>> found = rs.balance.assess("bently_rk4", conditions)
+    >>> rs.report.write_balance(found, "balance.html").name
+    'balance.html'
     """
     tests, fix = found.tests, found.correction
     blocks = [Block("Results", "Unbalances are in g mm.", ("quantity", "value"), result_rows(found))]

@@ -88,7 +88,9 @@ def write_run_comparison(
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.report.write_run_comparison(found, "comparison.html")  # doctest: +SKIP
+    >>> found = rs.signals.compare_runs({"once": runup, "twice": runup})
+    >>> rs.report.write_run_comparison(found, "comparison.html").name
+    'comparison.html'
     """
     names = " and ".join(found.tracked)
     blocks = [
