@@ -115,7 +115,7 @@ class LinearPlant(Shown):
     def to_control(self) -> Any:
         """The model as control.StateSpace, continuous, of full order; inputs and outputs have their names.
 
-        Its states are those of the model times powers of two (`balanced`): thicknesses of micrometres beside pressures
+        Its states are those of the model times powers of two (`balanced`): thicknesses of micrometres next to pressures
         of megapascals make slycot's frequency response wrong by percents.
 
         Raises DataError where the package `control` is missing.
