@@ -11,6 +11,8 @@ from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.base.exchange.notebook import Card, Shown, several
+from rotorsim.base.units import show
+from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
 from rotorsim.plant.kernels.modal_rotor import add_tables
@@ -114,11 +116,11 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
             f"{a.P.volt_low:g} V and {a.P.volt_high:g} V; change it or actuators.sensitivity"
         )
     if status == NO_LIFT_OFF:
+        loads = np.hypot(*w[a.rotor.static_rhs :][: 2 * len(a.films)].reshape(-1, 2).T)
         remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
-        load = sum(np.hypot(*pair) for pair in w[a.rotor.static_rhs :][: 2 * len(a.films)].reshape(-1, 2))
         raise NoLiftOffError(
             f"no lift-off: at {pressure / MPA:.3g} MPa gauge and {speed * TO_RPM:.0f} rpm the film does not carry "
-            f"the {load:.1f} N on it; {remedy}"
+            f"the {sum(loads):.1f} N on it; {_stiffer_foil(a.machine, loads) or remedy}"
         )
     if status == RESTLESS:
         raise ConvergenceError(
@@ -144,3 +146,14 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     gap = float(a.module.narrowest(w, a.P))
     first = journals[0], float(ratios[0]), forces[0]
     return Equilibrium(disc, *first, np.concatenate(flows), gap, journals, forces, ratios)
+
+
+def _stiffer_foil(machine: Machine, loads: np.ndarray) -> str:
+    """What to do about a foil that its load [N] alone bends by more than the clearance; empty if none is so soft."""
+    for film, load in zip(machine.films, loads, strict=True):
+        foil, area = film.foil, film.diameter * film.length
+        if foil is not None and load > foil.stiffness * film.clearance * area:
+            least = show(float(f"{load / (film.clearance * area):.1g}"), "N/m^3")
+            bent = show(float(f"{load / (foil.stiffness * area):.2g}"), "m")
+            return f"the load bends the foil by {bent}; give a foil well above '{least}'"
+    return ""

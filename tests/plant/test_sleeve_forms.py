@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, matrix_balance
 
-from rotorsim.base.errors import MachineFileError
-from rotorsim.machine import Machine
+from rotorsim.base.errors import MachineFileError, NoLiftOffError
+from rotorsim.machine import Machine, machine_text as load_text
 from rotorsim.plant import Plant
 
 FORMS = {
@@ -106,3 +106,31 @@ def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
 def test_forms_that_do_not_fit_are_refused_in_a_sentence(form, message):
     with pytest.raises(MachineFileError, match=re.escape(message)):
         machine(form, "")
+
+
+def test_a_foil_softer_than_its_load_is_refused_with_the_stiffness_that_it_needs():
+    soft = 'foil = { stiffness = "50 MN/m^3" }'  # 19.4 N on it over 40 x 40 mm bend it by 240 um
+    with pytest.raises(NoLiftOffError, match=r"the load bends the foil by '?0?\.?\d+ .?m'?; give a foil well above '"):
+        Plant(machine(soft, soft)).equilibrium(2000.0, 0.0)
+
+
+def test_all_faults_of_a_machine_file_are_told_in_one_go():
+    text = load_text("aerostatic_spindle").replace('position = "190 mm"', 'position = "50 mm"')
+    text = text.replace('name = "front"', 'name = "rear"').replace('offset = "10 mm"', 'offset = "25 mm"', 1)
+    text = text.replace("[[bearings.orifices]]", '[bearings.foil]\nstiffness = "1 GN/m^3"\n[[bearings.orifices]]', 1)
+    text += '[[bearings]]\nkind = "table"\nposition = "120 mm"\n' + "".join(
+        f'[[bearings.points]]\nspeed = "{rpm} rpm"\nkxx = "1 MN/m"\ncxx = "{c} N*s/m"\n' for rpm, c in ((0, 1), (9, -1))
+    )
+    text += '[gas]\nviscosity = "0 Pa*s"\n[[injectors]]\nangle = "0 deg"\nreference = "+x"\n'
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    for fault in (
+        "bearings.1.position: '50 mm' is where bearings.0 is; move one",
+        "bearings.1.name: 'rear' is the name of bearings.0 too",
+        "bearings.0.orifices.1.offset: '25 mm' puts the orifice outside the film; write at most '19.9 mm'",
+        "bearings.0.foil: does not go with orifices",
+        "bearings.2.points.1.cxx: '-1 N*s/m' is below the limit",
+        "gas.viscosity: '0 Pa*s' must be above 0",
+        "injection: missing, but there are injectors",
+    ):
+        assert fault in str(caught.value)
