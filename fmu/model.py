@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Protocol
 
 from fmu.variables import Variable, plant_variables
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
@@ -63,7 +62,11 @@ class PlantUnit:
     pressure: float
     core = "plant.c"
     continuous = False
-    sample = RIG_SAMPLE
+
+    @property
+    def sample(self) -> float:
+        """Sampling time [s] of the machine, of which communication steps are multiples."""
+        return self.plant.machine.sampling_time
 
     @property
     def description(self) -> str:

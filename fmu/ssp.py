@@ -28,7 +28,6 @@ from fmu.places import check_place, workspace
 from fmu.targets import Target
 from fmu.units import exponents, fmi_name
 from fmu.variables import Variable
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 
 SPACES = {
@@ -55,7 +54,7 @@ def export_system(
 ) -> Path:
     """Export both units and write the .ssp file; raises DataError where it cannot be written or periods differ."""
     check_place(out)
-    check_periods(law)
+    check_periods(plant, law)
     units: dict[str, Unit] = {"plant": plant, "law": law}
     with workspace() as folder:
         made = {
@@ -65,11 +64,11 @@ def export_system(
     return write_system(plant, law, made, out)
 
 
-def check_periods(law: LawUnit) -> None:
+def check_periods(plant: PlantUnit, law: LawUnit) -> None:
     """Raise DataError unless the law runs at the plant's period."""
-    if abs(law.sample / RIG_SAMPLE - 1) > 1e-9:
+    if abs(law.sample / plant.sample - 1) > 1e-9:
         raise DataError(
-            f"{law.name}: Ts = {law.sample:g} s, and the plant samples every {RIG_SAMPLE:g} s; design it so"
+            f"{law.name}: Ts = {law.sample:g} s, and the plant samples every {plant.sample:g} s; design it so"
         )
 
 
@@ -96,7 +95,7 @@ def structure(plant: PlantUnit, law: LawUnit) -> Element:
     for start, end, name in WIRES:
         _below(wires, "ssd:Connection", startElement=start, startConnector=name, endElement=end, endConnector=name)
     _units(root, {v.unit for v in (*shown, *driven, *law.variables) if v.store != "time"})
-    _experiment(root)
+    _experiment(root, plant.sample)
     return root
 
 
@@ -137,11 +136,11 @@ def _units(root: Element, used: set[str]) -> None:
         _below(one, "ssc:BaseUnit", **{name: str(n) for name, n in exponents(unit).items()})
 
 
-def _experiment(root: Element) -> None:
+def _experiment(root: Element, step: float) -> None:
     """One second, in steps of a sample."""
     one = _below(root, "ssd:DefaultExperiment", startTime="0", stopTime="1")
     note = _below(_below(one, "ssd:Annotations"), "ssc:Annotation", type="com.opensimulationplatform")
-    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(RIG_SAMPLE))
+    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(step))
 
 
 class System:
@@ -172,6 +171,7 @@ class System:
         for instance in both.values():
             instance.initialise({name: float(v[0]) for name, v in inputs.items() if name in instance.unit.variables})
         owner = {name: "law" if name in OUTPUTS else "plant" for name in outputs}
+        step = float(self.units["plant"].description.defaultExperiment.stepSize)
         rows, n = [], len(next(iter(inputs.values())))
         for k in range(n + 1):
             for start, end, name in WIRES:
@@ -180,7 +180,7 @@ class System:
             if k < n:
                 both["plant"].set({name: float(values[k]) for name, values in inputs.items()})
                 for instance in both.values():
-                    instance.step(k * RIG_SAMPLE, RIG_SAMPLE)
+                    instance.step(k * step, step)
         for instance in both.values():
             instance.close()
         return np.array(rows)

@@ -11,7 +11,6 @@ import numpy as np
 from fmu.model import PlantUnit
 from fmu.variables import ROW, Variable
 from reynolds.grid import cells
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS
 
@@ -32,7 +31,7 @@ def header(model: PlantUnit) -> str:
         "MAGIC": f'"{MAGIC}"',
         "MODEL_HASH": f'"{model.hash}"',
         "TOKEN": f'"{model.token}"',
-        "SAMPLE": RIG_SAMPLE.hex(),
+        "SAMPLE": model.sample.hex(),
         "CONTINUOUS": 0,
         "N_STATES": 0,
         "STEPS": a.steps_per_sample,

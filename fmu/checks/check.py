@@ -24,7 +24,6 @@ from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.places import workspace
 from fmu.reference import reference_inputs
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
@@ -90,11 +89,12 @@ def _standard(path: Path) -> Iterator[Check]:
 
 
 def _trajectory(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    yield compare(unit, model, n, RIG_SAMPLE, f"{n * RIG_SAMPLE:g} s against the Python plant")
+    yield compare(unit, model, n, model.sample, f"{n * model.sample:g} s against the Python plant")
 
 
 def _long_steps(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    yield compare(unit, model, max(n // 10, 20), 5 * RIG_SAMPLE, "the same in steps of 1 ms")
+    step = 5 * model.sample
+    yield compare(unit, model, max(n // 10, 20), step, f"the same in steps of {1e3 * step:g} ms")
 
 
 def compare(unit: ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:

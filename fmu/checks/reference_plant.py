@@ -13,7 +13,6 @@ import numpy as np
 
 from fmu.model import PlantUnit
 from fmu.variables import ROW
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.plant.simulation import Simulation
 
 AT_ONCE = {
@@ -25,7 +24,7 @@ AT_ONCE = {
 
 def plant_rows(model: PlantUnit, inputs: Mapping[str, np.ndarray], step: float) -> np.ndarray:
     """Input rows (samples, 6) of the plant for rows of a unit that are held over `step` [s]; the speed is linear."""
-    per = round(step / RIG_SAMPLE)
+    per = round(step / model.sample)
     n = len(inputs["drive.on"])
     rows = np.zeros((n * per, 6))
     for column, name in enumerate(ROW):
@@ -43,7 +42,7 @@ def plant_outputs(
     model: PlantUnit, inputs: Mapping[str, np.ndarray], step: float, seed: int = 0
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """By output: values (n + 1,) at the communication points and which of them can be compared."""
-    per = round(step / RIG_SAMPLE)
+    per = round(step / model.sample)
     rows = plant_rows(model, inputs, step)
     rows = np.vstack([rows, rows[-1:]])
     simulation = Simulation.at_equilibrium(model.assembly, model.speed, model.pressure, seed)

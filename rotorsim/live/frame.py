@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM, TO_UM
+from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
@@ -20,23 +20,23 @@ from rotorsim.signals.probes import shown
 
 AT = {name: i for i, name in enumerate(COLUMNS)}
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
-"""Samples behind an orbit (0.2 s), a trace (0.5 s) and a spectrum (1 s)."""
+"""Samples behind an orbit (0.2 s at 5 kHz), a trace (0.5 s) and a spectrum (1 s)."""
 POINTS = 500
 HIGHEST = 500
-"""Lines of the spectrum [Hz]; they are 1 Hz apart."""
+"""Lines of the spectrum; they are 1 Hz apart at 5 kHz."""
 SWING = 1000
-"""Samples behind the swing, 0.2 s, where a turn takes no longer."""
+"""Samples behind the swing, 0.2 s at 5 kHz, where a turn takes no longer."""
 SAFE = 0.8
 """Radius of the safety circle as a share of the clearance: 20 um on the shipped rig."""
 STANDING = 0.1
 """Speed [rad/s] below which the shaft stands."""
 LINE = 2 * np.pi
-"""Change of speed [rad/s] by which 1X moves from a line of the spectrum to the next."""
+"""Change of speed [rad/s] by which 1X moves from a line of the spectrum to the next where they are 1 Hz apart."""
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes."""
+    """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes; samples of Ts [s]."""
 
     clearance: float
     safety: float
@@ -45,6 +45,7 @@ class Geometry:
     theta: np.ndarray
     z: np.ndarray
     ambient: float
+    Ts: float
 
     @classmethod
     def of(cls, machine: Machine, theta: np.ndarray, z: np.ndarray) -> Geometry:
@@ -52,7 +53,16 @@ class Geometry:
         film = machine.film
         clearance = 0.0 if film is None else film.clearance * TO_UM
         probes = tuple((p.name, reading_unit(p)) for p in machine.probes)
-        return cls(clearance, SAFE * clearance, len(machine.injectors), probes, theta, z, machine.gas.ambient_pressure)
+        return cls(
+            clearance,
+            SAFE * clearance,
+            len(machine.injectors),
+            probes,
+            theta,
+            z,
+            machine.gas.ambient_pressure,
+            machine.sampling_time,
+        )
 
     def alike(self, other: Geometry) -> bool:
         """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
@@ -62,7 +72,9 @@ class Geometry:
         """Plain values for a page."""
         return {
             "clearance": round(self.clearance, 3), "safety": round(self.safety, 2), "pins": self.pins,
-            "theta": _plain(np.degrees(self.theta), 2), "z": _plain(self.z * 1e3, 3), "highest": HIGHEST,
+            "theta": _plain(np.degrees(self.theta), 2), "z": _plain(self.z * 1e3, 3),
+            "highest": round(HIGHEST / (SPECTRUM * self.Ts), 3),
+            "spans": [round(n * self.Ts, 4) for n in (ORBIT, SPECTRUM)],
         }  # fmt: skip
 
 
@@ -76,10 +88,10 @@ def make_frame(
         return frame
     film = pressure is not None
     frame["orbit"] = {"disc": _pair(rows[-ORBIT:], "disc", 2)}
-    frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0)
+    frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0, geometry.Ts)
     frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3) if len(rows) >= SPECTRUM else None
-    frame["orders"] = no_orders(rows[-SPECTRUM:])
-    frame["now"] = _numbers(rows) | {"probes": _probe_swings(rows, geometry)}
+    frame["orders"] = no_orders(rows[-SPECTRUM:], geometry.Ts)
+    frame["now"] = _numbers(rows, geometry.Ts) | {"probes": _probe_swings(rows, geometry)}
     if pressure is not None:
         frame["orbit"]["journal"] = _pair(rows[-ORBIT:], "journal", 2)
         frame["film"] = _plain((pressure - geometry.ambient).ravel() / 1e3, 1)
@@ -87,39 +99,39 @@ def make_frame(
 
 
 def spectrum(rows: np.ndarray) -> np.ndarray:
-    """Amplitude [um, 0-pk] of the larger axis of the measured disc at 0, 1 ... HIGHEST Hz (Hann window)."""
+    """Amplitude [um, 0-pk] of the larger axis of the measured disc at lines 0 ... HIGHEST (Hann window)."""
     disc = rows[:, READ : READ + 2] * TO_UM
     window = np.hanning(len(rows) + 1)[:-1, None]
     size = np.abs(np.fft.rfft((disc - disc.mean(axis=0)) * window, axis=0)) * 2 / window.sum()
     return np.asarray(size[: HIGHEST + 1].max(axis=1))
 
 
-def no_orders(rows: np.ndarray) -> str:
+def no_orders(rows: np.ndarray, Ts: float) -> str:
     """Reason why the lines of a spectrum have no order; empty if they have."""
     speed = rows[:, AT["speed"]]
     if len(rows) < SPECTRUM:
-        return "after 1 s"
-    if np.ptp(speed) > LINE:
+        return f"after {SPECTRUM * Ts:g} s"
+    if np.ptp(speed) > LINE / (SPECTRUM * Ts):
         return "no orders: the speed was changing"
     return ""
 
 
-def swing(rows: np.ndarray) -> tuple[list[float], str]:
-    """Half the peak-to-peak value of the measured disc x, y [um] over 0.2 s and a revolution, or why there is none."""
+def swing(rows: np.ndarray, Ts: float) -> tuple[list[float], str]:
+    """Half the peak-to-peak value of the measured disc x, y [um] over SWING samples and a revolution, or the reason."""
     speed, length = abs(float(rows[-1, AT["speed"]])), SWING
     if speed > STANDING:
-        length = max(SWING, int(np.ceil(2 * np.pi / (speed * RIG_SAMPLE))))
+        length = max(SWING, int(np.ceil(2 * np.pi / (speed * Ts))))
     if length > LENGTH:
-        return [], "a turn takes longer than 2 s"
+        return [], f"a turn takes longer than {LENGTH * Ts:g} s"
     if len(rows) < length:
-        return [], f"after {length * RIG_SAMPLE:.1f} s"
+        return [], f"after {length * Ts:.1f} s"
     return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * TO_UM, axis=0), 2), ""
 
 
-def _numbers(rows: np.ndarray) -> dict[str, Any]:
-    """The values of the last sample, and what the last 20 ms touched."""
+def _numbers(rows: np.ndarray, Ts: float) -> dict[str, Any]:
+    """The values of the last sample, and what the last 100 samples touched."""
     last = {name: float(rows[-1, column]) for name, column in AT.items()}
-    found, why = swing(rows)
+    found, why = swing(rows, Ts)
     return {
         "angle": round(last["angle"] % (2 * np.pi), 3),
         "speed": round(last["speed"] * TO_RPM, 3),
@@ -129,22 +141,22 @@ def _numbers(rows: np.ndarray) -> dict[str, Any]:
         "contact": bool(rows[-100:, AT["contact"]].max() > 0),
         "swing": found,
         "no_swing": why,
-        "force": _plain(rows[-100:, -2:].sum(axis=0) * RIG_SAMPLE * 1e3, 3),
+        "force": _plain(rows[-100:, -2:].sum(axis=0) * Ts * 1e3, 3),
     }
 
 
 def _probe_swings(rows: np.ndarray, geometry: Geometry) -> list[tuple[str, str]]:
-    """Name of each probe and half the peak-to-peak value of its reading over the last 0.2 s."""
+    """Name of each probe and half the peak-to-peak value of its reading over the last SWING samples."""
     first = len(COLUMNS) + geometry.pins
     half = 0.5 * np.ptp(rows[-SWING:, first : first + len(geometry.probes)], axis=0)
     return [(name, shown(value, unit)) for value, (name, unit) in zip(half, geometry.probes, strict=True)]
 
 
-def _traces(rows: np.ndarray, pins: int) -> dict[str, Any]:
-    """Disc [um], references [V], pins [um] over the last half second."""
+def _traces(rows: np.ndarray, pins: int, Ts: float) -> dict[str, Any]:
+    """Disc [um], references [V], pins [um] over the last TRACE samples."""
     thin = rows[:: max(len(rows) // POINTS, 1)]
     found: dict[str, Any] = {"x": _plain(thin[:, READ] * TO_UM, 2), "y": _plain(thin[:, READ + 1] * TO_UM, 2)}
-    found["seconds"] = round(len(rows) * RIG_SAMPLE, 4)
+    found["seconds"] = round(len(rows) * Ts, 4)
     found |= {"reference_x": _plain(thin[:, -4], 3), "reference_y": _plain(thin[:, -3], 3)}
     for k in range(pins):
         found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * TO_UM, 2)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from rotorsim.base.constants import RIG_SAMPLE
-
 BLOCK = 50
-"""Most samples at a time: 10 ms."""
+"""Most samples at a time: 10 ms of a rig of 5 kHz."""
 BEHIND = 0.05
 """Seconds of the plant that may wait before they are given up."""
 SPAN = 0.5
@@ -19,7 +17,8 @@ REST = 0.01
 class Pacer:
     """Number of samples due by the clock, and the real-time factor."""
 
-    def __init__(self) -> None:
+    def __init__(self, Ts: float) -> None:
+        self._Ts = Ts
         self._last, self._credit = time.monotonic(), 0.0
         self._marks: deque[tuple[float, int]] = deque([(self._last, 0)])
 
@@ -32,10 +31,10 @@ class Pacer:
             return BLOCK
         self._credit = min(self._credit + passed * pace, BEHIND)
         block = max(min(round(BLOCK * pace), BLOCK), 1)
-        if pace > 0 and self._credit >= block * RIG_SAMPLE:
-            self._credit -= block * RIG_SAMPLE
+        if pace > 0 and self._credit >= block * self._Ts:
+            self._credit -= block * self._Ts
             return block
-        time.sleep(min((block * RIG_SAMPLE - self._credit) / pace, REST) if pace > 0 else REST)
+        time.sleep(min((block * self._Ts - self._credit) / pace, REST) if pace > 0 else REST)
         return 0
 
     def count(self, samples: int) -> None:
@@ -48,4 +47,4 @@ class Pacer:
     def factor(self) -> float:
         """Seconds of the plant per second of the clock, lately."""
         (begin, before), (end, after) = self._marks[0], self._marks[-1]
-        return (after - before) * RIG_SAMPLE / (end - begin) if end > begin else 0.0
+        return (after - before) * self._Ts / (end - begin) if end > begin else 0.0

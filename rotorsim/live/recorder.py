@@ -1,4 +1,4 @@
-"""Recording of a live run in the schema, with film pressure every 50 ms and all settings."""
+"""Recording of a live run in the schema, with film pressure every 250 samples and all settings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.rig.rig import INPUTS, Rig
@@ -36,7 +35,7 @@ class Recorder:
     @property
     def seconds(self) -> float:
         """Length so far [s]."""
-        return self._file.samples * RIG_SAMPLE
+        return self._file.samples * self._rig.Ts
 
     @property
     def kept(self) -> bool:
@@ -59,7 +58,7 @@ class Recorder:
             return
         first, film = self._file.samples, self._rig.has_film
         values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, :-INPUTS], rows[:, -INPUTS:])
-        self._file.write((first + np.arange(len(rows))) * RIG_SAMPLE, values)
+        self._file.write((first + np.arange(len(rows))) * self._rig.Ts, values)
         if film and self._file.samples // FILM_EVERY > first // FILM_EVERY:
             self._file.snapshot(self.seconds, self._rig.speed, *self._rig.simulation.film_snapshot())
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
 from rotorsim.live.aside import Aside
 from rotorsim.live.frame import Geometry, make_frame
@@ -59,7 +58,7 @@ class Runner:
         self.modes: tuple[int, Modes] = (-1, Modes())
         self.reading: tuple[int, float, Reading] = (-1, 0.0, Reading())
         """Modes with the epoch they are of; a reading with epoch and speed."""
-        self._pacer = Pacer()
+        self._pacer = Pacer(rig.Ts)
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(ORDERS)
         self._lock = threading.Lock()
         self._over = threading.Event()
@@ -145,9 +144,7 @@ class Runner:
     def _rig_frame(self) -> dict[str, Any]:
         rig = self.rig
         pressure = rig.simulation.film_pressure() if rig.has_film else None
-        return make_frame(
-            rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * RIG_SAMPLE, rig.rest
-        )
+        return make_frame(rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * rig.Ts, rig.rest)
 
     def _status(self) -> dict[str, Any]:
         replay = self.replay
@@ -308,12 +305,12 @@ class Runner:
         epoch, speed, name = rig.epoch, rig.speed, "xy"[hit.axis]
         rows = rig.history.last(rig.simulation.samples - hit.sample + BEFORE)[: BEFORE + LEAD + RING].copy()
         if hit.sample - rig.since < BEFORE:
-            self.reading = epoch, speed, Reading(name, why=f"{rig.change} within 0.4 s of the hit")
+            self.reading = epoch, speed, Reading(name, why=f"{rig.change} within {BEFORE * rig.Ts:g} s of the hit")
             return
-        clearance, limit = rig.clearance, rig.limit
+        clearance, limit, Ts = rig.clearance, rig.limit, rig.Ts
 
         def read() -> None:
-            self.reading = epoch, speed, read_ringdown(rows, hit.axis, clearance, limit)
+            self.reading = epoch, speed, read_ringdown(rows, hit.axis, clearance, limit, Ts)
 
         self.reading = epoch, speed, Reading(name, why="being read")
         self._aside.ask("reading", read)

@@ -165,8 +165,8 @@ def test_a_system_names_its_step_where_the_open_simulation_platform_looks_for_it
     assert step is not None and float(step.get("baseStepSize")) == 2e-4
 
 
-def test_periods_that_differ_are_refused():
+def test_periods_that_differ_are_refused(model):
     from fmu.ssp import check_periods
 
     with pytest.raises(DataError, match="the plant samples every"):
-        check_periods(LawUnit(scheduled_law(Ts=1e-3)))
+        check_periods(model, LawUnit(scheduled_law(Ts=1e-3)))

@@ -37,7 +37,7 @@ def test_a_law_moves_the_orbit_as_announced(speed, pressure):
     assert not verdict.why and verdict.damping[1] > 2.5 * verdict.damping[0]
     rig.switch_on("hinf", verdict)
     rig.advance(5000)
-    after = motion(rig.history.last(2000))
+    after = motion(rig.history.last(2000), rig.Ts)
     assert np.abs(after.disc[1]).max() == pytest.approx(verdict.orbit[1], rel=0.2, abs=0.1)
     assert np.abs(rig.history.last(2000)[:, -4:-2]).max() < max(1.1 * verdict.volts, 1.0) < rig.limit
 
@@ -75,10 +75,10 @@ def test_a_controller_that_stays_at_the_limit_is_switched_off_with_the_reason():
 def test_the_numbers_of_the_stop_with_the_law_are_those_of_the_plant():
     rig = make_rig(speed=6000 * RPM, pressure=0.3e6)
     rig.advance(5000)
-    before, verdict = motion(rig.history.last(2000)), rig.check("hinf")()
+    before, verdict = motion(rig.history.last(2000), rig.Ts), rig.check("hinf")()
     rig.switch_on("hinf", verdict)
     rig.advance(5000)
-    after = motion(rig.history.last(2000))
+    after = motion(rig.history.last(2000), rig.Ts)
     assert np.abs(before.disc[1]).max() == pytest.approx(11, abs=0.5)
     assert np.abs(after.disc[1]).max() == pytest.approx(0.55 * np.abs(before.disc[1]).max(), rel=0.1)
     assert verdict.damping == pytest.approx((0.06, 0.18), abs=0.005)

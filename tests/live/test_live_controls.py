@@ -52,11 +52,11 @@ def test_the_middle_of_a_slider_is_neutral_to_the_last_bit():
 
 
 def test_the_impulse_of_a_hit_is_exact():
-    assert hit(0.02, 1).sum(axis=0) * RIG_SAMPLE == pytest.approx([0.0, 0.02], rel=1e-12)
+    assert hit(0.02, 1, RIG_SAMPLE).sum(axis=0) * RIG_SAMPLE == pytest.approx([0.0, 0.02], rel=1e-12)
 
 
 def test_hits_that_fall_together_add_up_whatever_the_blocks():
-    hammer = Hammer()
+    hammer = Hammer(RIG_SAMPLE)
     hammer.strike(0.01, 0)
     first = hammer.take(2)
     hammer.strike(0.03, 0)
@@ -65,7 +65,7 @@ def test_hits_that_fall_together_add_up_whatever_the_blocks():
 
 
 def test_a_speed_ramps_to_its_target_and_stays():
-    speeds = ramp(10.0, 10.1, 100.0, 10)
+    speeds = ramp(10.0, 10.1, 100.0, 10, RIG_SAMPLE)
     assert speeds[0] == pytest.approx(10.02) and speeds[-1] == 10.1
     assert np.diff(speeds).max() <= 100.0 * RIG_SAMPLE * (1 + 1e-9)
 

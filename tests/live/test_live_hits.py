@@ -13,7 +13,7 @@ def ringing(rig, axis, clearance=25e-6):
     rig.advance(6000)
     rig.strike(axis)
     rig.advance(LEAD + RING)
-    return read_ringdown(rig.history.last(BEFORE + LEAD + RING), axis, clearance, 5.0)
+    return read_ringdown(rig.history.last(BEFORE + LEAD + RING), axis, clearance, 5.0, rig.Ts)
 
 
 @pytest.mark.parametrize("axis", [0, 1])

@@ -11,7 +11,6 @@ from nicegui import ui
 from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
 from rotorsim.live.desk import Desk
 from rotorsim.live.page.control import Control
@@ -246,7 +245,7 @@ class Board:
         replay = self.runner.replay
         if replay is not None:
             place = float(self._place.value) * replay.samples if is_number(self._place.value) else 0.0
-            self.runner.order(lambda: replay.seek(place * RIG_SAMPLE))
+            self.runner.order(lambda: replay.seek(place * replay.Ts))
 
     def _try(self, what: Callable[[], Any]) -> None:
         try:

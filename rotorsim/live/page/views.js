@@ -11,13 +11,13 @@ export default {
       <span v-for="r in readings" :key="r.name" :class="{ 'live-alarm': r.alarm }" :data-reading="r.name"><b>{{ r.name }}</b> {{ r.text }}</span>
     </div>
     <div class="live-views">
-      <figure><figcaption>disc orbit, 0.2 s, about where it rests</figcaption><canvas ref="disc" role="img" aria-label="disc orbit"></canvas></figure>
-      <figure v-if="rig.clearance"><figcaption>journal orbit, 0.2 s, in the bearing</figcaption><canvas ref="journal" role="img" aria-label="journal orbit"></canvas></figure>
+      <figure><figcaption>disc orbit, {{ rig.spans[0] }} s, about where it rests</figcaption><canvas ref="disc" role="img" aria-label="disc orbit"></canvas></figure>
+      <figure v-if="rig.clearance"><figcaption>journal orbit, {{ rig.spans[0] }} s, in the bearing</figcaption><canvas ref="journal" role="img" aria-label="journal orbit"></canvas></figure>
       <figure v-if="rig.clearance"><figcaption>film on the journal, clearance exaggerated; drag to turn</figcaption>
         <div class="live-hold"><canvas ref="film3d" role="img" aria-label="film pressure in 3-D"></canvas></div></figure>
       <figure class="live-wide"><figcaption>what the sensors and actuators show</figcaption><canvas ref="traces" role="img" aria-label="time traces"></canvas></figure>
       <figure v-if="rig.clearance"><figcaption>film pressure, unrolled</figcaption><canvas ref="film" role="img" aria-label="film pressure, unrolled"></canvas></figure>
-      <figure class="live-wide"><figcaption>spectrum of the disc, 1 s, the larger axis; point at it for order and size</figcaption>
+      <figure class="live-wide"><figcaption>spectrum of the disc, {{ rig.spans[1] }} s, the larger axis; point at it for order and size</figcaption>
         <canvas ref="spectrum" role="img" aria-label="spectrum" @mousemove="cursor = $event.offsetX" @mouseleave="cursor = null"></canvas></figure>
       <figure><figcaption>waterfall</figcaption><canvas ref="waterfall" role="img" aria-label="waterfall"></canvas></figure>
     </div></div>`,

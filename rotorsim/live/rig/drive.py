@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
-
 BREAKAWAY = 1e-3
 """Speed [rad/s] from which the plant's own friction takes over when a torque starts the shaft."""
 
 
-def ramp(speed: float, target: float, acceleration: float, samples: int) -> np.ndarray:
-    """Speeds [rad/s] at the ends of the next samples on a ramp from `speed` to `target`."""
-    reach = acceleration * RIG_SAMPLE * np.arange(1, samples + 1)
+def ramp(speed: float, target: float, acceleration: float, samples: int, Ts: float) -> np.ndarray:
+    """Speeds [rad/s] at the ends of the next samples of Ts [s] on a ramp from `speed` to `target`."""
+    reach = acceleration * Ts * np.arange(1, samples + 1)
     return speed + np.clip(target - speed, -reach, reach)
 
 

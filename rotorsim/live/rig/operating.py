@@ -16,10 +16,10 @@ SWITCHES: dict[str, tuple[str, ...]] = {
 }
 """Positions of every switch but `controller`, whose positions are off, P and the laws that were given."""
 START = {"drive": "speed", "sense": "forward", "noise": "on", "pace": "1x", "controller": OFF}
-SPEED = Quantity("rad/s", "Speed the drive holds.", low=0.0, high=30_000 * RPM)
-ACCELERATION = Quantity("rad/s^2", "Limit of the drive.", low=RPM, high=10_000 * RPM)
+HIGHEST = 30_000 * RPM
+"""Highest speed [rad/s] that can be set on a machine whose file states none; a drive takes 3 s to it."""
 TORQUE = Quantity("N*m", "Drive torque, forward.", low=0.0, high=5.0)
-IMPULSE = Quantity("N*s", "Of a hammer's hit on the disc, 1 ms long.", low=0.0, high=0.2)
+IMPULSE = Quantity("N*s", "Of a hammer's hit on the disc, five samples long.", low=0.0, high=0.2)
 PRESSURE = Quantity("Pa", "Gauge pressure.", low=0.0, high=1e6)
 PACES = {"pause": 0.0, "0.1x": 0.1, "1x": 1.0, "fastest": float("inf")}
 
@@ -32,13 +32,16 @@ def driven_axes(machine: Machine) -> str:
 def operating(machine: Machine) -> dict[str, Control]:
     """Operating controls by key."""
     limit = 5.0 if machine.actuators is None else machine.actuators.reference_limit
+    highest = machine.drive.highest_speed or HIGHEST
+    speed = Quantity("rad/s", "Speed the drive holds.", low=0.0, high=highest)
+    acceleration = Quantity("rad/s^2", "Limit of the drive.", low=RPM, high=highest / 3)
     found = [
-        control_of("speed", SPEED, power=1),
-        control_of("acceleration", ACCELERATION, 500 * RPM),
+        control_of("speed", speed, power=1),
+        control_of("acceleration", acceleration, 500 * RPM * highest / HIGHEST),
         control_of("torque", TORQUE, power=1),
-        control_of("impulse", IMPULSE, 0.01),
+        control_of("impulse", IMPULSE, 0.01 * min(machine.mass, 1.0)),
     ]
-    if machine.injectors:
+    if machine.injectors or any(film.orifices for film in machine.films):
         found.append(control_of("pressure", PRESSURE, 0.3e6, "MPa", power=1))
     reference = Quantity("V", "Constant.", low=-limit, high=limit)
     found += [control_of(f"reference_{axis}", reference, power=1) for axis in driven_axes(machine)]

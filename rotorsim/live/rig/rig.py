@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
@@ -75,7 +74,7 @@ class Rig:
         self.drag = float(self.assembly.P.dry_drag)
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
-        self.hammer = Hammer()
+        self.hammer = Hammer(self.Ts)
         self.loop: Loop | None = None
         self.hit: Hit | None = None
         self.epoch, self.since, self.change = 0, 0, ""
@@ -87,6 +86,11 @@ class Rig:
     def has_film(self) -> bool:
         """Whether the machine has a gas film."""
         return self.assembly.film_model is not None
+
+    @property
+    def Ts(self) -> float:
+        """Time between two samples [s]."""
+        return self.machine.sampling_time
 
     @property
     def seen(self) -> int:
@@ -193,7 +197,7 @@ class Rig:
         self.rest = describe(self.assembly, w).disc
         w[self.assembly.rig.seed] = self.seed
         self.simulation = Simulation(self.assembly, w)
-        self.stopped, self.hit, self.hammer = "", None, Hammer()
+        self.stopped, self.hit, self.hammer = "", None, Hammer(self.Ts)
         self.history.clear()
         self._changed("reset")
         self._close_loop(self.settings.positions["controller"])
@@ -239,7 +243,7 @@ class Rig:
         full = np.count_nonzero(asked >= 0.999 * self.limit)
         if full > FULL * LOOK:
             name = self.settings.positions["controller"]
-            self._switch_off(f"{name}: at the actuators' limit of {self.limit:g} V for {full * RIG_SAMPLE:.2f} s")
+            self._switch_off(f"{name}: at the actuators' limit of {self.limit:g} V for {full * self.Ts:.2f} s")
 
     def _switch_off(self, why: str) -> None:
         self._switch("controller", OFF)
@@ -256,7 +260,7 @@ class Rig:
         torque = numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
         drive.lay_on(self.assembly.P, self.drag, torque)
         if self._held:
-            rows[:, 0] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples)
+            rows[:, 0] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
             rows[:, 0] = drive.torque_rows(self.speed, torque, self.drag, samples)
         rows[:, 1] = self.pressure
@@ -301,7 +305,7 @@ class Rig:
         speed, target, pressure = self.speed, self.target if self._held else self.speed, self.pressure
         numbers = self.settings.numbers
         external = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
-        now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), external)
+        now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), self.Ts, external)
 
         def work() -> Verdict:
             there = check(a, law, speed, pressure, now, limit)

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.live.frame import AT
 
 BEFORE, RING = 2000, 2000
@@ -29,8 +28,8 @@ LEAD, THIN = 10, 5
 STRETCHES, LENGTH, SHIFTS = (0, 40), 240, 40
 MODEL_ORDERS = (4, 6, 8, 12)
 REFERENCE_ORDER = 8
-LOWEST, HIGHEST = 20.0, 450.0
-"""Frequencies [Hz] of a reading."""
+LOWEST, HIGHEST = 0.02, 0.45
+"""Frequencies of a reading, times the time between two averaged samples: 20 to 450 Hz at 5 kHz."""
 ORDERS = (1, 2, 3)
 SLOW = 10 * np.pi
 """Speed [rad/s], 300 rpm, below which the motion of a turn is slower than every reading and stays in the ring-down."""
@@ -61,7 +60,7 @@ class Reading:
     why: str = ""
 
 
-def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float) -> Reading:
+def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float, Ts: float) -> Reading:
     """Reading of an impact along x (0) or y (1).
 
     Parameters
@@ -70,6 +69,8 @@ def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float) -
         Samples round the blow, whose force begins in row BEFORE.
     clearance, limit : float
         Radial clearance [m] and largest reference [V]; infinite where the machine has none.
+    Ts : float
+        Sampling time [s].
     """
     name = "xy"[axis]
     why = spoilt(rows, limit)
@@ -82,7 +83,7 @@ def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float) -
         return Reading(name, why="the hit was too small to be read")
     if quiet > UNSTEADY * loud:
         return Reading(name, why="the rotor was not steady before the hit")
-    return _reading(name, axis, free[BEFORE + LEAD :], _journal(rows) / clearance)
+    return _reading(name, axis, free[BEFORE + LEAD :], _journal(rows) / clearance, Ts)
 
 
 def spoilt(rows: np.ndarray, limit: float) -> str:
@@ -116,11 +117,11 @@ def _journal(rows: np.ndarray) -> float:
     return float(np.sqrt(2 * np.mean(moved**2, axis=0).max()))
 
 
-def _reading(name: str, axis: int, free: np.ndarray, share: float) -> Reading:
+def _reading(name: str, axis: int, free: np.ndarray, share: float, Ts: float) -> Reading:
     """Reading from the ring-down (RING, 2) [m] of a motion that is `share` of the clearance."""
     thin = free[: len(free) // THIN * THIN].reshape(-1, THIN, 2).mean(axis=1)
-    found = [poles(thin[at : at + LENGTH], THIN * RIG_SAMPLE, MODEL_ORDERS) for at in STRETCHES]
-    main = _pole_of_axis(thin[:LENGTH], found[0][REFERENCE_ORDER], axis)
+    found = [poles(thin[at : at + LENGTH], THIN * Ts, MODEL_ORDERS) for at in STRETCHES]
+    main = _pole_of_axis(thin[:LENGTH], found[0][REFERENCE_ORDER], axis, THIN * Ts)
     if main is None:
         return Reading(name, why="the ring-down shows no oscillation")
     alike = [_nearest(each, main) for one in found for each in one.values()]
@@ -146,12 +147,12 @@ def poles(signal: np.ndarray, dt: float, orders: tuple[int, ...]) -> dict[int, n
     return found
 
 
-def _pole_of_axis(signal: np.ndarray, s: np.ndarray, axis: int) -> complex | None:
+def _pole_of_axis(signal: np.ndarray, s: np.ndarray, axis: int, dt: float) -> complex | None:
     """The oscillation that is largest along an axis at the blow."""
-    shapes = np.exp(np.outer(np.arange(len(signal)) * THIN * RIG_SAMPLE, s))
+    shapes = np.exp(np.outer(np.arange(len(signal)) * dt, s))
     size = np.abs(np.linalg.lstsq(shapes, signal.astype(complex), rcond=None)[0][:, axis])
     f = np.abs(s) / (2 * np.pi)
-    swings = (s.imag > 0.4 * np.abs(s)) & (f > LOWEST) & (f < HIGHEST)
+    swings = (s.imag > 0.4 * np.abs(s)) & (f > LOWEST / dt) & (f < HIGHEST / dt)
     if not swings.any():
         return None
     return complex(s[swings][size[swings].argmax()])

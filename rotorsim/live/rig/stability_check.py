@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RIG_SAMPLE, RPM, TO_UM
+from rotorsim.base.constants import MPA, RPM, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.numerics.systems import (
@@ -52,7 +52,7 @@ samples, 1.6e4."""
 FEWEST = 500
 """Samples that show a motion."""
 DECAY = 1000
-"""Samples after a change that are left out: free vibration of what was changed, .2 s."""
+"""Samples after a change that are left out: free vibration of what was changed, .2 s at 5 kHz."""
 FIRST = 2.0
 """Damping is that of modes up to so many times the plant's lowest."""
 
@@ -90,20 +90,20 @@ class Verdict:
         return sentence + (f", orbit at 1X {before:.1f} -> {after:.1f} um" if max(before, after) > 0.05 else "")
 
 
-def motion(rows: np.ndarray, external: tuple[float, float] = (0.0, 0.0)) -> Motion | None:
-    """Motion in the last rows (n, columns + 6) under a constant external reference [V]; None if too few."""
+def motion(rows: np.ndarray, Ts: float, external: tuple[float, float] = (0.0, 0.0)) -> Motion | None:
+    """Motion in the last rows (n, columns + 6), a row every Ts [s], under a constant reference [V]; None if too few."""
     if len(rows) < FEWEST:
         return None
     disc = rows[:, [AT["disc_x"], AT["disc_y"]]] * TO_UM
     read = rows[:, READ : READ + 2] * TO_UM
     speed = float(rows[-1, AT["speed"]])
-    orders = ORDERS if abs(speed) * RIG_SAMPLE * len(rows) > 2 * np.pi else ()
+    orders = ORDERS if abs(speed) * Ts * len(rows) > 2 * np.pi else ()
     waves = [np.ones(len(rows))] + [np.exp(1j * n * rows[:, AT["angle"]]) for n in orders]
     real = np.stack([waves[0], *(f(w) for w in waves[1:] for f in (np.real, np.imag))], axis=1)
     output = rows[:, -4:-2] - np.asarray(external)
     moved, seen, asked = (np.linalg.lstsq(real, table, rcond=None)[0] for table in (disc, read, output))
     noise = (read - real @ seen).std(axis=0)
-    return Motion(_complex(moved), _complex(seen), _complex(asked), noise, np.asarray(external), speed * RIG_SAMPLE)
+    return Motion(_complex(moved), _complex(seen), _complex(asked), noise, np.asarray(external), speed * Ts)
 
 
 def _complex(parts: np.ndarray) -> np.ndarray:
@@ -117,11 +117,11 @@ def _complex(parts: np.ndarray) -> np.ndarray:
 
 def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | None, limit: float) -> Verdict:
     """Verdict on a law at a speed [rad/s] and gauge pressure [Pa]; `now`: present motion, `limit`: range [V]."""
-    where = f"{speed / RPM:.0f} rpm, {pressure / MPA:.2f} MPa"
+    where, Ts = f"{speed / RPM:.0f} rpm, {pressure / MPA:.2f} MPa", a.machine.sampling_time
     try:
         w = settle(a, speed, pressure)
         G, near = sampled(a, w, speed)
-        K = law_of(law, speed, pressure)
+        K = law_of(law, speed, pressure, Ts)
     except RotorsimError as error:
         return Verdict(f"it cannot be checked at {where}: {error}")
     poles = closed_poles(G, K)
@@ -129,11 +129,11 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
         worst = closed_poles(G, System(K.A, K.B, factor * K.C, factor * K.D))
         worst = worst[np.abs(worst).argmax()]
         if abs(worst) >= 1:
-            return Verdict(_leaves(worst, factor, where))
+            return Verdict(_leaves(worst, factor, where, Ts))
     highest = FIRST * near / (2 * np.pi)
     damping = (
-        smallest_damping(np.linalg.eigvals(G.A), RIG_SAMPLE, highest),
-        smallest_damping(poles, RIG_SAMPLE, highest),
+        smallest_damping(np.linalg.eigvals(G.A), Ts, highest),
+        smallest_damping(poles, Ts, highest),
     )
     if now is None:
         return Verdict("", damping)
@@ -144,9 +144,9 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
     return Verdict(why, damping, orbit, volts)
 
 
-def _leaves(pole: complex, factor: float, where: str) -> str:
+def _leaves(pole: complex, factor: float, where: str, Ts: float) -> str:
     gain = "" if factor == 1.0 else f" if the pins move {abs(factor - 1):.0%} {'more' if factor > 1 else 'less'}"
-    rate, hertz = np.log(abs(pole)) / RIG_SAMPLE, abs(np.angle(pole)) / (2 * np.pi * RIG_SAMPLE)
+    rate, hertz = np.log(abs(pole)) / Ts, abs(np.angle(pole)) / (2 * np.pi * Ts)
     return f"with it the rotor is unstable{gain} at {where} (grows at {rate:.2g} 1/s, {hertz:.3g} Hz)"
 
 
@@ -180,7 +180,7 @@ def sampled(a: Assembly, w: np.ndarray, speed: float) -> tuple[System, float]:
     found = linearise(a, w, speed)
     rotor, values = slow_modes(System(found.A, found.B[:, :2], found.C * TO_UM, np.zeros((2, 2))))
     near = np.abs(values[values.imag > 0.44 * np.abs(values)]).min()
-    return late(held(balanced(series(pins(a.machine, a.P), rotor)), RIG_SAMPLE)), float(near)
+    return late(held(balanced(series(pins(a.machine, a.P), rotor)), a.machine.sampling_time)), float(near)
 
 
 def slow_modes(system: System) -> tuple[System, np.ndarray]:
@@ -243,11 +243,11 @@ def _lag(time: float, size: float = 1.0) -> System:
     return System(np.array([[-rate]]), np.array([[rate]]), np.array([[size]]), np.zeros((1, 1)))
 
 
-def law_of(law: Any, speed: float, pressure: float) -> System:
-    """Controller at an operating point as a sampled system in um and V."""
+def law_of(law: Any, speed: float, pressure: float, Ts: float) -> System:
+    """Controller at an operating point as a sampled system in um and V; a proportional one is sampled every Ts [s]."""
     if not isinstance(law, ProportionalLaw):
         return law_system(law, speed, pressure)
-    keep = float(np.exp(-2 * np.pi * law.low_pass * RIG_SAMPLE))
+    keep = float(np.exp(-2 * np.pi * law.low_pass * Ts))
     own, asked = keep * np.eye(2), (1 - keep) * np.diag([law.gain_x, law.gain_y]) * 1e-6
     return System(own, asked, own, asked)
 

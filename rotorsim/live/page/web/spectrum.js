@@ -39,16 +39,17 @@ export function drawSpectrum(canvas, { spectrum, orders, now: { speed } }, highe
     g.fillStyle = colours.ink;
     g.fillText(`${order}X`, map.px(at), box.y - 1);
   }
-  line(g, map, (i) => i, spectrum.map((v) => Math.log10(Math.max(v, FLOOR))), colours.x);
+  const step = last / (spectrum.length - 1);
+  line(g, map, (i) => i * step, spectrum.map((v) => Math.log10(Math.max(v, FLOOR))), colours.x);
   if (cursor !== null) {
-    const i = Math.round(Math.min(Math.max(((cursor - box.x) / box.w) * last, 0), last));
-    const order = !orders && Math.abs(speed) > 30 ? `, ${((60 * i) / Math.abs(speed)).toFixed(2)}X` : "";
+    const i = Math.round(Math.min(Math.max(((cursor - box.x) / box.w) * last, 0), last) / step), hertz = i * step;
+    const order = !orders && Math.abs(speed) > 30 ? `, ${((60 * hertz) / Math.abs(speed)).toFixed(2)}X` : "";
     g.strokeStyle = colours.ink;
-    stroke(g, map.px(i), box.y, map.px(i), box.y + box.h);
+    stroke(g, map.px(hertz), box.y, map.px(hertz), box.y + box.h);
     g.fillStyle = colours.ink;
-    g.textAlign = i > last / 2 ? "right" : "left";
+    g.textAlign = hertz > last / 2 ? "right" : "left";
     g.textBaseline = "top";
-    g.fillText(` ${i} Hz${order}: ${spectrum[i].toFixed(2)} um `, map.px(i), box.y + 4);
+    g.fillText(` ${Number(hertz.toPrecision(6))} Hz${order}: ${spectrum[i].toFixed(2)} um `, map.px(hertz), box.y + 4);
   }
 }
 
