@@ -25,6 +25,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, diagnose as find
 from rotorsim.discrepancy.identifiability import alias_matrix, markdown
+from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 from rotorsim.discrepancy.outcome.gap import reduction
 
@@ -157,6 +158,9 @@ def _kept(*asked: Any) -> Iterator[Path]:
 def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
     end_line()
     typer.echo(diagnosis.sentence)
+    for one in diagnosis.odds[:4]:
+        if one.probability >= LEAST_SHOWN:
+            typer.echo(f"  probability {shown_share(one.probability)}: {one.name}")
     for found in diagnosis.effects:
         numbers = (f"{p} = {value}" + (f" +- {sd}" if sd else "") for p, value, sd in found.sizes())
         typer.echo(f"  {found.form}: {', '.join(numbers)}")

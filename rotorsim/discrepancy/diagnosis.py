@@ -20,6 +20,8 @@ from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
+from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.odds import odds
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.outcome.findings import CLOCK, Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
@@ -272,6 +274,7 @@ class Work:
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
+            odds=self._odds(base, flags, verdict, search),
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(
@@ -285,6 +288,16 @@ class Work:
                 for h in verdict.tried
             ),
         )
+
+    def _odds(
+        self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None
+    ) -> tuple[Explanation, ...]:  # fmt: skip
+        """Probabilities of the explanations; none where their evidence has no number."""
+        tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
+        try:
+            return odds(self.fitted, base, search, tried, sum(f.excess for f in flags if f.group == UNSTEADY))
+        except NoAnswerError:
+            return ()
 
     def _clocks(self, point: Point) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation of every record that states how far its clock may be off."""

@@ -10,6 +10,7 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
+from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, Explanation, shown_share
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import extended
@@ -40,6 +41,8 @@ class Diagnosis(Shown, Findings, Reported):
     notes: tuple[str, ...]
     spectra: dict[str, Any] = field(default_factory=dict, repr=False)
     tried: tuple[dict[str, Any], ...] = ()
+    odds: tuple[Explanation, ...] = ()
+    """Explanations with their probabilities, the most probable first."""
 
     def card(self) -> Card:
         """Verdict, sizes of the effects, next experiment."""
@@ -48,6 +51,7 @@ class Diagnosis(Shown, Findings, Reported):
             for found in self.effects
         ]
         rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
+        rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.odds[:3]]
         if self.next_experiment:
             rows.append(("next experiment", str(self.next_experiment["experiment"])))
         rows.append(("machine", self.machine.name))
@@ -94,6 +98,15 @@ class Diagnosis(Shown, Findings, Reported):
             "calibration": {k: {"value": v, "sd": s} for k, (v, s) in self.calibration.items()},
             "evidence": self.evidence,
             "notes": list(self.notes),
+            "odds": [
+                {
+                    "effects": list(e.effects), "beyond_catalogue": e.beyond, "name": e.name,
+                    "probability": e.probability, "log_evidence": e.evidence, "form_error": e.error,
+                    "refitted": e.refitted,
+                    "alike": [list(keys) for keys in e.alike],
+                }
+                for e in self.odds if e.probability >= LEAST_SHOWN
+            ],
             "tried": list(self.tried),
             "data_hash": self.data_hash,
         }  # fmt: skip

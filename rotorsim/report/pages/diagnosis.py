@@ -53,6 +53,13 @@ def _cards(d: Diagnosis) -> str:
 
 
 def _sections(d: Diagnosis) -> Iterator[str]:
+    if d.odds:
+        yield html.figure_section(
+            "Probabilities",
+            "Of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence "
+            "of the records. Explanations that no record distinguishes are one bar.",
+            plots.odds_bars(d),
+        )
     if d.effects:
         yield _effects(d)
     if d.next_experiment:

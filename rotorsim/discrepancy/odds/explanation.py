@@ -1,0 +1,45 @@
+"""An explanation of a disagreement with its probability."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+BEYOND = "something that is not in the catalogue"
+NOTHING = "nothing is missing"
+LEAST_SHOWN = 1e-3
+"""Probability below which an explanation is not listed."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What may be missing, with its probability.
+
+    effects : keys of forms, none where nothing of the catalogue is missing
+    beyond : whether something that is not in the catalogue is missing as well
+    alike : explanations that no record distinguishes from it; their probabilities are in this one
+    evidence : logarithm, above that of nothing missing
+    error : relative error of the model's form that it leaves, most probable value
+    refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
+    """
+
+    effects: tuple[str, ...]
+    beyond: bool
+    evidence: float
+    error: float
+    refitted: bool
+    probability: float = 0.0
+    alike: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """As text."""
+        if not self.effects:
+            return BEYOND if self.beyond else NOTHING
+        return " with ".join(self.effects) + (f" and {BEYOND}" if self.beyond else "")
+
+
+def shown_share(probability: float) -> str:
+    """A probability in percent; next to certainty as what it is above."""
+    if probability > 0.999:
+        return "> 99.9 %"
+    return f"{100 * probability:.0f} %" if 0.01 <= probability < 0.99 else f"{100 * probability:.1f} %"

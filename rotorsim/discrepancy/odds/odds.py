@@ -1,0 +1,130 @@
+r"""Odds of a diagnosis: probability of every explanation, of nothing missing, and of something beyond the catalogue.
+
+.. math:: P_k \propto p_k\, e^{\ln Z_k / T}
+
+p_k are the prior probabilities stated here; Z_k is the evidence of explanation k. Where it was re-fitted with the plant
+the evidence is taken there, otherwise from the sensitivities at the re-calibrated point. The temperature T makes up for
+what the evidence takes for certain (independent lines, the tangent); it is fitted on hidden cases, not derived.
+
+Cites: mackay_2003, kennedy_2001.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.odds.evidence import log_evidence, prior_sizes, unexplained_gain
+from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
+from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.search.indistinguishable import class_of
+from rotorsim.discrepancy.search.search import Hypothesis, Search
+
+TEMPERATURE = 4.0
+"""T of the formula above."""
+PRIORS = {0: 0.30, 1: 0.30, 2: 0.10, 3: 0.05}
+"""Prior probability of so many effects together, shared evenly by their combinations."""
+ELSE = 0.25
+"""Prior probability of something that is not in the catalogue."""
+LESS_EXACT = 10.0
+"""Times by which the form of an effect is less exact than that of the whole model: of a response within 1 %, that of a
+crack or a rub is within 10 %."""
+
+
+def odds(
+    comparison: Comparison, base: Fit, search: Search | None, tried: Iterable[Hypothesis], unsteady: float = 0.0,
+    temperature: float = TEMPERATURE,
+) -> tuple[Explanation, ...]:  # fmt: skip
+    """Explanations by falling probability; those that no record distinguishes are one.
+
+    `tried` are those re-fitted with the plant; `unsteady` is the excess sum of squares of what does not repeat from
+    period to period, which no effect of the catalogue takes away.
+    """
+    whole = whitened_size(comparison.layout, comparison.predict(base.point), comparison.sigma)
+    form = model_form(comparison.layout, comparison.trials, whole)
+    lines = _line_numbers(comparison)
+    none, *unknown = _of_fit(form, base, (), lines, unsteady)
+    known = {f.key for f in search.forms} if search is not None else set()
+    fitted = {h.keys: h for h in sorted(tried, key=lambda h: -h.fit.cost) if h.forms and not h.failed}
+    found: list[Explanation] = []
+    for keys, h in fitted.items():
+        own = whitened_size(comparison.layout, base.residual - h.fit.residual, np.ones(len(whole)))
+        found += _of_fit(
+            model_form(comparison.layout, comparison.trials, whole + LESS_EXACT * own), h.fit, keys, lines, unsteady
+        )
+    linear = _linear(form, base, search, {e.effects for e in found}, none) if search is not None else []
+    everything = [none, *unknown, *found, *linear]
+    shares = np.array([_prior(e, len(known)) for e in everything])
+    logs = np.log(shares) + np.array([e.evidence - none.evidence for e in everything]) / temperature
+    p = np.exp(logs - logs.max())
+    p /= p.sum()
+    judged = [
+        replace(e, probability=float(x), evidence=e.evidence - none.evidence)
+        for e, x in zip(everything, p, strict=True)
+    ]
+    return _merged(judged, known)
+
+
+def _of_fit(form: ModelForm, fit: Fit, keys: tuple[str, ...], lines: np.ndarray, unsteady: float) -> list[Explanation]:
+    """A fitted explanation, and the same with something else on top of it."""
+    origin = fit.residual + fit.J @ fit.vector
+    value, error = log_evidence(form, origin, fit.J, prior_sizes(fit.parameters))
+    more = unexplained_gain(form.whitened(fit.residual, error), lines) + 0.5 * unsteady
+    return [Explanation(keys, False, value, error, True), Explanation(keys, True, value + more, error, True)]
+
+
+def _linear(
+    form: ModelForm, base: Fit, search: Search, done: set[tuple[str, ...]], none: Explanation
+) -> list[Explanation]:
+    """Single effects that were not re-fitted, by their sensitivities; of an effect and its options the mean."""
+    view, origin = search.screened(), base.residual + base.J @ base.vector
+    values: dict[str, list[tuple[float, float]]] = {}
+    for i, one in enumerate(search.forms):
+        if (one.key,) in done:
+            continue
+        if view.drop(i)[0] <= 0:
+            values.setdefault(one.key, []).append((none.evidence, none.error))
+            continue
+        J = np.concatenate([base.J, search.columns[one.label]], axis=1)
+        sd = np.concatenate([prior_sizes(base.parameters), prior_sizes(one.parameters)])
+        values.setdefault(one.key, []).append(log_evidence(form, origin, J, sd))
+    return [Explanation((key,), False, *_mean(found), False) for key, found in values.items()]
+
+
+def _mean(found: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Logarithm of the mean evidence, and the error of the best one."""
+    top, error = max(found)
+    return top + float(np.log(np.mean(np.exp(np.array([z for z, _ in found]) - top)))), error
+
+
+def _prior(e: Explanation, forms: int) -> float:
+    if e.beyond and not e.effects:
+        return ELSE
+    size = len(e.effects)
+    return PRIORS[size] / max(comb(forms, size), 1) * (ELSE if e.beyond else 1.0)
+
+
+def _line_numbers(comparison: Comparison) -> np.ndarray:
+    """Number (n,) of the line of a record's channel that each value is of; real and imaginary part are of one."""
+    layout = comparison.layout
+    parts = np.stack([layout.record, layout.channel, np.round(1e3 * layout.frequency), layout.drift])
+    return np.unique(parts, axis=1, return_inverse=True)[1].ravel()
+
+
+def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...]:
+    """Explanations of the same classes as one, the most probable first."""
+    classes: dict[tuple[object, ...], list[Explanation]] = {}
+    for e in sorted(found, key=lambda e: (-e.probability, e.name)):
+        key = (e.beyond, *sorted(class_of(k, known) for k in e.effects))
+        classes.setdefault(key, []).append(e)
+    out = [
+        replace(first, probability=sum(e.probability for e in own), alike=tuple(e.effects for e in own[1:]))
+        for own in classes.values()
+        for first in own[:1]
+    ]
+    return tuple(sorted(out, key=lambda e: (-e.probability, e.name)))
