@@ -12,12 +12,14 @@ import numpy as np
 
 from identification import notes_of, read
 from identification.errors import ReadError, SchemaError
+from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import listing
 from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.sensors import check_sensors
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
 from rotorsim.machine import Machine
+from rotorsim.machine.sampling import FEWEST
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +68,7 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
         changes = known_changes(machine, record.attrs.get("changes"), name)
         trials.append(replace(make_trial(record, own, name), changes=changes))
         check_units(machine, trials[-1])
+        check_turns(trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
 
 
@@ -76,6 +79,16 @@ def _digest(trial: Trial) -> str:
 def data_hash(trials: Iterable[Trial]) -> str:
     """Short hash of all measured data, independent of their order."""
     return hashlib.sha256("".join(sorted(map(_digest, trials))).encode()).hexdigest()[:16]
+
+
+def check_turns(trial: Trial) -> None:
+    """Raise DataError for a shaft that turns too fast for the rate at which records are compared."""
+    samples = 2 * np.pi / max(abs(trial.speed) * RIG_SAMPLE, 1e-300)
+    if samples < FEWEST:
+        raise DataError(
+            f"{trial.name}: at {abs(trial.speed) * TO_RPM:.6g} rpm a turn has {samples:.2g} samples at the 5 kHz of a "
+            f"diagnosis and needs {FEWEST}; give records of slower turns"
+        )
 
 
 def check_units(machine: Machine, trial: Trial) -> None:

@@ -65,7 +65,7 @@ def _at(inflation: np.ndarray, plain: float, a: np.ndarray, H: np.ndarray, r: np
     a = a - W.T @ (taken * r)
     M = np.eye(len(a)) + H - (W.T * taken) @ W
     q = plain - float(taken @ r**2) - float(a @ answer(np.linalg.solve, M, a))
-    return -0.5 * (float(np.log(inflation).sum()) + float(np.linalg.slogdet(M)[1]) + q)
+    return -0.5 * (float(np.log(inflation).sum()) + float(answer(np.linalg.slogdet, M)[1]) + q)
 
 
 def unexplained_gain(residual: np.ndarray, lines: np.ndarray) -> float:

@@ -22,6 +22,7 @@ import numpy as np
 from rotorsim.base.constants import MPA
 from rotorsim.discrepancy.data.groups import Layout
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.floor import modulus
 
 BAND = 25.0
@@ -81,7 +82,7 @@ def model_form(layout: Layout, trials: Sequence[Trial], size: np.ndarray) -> Mod
                 if one.any():
                     columns.append(one[:, None] * between[layout.record])
     U = np.concatenate(columns, axis=1) if columns else np.zeros((len(size), 1))
-    s2, V = np.linalg.eigh(U.T @ U)
+    s2, V = answer(np.linalg.eigh, U.T @ U)
     kept = s2 > 1e-6 * max(float(s2.max()), 1e-300)
     return ModelForm(U @ (V[:, kept] / np.sqrt(s2[kept])), s2[kept])
 
@@ -90,7 +91,7 @@ def near(trials: Sequence[Trial]) -> np.ndarray:
     """Factor L (records, records) of the correlation L L' of the error between records."""
     at = np.array([[t.speed / SPEED, t.pressure / PRESSURE] for t in trials])
     apart = np.sum((at[:, None] - at[None]) ** 2, axis=2)
-    values, vectors = np.linalg.eigh(np.exp(-0.5 * apart))
+    values, vectors = answer(np.linalg.eigh, np.exp(-0.5 * apart))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import ceil
 from typing import Any
 
 import numpy as np
 
 from rotorsim.analysis.supply import regulator_pressure
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.twin.instrumented import equip
@@ -26,6 +28,8 @@ Setting = Mapping[str, float]
 FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 """Column of a run's input rows that is the supply."""
+USUAL_STEP = 1e-4
+"""Step [s] of a machine for which the steps of twins were chosen."""
 FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
 
 
@@ -46,7 +50,15 @@ class Twin:
         """The machine that is simulated, and the table number of every candidate."""
         machine, slots = equip(self.machine, self.also, self.scatter, self.only)
         n_theta, n_z = self.grid
-        return machine.with_({"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": self.step}), slots
+        changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": self._step()}
+        if self.machine.solver.sampling_rate is not None or self.machine.drive.highest_speed is not None:
+            changes["solver.sampling_rate"] = 1 / RIG_SAMPLE  # that of the records which are compared
+        return machine.with_(changes), slots
+
+    def _step(self) -> float:
+        """The step [s], as much finer as the machine's own step is than the usual one."""
+        finer = min(self.machine.time_step / USUAL_STEP, 1.0)
+        return self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
 
     @property
     def slots(self) -> dict[str, int]:
