@@ -28,8 +28,9 @@ from scipy.signal import find_peaks
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.signals.record_blocks import BLOCK, Values, blocks, displacement_name
 
-REVOLUTIONS, SECONDS, LONGEST = 8, 0.25, 30.0
-"""A window spans at least so many revolutions and seconds; where it would take longer than the last, none is made."""
+REVOLUTIONS, SECONDS, ENOUGH, LONGEST = 8, 0.25, 60, 30.0
+"""A window spans at least so many revolutions and seconds, or of a fast shaft `ENOUGH` revolutions; where it would take
+longer than the last, none is made."""
 PROMINENCE, FAINT, APART = 0.1, 0.01, 0.05
 """A peak stands out by the first share of the largest amplitude of its order, exceeds the second share of the largest
 of all orders, and is the third share of the highest speed away from larger peaks."""
@@ -97,7 +98,8 @@ def _window_end(time: np.ndarray, angle: np.ndarray) -> tuple[int, bool] | None:
     """Where the window from the first sample ends and whether it is one; None if more samples are needed to know."""
     last = int(np.searchsorted(time, time[0] + LONGEST, side="right"))
     turned = np.abs(angle[: last + 1] - angle[0]) / (2 * np.pi) + 1e-9
-    ready = np.flatnonzero((turned >= REVOLUTIONS) & (time[: last + 1] - time[0] >= SECONDS))
+    long = (time[: last + 1] - time[0] >= SECONDS) | (turned >= ENOUGH)
+    ready = np.flatnonzero((turned >= REVOLUTIONS) & long)
     ends = np.flatnonzero(turned >= np.ceil(turned[ready[0]] - 2e-9)) if ready.size else ready
     if ends.size:
         return int(ends[0]), True

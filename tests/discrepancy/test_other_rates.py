@@ -45,5 +45,7 @@ def test_a_shaft_too_fast_for_the_rate_of_a_diagnosis_is_refused(record):
     rows = trial.rows.copy()
     rows[:, 0] = 10000.0
     quick = replace(trial, rows=rows)
-    with pytest.raises(DataError, match=r"at 95493 rpm a turn has 3\.1 samples at the 5 kHz of a diagnosis and needs 4"):
+    with pytest.raises(
+        DataError, match=r"at 95493 rpm a turn has 3\.1 samples at the 5 kHz of a diagnosis and needs 4"
+    ):
         check_turns(quick)

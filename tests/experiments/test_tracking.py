@@ -205,3 +205,17 @@ def test_what_is_no_record_is_refused_with_its_name(tmp_path: Path) -> None:
     (tmp_path / "no.nc").write_text("not a record")
     with pytest.raises(DataError, match=r"no\.nc"):
         open_record(tmp_path / "no.nc")
+
+
+def test_windows_of_a_fast_shaft_are_shorter_than_a_quarter_of_a_second():
+    """At 2500 turns a second, sampled at 50 kHz: windows of 60 revolutions, 24 ms."""
+    time = np.arange(10_000) / 50e3
+    angle = 2 * np.pi * 2500 * time
+    shown = np.stack([1e-6 * np.cos(angle), 1e-6 * np.sin(angle)], axis=1)
+    record = xr.Dataset(
+        {"disc": (("time", "axis"), shown), "angle": ("time", angle)}, coords={"time": time, "axis": ["x", "y"]},
+        attrs={"sample_rate_hz": 50e3},
+    )  # fmt: skip
+    found = track_orders(record, (1,))
+    assert found.sizes["window"] == 8
+    np.testing.assert_allclose(abs(found["amplitude"].values[:, 0]), 1e-6, rtol=1e-9)

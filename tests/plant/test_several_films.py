@@ -87,8 +87,8 @@ def test_two_films_moved_alike_are_one_film_with_half_the_rotor(fed, pressure):
     two = moved(rigid((-60, 60), 1.0, fed), 20.0, pressure)
     assert np.abs(one[:, :4]).max() > 1e-6
     scale = np.abs(one[:, :4]).max()
-    # the equilibrium they start from is solved to 3e-10 of the clearance
-    np.testing.assert_allclose(two[:, :4], one[:, :4], rtol=0, atol=1e-8 * scale)
+    # the equilibrium they start from is solved to 3e-10 to 2e-9 of the clearance, by the processor
+    np.testing.assert_allclose(two[:, :4], one[:, :4], rtol=0, atol=1e-8 * 15e-6)
     np.testing.assert_allclose(two[100:, :4], one[100:, :4], rtol=0, atol=1e-9 * scale)
     np.testing.assert_allclose(two[100:, -6:-4], two[100:, 2:4], rtol=0, atol=1e-9 * scale)
 
