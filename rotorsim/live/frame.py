@@ -15,7 +15,7 @@ from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
-from rotorsim.plant.columns import COLUMNS, READ
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, READ
 from rotorsim.signals.probes import shown
 
 AT = {name: i for i, name in enumerate(COLUMNS)}
@@ -36,7 +36,8 @@ LINE = 2 * np.pi
 
 @dataclass(frozen=True)
 class Geometry:
-    """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes; samples of Ts [s]."""
+    """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes; samples of Ts [s];
+    z (films, n_z) and name and clearance of each film."""
 
     clearance: float
     safety: float
@@ -46,23 +47,21 @@ class Geometry:
     z: np.ndarray
     ambient: float
     Ts: float
+    films: tuple[tuple[str, float], ...]
 
     @classmethod
     def of(cls, machine: Machine, theta: np.ndarray, z: np.ndarray) -> Geometry:
-        """Geometry of a machine and its film grid (angles [rad], places along the bearing [m])."""
+        """Geometry of a machine and its films' grid: angles (n_theta,) [rad], places (films, n_z) [m] along them."""
         film = machine.film
         clearance = 0.0 if film is None else film.clearance * TO_UM
         probes = tuple((p.name, reading_unit(p)) for p in machine.probes)
-        return cls(
-            clearance,
-            SAFE * clearance,
-            len(machine.injectors),
-            probes,
-            theta,
-            z,
-            machine.gas.ambient_pressure,
-            machine.sampling_time,
+        films = tuple(
+            (name, one.clearance * TO_UM) for name, one in zip(machine.film_names, machine.films, strict=True)
         )
+        return cls(
+            clearance, SAFE * clearance, len(machine.injectors), probes, theta, np.atleast_2d(z),
+            machine.gas.ambient_pressure, machine.sampling_time, films,
+        )  # fmt: skip
 
     def alike(self, other: Geometry) -> bool:
         """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
@@ -72,17 +71,21 @@ class Geometry:
         """Plain values for a page."""
         return {
             "clearance": round(self.clearance, 3), "safety": round(self.safety, 2), "pins": self.pins,
-            "theta": _plain(np.degrees(self.theta), 2), "z": _plain(self.z * 1e3, 3),
+            "theta": _plain(np.degrees(self.theta), 2), "films": [
+                {"name": name, "clearance": round(own, 3), "z": _plain(z * 1e3, 3)}
+                for (name, own), z in zip(self.films, self.z, strict=False)
+            ],
             "highest": round(HIGHEST / (SPECTRUM * self.Ts), 3),
-            "spans": [round(n * self.Ts, 4) for n in (ORBIT, SPECTRUM)],
+            "spans": [round(n * self.Ts, 4) for n in (ORBIT, SPECTRUM, TRACE)],
         }  # fmt: skip
 
 
 def make_frame(
-    rows: np.ndarray, pressure: np.ndarray | None, geometry: Geometry, time: float, rest: np.ndarray
-) -> dict[str, Any]:
-    """Frame of the last rows (n, columns + 6 inputs) and the film's pressure (n_theta, n_z) [Pa, absolute] at `time`
-    [s]; the disc rests at `rest` (2,) [m]."""
+    rows: np.ndarray, pressure: np.ndarray | None, geometry: Geometry, time: float, rest: np.ndarray,
+    shown: int = 0,
+) -> dict[str, Any]:  # fmt: skip
+    """Frame of the last rows (n, columns + 6 inputs) and a film's pressure (n_theta, n_z) [Pa, absolute] at `time`
+    [s]; the disc rests at `rest` (2,) [m], the film is number `shown`."""
     frame: dict[str, Any] = {"time": round(time, 4), "centre": _plain(rest * TO_UM, 2)}
     if len(rows) < 2:
         return frame
@@ -93,7 +96,10 @@ def make_frame(
     frame["orders"] = no_orders(rows[-SPECTRUM:], geometry.Ts)
     frame["now"] = _numbers(rows, geometry.Ts) | {"probes": _probe_swings(rows, geometry)}
     if pressure is not None:
-        frame["orbit"]["journal"] = _pair(rows[-ORBIT:], "journal", 2)
+        frame["orbit"]["journal"] = (
+            _pair(rows[-ORBIT:], "journal", 2) if not shown else _journal(rows[-ORBIT:], geometry, shown)
+        )
+        frame["shown"] = shown
         frame["film"] = _plain((pressure - geometry.ambient).ravel() / 1e3, 1)
     return frame
 
@@ -161,6 +167,13 @@ def _traces(rows: np.ndarray, pins: int, Ts: float) -> dict[str, Any]:
     for k in range(pins):
         found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * TO_UM, 2)
     return found
+
+
+def _journal(rows: np.ndarray, geometry: Geometry, number: int) -> list[list[float]]:
+    """Journal [um] in a film of several."""
+    first = len(COLUMNS) + geometry.pins + len(geometry.probes) + FILM_COLUMNS * number
+    thin = rows[:: max(len(rows) // POINTS, 1), first : first + 2] * TO_UM
+    return [_plain(thin[:, k], 2) for k in range(2)]
 
 
 def _pair(rows: np.ndarray, name: str, digits: int) -> list[list[float]]:

@@ -13,7 +13,7 @@ from rotorsim.live.frame import AT, Geometry, make_frame
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.live.rig.rig import INPUTS
 from rotorsim.machine import Machine
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, film_columns
 
 
 class Replay:
@@ -79,23 +79,26 @@ class Replay:
         """Go to a time [s]."""
         self.at = min(max(round(seconds / self.Ts), 0), self.samples)
 
-    def frame(self) -> dict[str, Any]:
-        """Frame for the page at the present place."""
+    def frame(self, shown: int = 0) -> dict[str, Any]:
+        """Frame for the page at the present place, with the film of that number."""
         rows = self.rows[max(self.at - LENGTH, 0) : self.at]
-        return make_frame(rows, self._film(), self.geometry, self.seconds, self.rest)
+        shown = min(shown, max(len(self.machine.films) - 1, 0))
+        return make_frame(rows, self._film(shown), self.geometry, self.seconds, self.rest, shown)
 
-    def _film(self) -> np.ndarray | None:
-        """The last pressure that was kept before the present place."""
+    def _film(self, shown: int) -> np.ndarray | None:
+        """The last pressure of a film that was kept before the present place."""
         if self._films is None or not len(self._films):
             return None
         number = int(np.searchsorted(self._times, self.seconds + self.Ts / 2)) - 1
-        return np.asarray(self._films[max(number, 0)])
+        kept = np.asarray(self._films[max(number, 0)])
+        return kept[shown] if kept.ndim == 3 else kept
 
 
 def _table(record: Any) -> np.ndarray:
-    """Rows (n, columns, pins, probes and 6 inputs) of a record; what it lacks is zero."""
+    """Rows (n, columns, pins, probes, films and 6 inputs) of a record; what it lacks is zero."""
     pins, probes = record.sizes.get("injector", 0), record.sizes.get("probe", 0)
-    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + INPUTS))
+    films = film_columns(record.sizes.get("bearing", 0))
+    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + films + INPUTS))
     for name, column in AT.items():
         base, _, axis = name.rpartition("_")
         if name in record:
@@ -108,4 +111,7 @@ def _table(record: Any) -> np.ndarray:
             count = record[name].shape[1]
             stop = None if first + count == 0 else first + count
             rows[:, first:stop] = record[name]
+    for number in range(record.sizes.get("bearing", 0) if films and "journals" in record else 0):
+        first = len(COLUMNS) + pins + probes + FILM_COLUMNS * number
+        rows[:, first : first + 2] = record["journals"][:, number]
     return rows

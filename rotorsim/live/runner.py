@@ -121,7 +121,7 @@ class Runner:
     def frame(self) -> dict[str, Any]:
         """Present frame for the page."""
         with self._lock:
-            frame = self.replay.frame() if self.replay else self._rig_frame()
+            frame = self.replay.frame(self.rig.shown) if self.replay else self._rig_frame()
             frame["status"] = self._status()
         return frame
 
@@ -143,8 +143,10 @@ class Runner:
 
     def _rig_frame(self) -> dict[str, Any]:
         rig = self.rig
-        pressure = rig.simulation.film_pressure() if rig.has_film else None
-        return make_frame(rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * rig.Ts, rig.rest)
+        pressure = rig.simulation.film_pressure(rig.shown) if rig.has_film else None
+        return make_frame(
+            rig.history.last(10**9), pressure, self.geometry, rig.simulation.samples * rig.Ts, rig.rest, rig.shown
+        )
 
     def _status(self) -> dict[str, Any]:
         replay = self.replay
@@ -341,5 +343,5 @@ def _sentence(error: Exception) -> str:
 def _geometry(rig: Rig) -> Geometry:
     if rig.assembly.film_model is None:
         return Geometry.of(rig.machine, np.zeros(0), np.zeros(0))
-    grid = rig.assembly.film_model.grid
-    return Geometry.of(rig.machine, grid.theta, grid.z)
+    grids = [film.grid for film in rig.assembly.films]
+    return Geometry.of(rig.machine, grids[0].theta, np.array([grid.z for grid in grids]))

@@ -8,6 +8,7 @@ from coarse_rig import coarse
 from rotorsim.live.frame import HIGHEST, SPECTRUM, Geometry, make_frame
 from rotorsim.live.pacer import Pacer
 from rotorsim.live.recorder import Recorder
+from rotorsim.live.replay import Replay
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
@@ -64,3 +65,23 @@ def test_the_pace_counts_samples_of_the_machine(monkeypatch):
     pacer.count(500)
     assert pacer.factor == pytest.approx(1.0)
     assert Rig(coarse(), read_laws([])).Ts == 2e-4
+
+
+def test_of_two_films_the_one_that_is_chosen_is_drawn_and_replayed(turbo, tmp_path):
+    grid = turbo.assembly.film_model.grid
+    geometry = Geometry.of(turbo.machine, grid.theta, np.array([film.grid.z for film in turbo.assembly.films]))
+    assert [film["name"] for film in geometry.as_dict()["films"]] == ["front", "rear"]
+    recorder = Recorder(turbo, tmp_path / "two.nc")
+    for _ in range(12):
+        recorder.write(turbo.advance(50))
+    recorder.close()
+    replay = Replay(tmp_path / "two.nc")
+    replay.advance(600)
+    for number, name in enumerate(("front", "rear")):
+        turbo.set("bearing", name)
+        assert turbo.shown == number
+        rows, pressure = turbo.history.last(600), turbo.simulation.film_pressure(number)
+        frame = make_frame(rows, pressure, geometry, 1.0, turbo.rest, number)
+        assert frame["shown"] == number and frame["orbit"]["journal"] == replay.frame(number)["orbit"]["journal"]
+    assert frame["orbit"]["journal"] != replay.frame(0)["orbit"]["journal"]
+    assert replay.frame(1)["film"] != replay.frame(0)["film"]

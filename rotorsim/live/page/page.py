@@ -14,13 +14,14 @@ from nicegui.elements import scene as nicegui_scene
 from rotorsim.base.errors import RotorsimError
 from rotorsim.live.desk import Desk
 from rotorsim.live.page.control import Control
+from rotorsim.live.rig.operating import BEARING
 from rotorsim.live.rig.rig import SCATTER
 
 HERE = Path(__file__).parent
 SCENE = Path(nicegui_scene.__file__).parent / "dist"
 REFRESH, LIST = 0.2, 2.0
 """Seconds between two looks at the rig, and at the folder of its files."""
-LEVERS = ("drive", "sense", "noise", "controller")
+LEVERS = ("drive", "sense", "noise", "controller", BEARING)
 """Switches of the rig."""
 
 
@@ -98,7 +99,7 @@ class Board:
         idle = {"controller"} if len(self.settings.switches["controller"]) < 2 else set()
         if not any(key in self.settings.sliders for key in SCATTER):
             idle.add("noise")
-        return [key for key in LEVERS if key not in idle]
+        return [key for key in LEVERS if key not in idle and key in self.settings.switches]
 
     def _effects(self) -> None:
         ui.label("A slider begins where its effect changes nothing.").classes("text-caption")

@@ -12,16 +12,16 @@ export default {
     </div>
     <div class="live-views">
       <figure><figcaption>disc orbit, {{ rig.spans[0] }} s, about where it rests</figcaption><canvas ref="disc" role="img" aria-label="disc orbit"></canvas></figure>
-      <figure v-if="rig.clearance"><figcaption>journal orbit, {{ rig.spans[0] }} s, in the bearing</figcaption><canvas ref="journal" role="img" aria-label="journal orbit"></canvas></figure>
-      <figure v-if="rig.clearance"><figcaption>film on the journal, clearance exaggerated; drag to turn</figcaption>
+      <figure v-if="rig.clearance"><figcaption>journal orbit, {{ rig.spans[0] }} s, in the bearing {{ bearing }}</figcaption><canvas ref="journal" role="img" aria-label="journal orbit"></canvas></figure>
+      <figure v-if="rig.clearance"><figcaption>film on the journal {{ bearing }}, clearance exaggerated; drag to turn</figcaption>
         <div class="live-hold"><canvas ref="film3d" role="img" aria-label="film pressure in 3-D"></canvas></div></figure>
       <figure class="live-wide"><figcaption>what the sensors and actuators show</figcaption><canvas ref="traces" role="img" aria-label="time traces"></canvas></figure>
-      <figure v-if="rig.clearance"><figcaption>film pressure, unrolled</figcaption><canvas ref="film" role="img" aria-label="film pressure, unrolled"></canvas></figure>
+      <figure v-if="rig.clearance"><figcaption>film pressure {{ bearing }}, unrolled</figcaption><canvas ref="film" role="img" aria-label="film pressure, unrolled"></canvas></figure>
       <figure class="live-wide"><figcaption>spectrum of the disc, {{ rig.spans[1] }} s, the larger axis; point at it for order and size</figcaption>
         <canvas ref="spectrum" role="img" aria-label="spectrum" @mousemove="cursor = $event.offsetX" @mouseleave="cursor = null"></canvas></figure>
       <figure><figcaption>waterfall</figcaption><canvas ref="waterfall" role="img" aria-label="waterfall"></canvas></figure>
     </div></div>`,
-  data: () => ({ cursor: null, readings: [] }),
+  data: () => ({ cursor: null, readings: [], bearing: "" }),
   mounted() {
     this.alive = true;
     this.listening = shortcuts((key) => this.$emit("shortcut", key));
@@ -73,32 +73,35 @@ export default {
         this.fall.clear();
         return;
       }
+      const shown = { ...rig, ...rig.films[frame.shown] };
+      this.bearing = rig.films.length > 1 && film ? shown.name : "";
       const safety = { radius: rig.safety, name: `safety ${rig.safety} um`, dash: [5, 4] };
       drawOrbit(r.disc, frame.orbit.disc, rig.safety ? [safety] : [], frame.centre);
-      drawTraces(r.traces, frame.trace);
+      drawTraces(r.traces, frame.trace, rig.spans[2]);
       if (frame.spectrum) this.fall.add(frame.spectrum, frame.time);
       if (film) {
-        const room = { radius: rig.clearance, name: `clearance ${rig.clearance.toFixed(1)} um`, dash: [] };
+        const room = { radius: shown.clearance, name: `clearance ${shown.clearance.toFixed(1)} um`, dash: [] };
         drawOrbit(r.journal, frame.orbit.journal, [room], [0, 0]);
       }
       if (this.frames % 2) {
         drawSpectrum(r.spectrum, frame, rig.highest, this.cursor);
         this.fall.draw(r.waterfall, rig.highest);
       } else if (film) {
-        drawFilm(r.film, film, rig);
-        this.drawSolid(film, frame);
+        drawFilm(r.film, film, shown);
+        this.drawSolid(film, frame, shown);
       }
     },
-    drawSolid(film, frame) {
+    drawSolid(film, frame, shown) {
       if (this.solid === undefined) {
         try {
-          this.solid = new Film3d(this.$refs.film3d, this.rig);
+          this.solid = new Film3d(this.$refs.film3d, shown);
         } catch {
           this.solid = null;
           this.$refs.film3d.replaceWith("This browser has no WebGL: the film cannot be shown in 3-D.");
         }
       }
       if (this.solid) {
+        this.solid.rig = shown;
         const [x, y] = frame.orbit.journal;
         this.solid.draw(film, [x.at(-1), y.at(-1)], frame.now.angle);
       }

@@ -15,6 +15,8 @@ SWITCHES: dict[str, tuple[str, ...]] = {
     "pace": ("pause", "0.1x", "1x", "fastest"),
 }
 """Positions of every switch but `controller`, whose positions are off, P and the laws that were given."""
+BEARING = "bearing"
+"""Switch of a machine with several films: whose journal and pressure are drawn."""
 START = {"drive": "speed", "sense": "forward", "noise": "on", "pace": "1x", "controller": OFF}
 HIGHEST = 30_000 * RPM
 """Highest speed [rad/s] that can be set on a machine whose file states none; a drive takes 3 s to it."""
@@ -22,6 +24,11 @@ TORQUE = Quantity("N*m", "Drive torque, forward.", low=0.0, high=5.0)
 IMPULSE = Quantity("N*s", "Of a hammer's hit on the disc, five samples long.", low=0.0, high=0.2)
 PRESSURE = Quantity("Pa", "Gauge pressure.", low=0.0, high=1e6)
 PACES = {"pause": 0.0, "0.1x": 0.1, "1x": 1.0, "fastest": float("inf")}
+
+
+def switches(machine: Machine) -> dict[str, tuple[str, ...]]:
+    """Positions of the switches of a machine, but `controller`."""
+    return SWITCHES | ({BEARING: machine.film_names} if len(machine.films) > 1 else {})
 
 
 def driven_axes(machine: Machine) -> str:

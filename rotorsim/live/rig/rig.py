@@ -23,7 +23,7 @@ from rotorsim.live.rig.eigenvalue import own_copy
 from rotorsim.live.rig.hammer import Hammer
 from rotorsim.live.rig.history import History
 from rotorsim.live.rig.laws import running
-from rotorsim.live.rig.operating import OFF, PAUSE, START
+from rotorsim.live.rig.operating import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.parameters import update_derived, write_effect
 from rotorsim.live.rig.settings import Settings
 from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
@@ -36,7 +36,7 @@ SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGIST
 """Parameters that the noise switch turns off."""
 INPUTS = 6
 SENTENCES = 40
-IDLE = ("impulse", "acceleration", "pace")
+IDLE = ("impulse", "acceleration", "pace", BEARING)
 """Settings that change nothing of the motion."""
 FIRST_SPEEDS = tuple(k * 100 * np.pi / 3 for k in (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0))
 """Speeds [rad/s], 0 to 30 krpm, that a rig is tried to begin at if its film does not carry it at rest."""
@@ -121,6 +121,11 @@ class Rig:
     def clearance(self) -> float:
         """Radial clearance of the film [m], infinite without one."""
         return float("inf") if self.machine.film is None else self.machine.film.clearance
+
+    @property
+    def shown(self) -> int:
+        """Number of the film that is drawn, from 0."""
+        return self.machine.film_names.index(self.settings.positions[BEARING]) if len(self.machine.films) > 1 else 0
 
     def notify(self, sentence: str) -> None:
         """Add a message for the pages."""

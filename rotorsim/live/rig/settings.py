@@ -8,7 +8,7 @@ from typing import Any
 from rotorsim.base.errors import DataError
 from rotorsim.live.page.control import Control
 from rotorsim.live.rig.effects import sliders
-from rotorsim.live.rig.operating import START, SWITCHES, operating
+from rotorsim.live.rig.operating import BEARING, START, operating, switches
 from rotorsim.machine import Machine
 
 
@@ -18,11 +18,11 @@ class Settings:
     def __init__(self, machine: Machine, laws: tuple[str, ...]) -> None:
         self.operating = operating(machine)
         self.sliders = sliders(machine)
-        self.switches = SWITCHES | {"controller": laws}
+        self.switches = switches(machine) | {"controller": laws}
         self.numbers = {key: control.neutral for key, control in self.operating.items()}
         self.numbers |= {key: _present(machine, key) for key in self.sliders}
         self.file = {key: self.numbers[key] for key in self.sliders}
-        self.positions = dict(START)
+        self.positions = START | {key: self.switches[key][0] for key in (BEARING,) if key in self.switches}
         self.revision = 0
 
     def control(self, key: str) -> Control:

@@ -1,14 +1,13 @@
-// The last half second: disc, references, pins.
+// The last 2500 samples, `span` seconds: disc, references, pins.
 import { axes, begin, legend, line, Range } from "./plot.js";
 
-const SECONDS = 0.5;
 const ranges = { disc: new Range(4), reference: new Range(0.5), pin: new Range(2) };
 
-export function drawTraces(canvas, trace) {
+export function drawTraces(canvas, trace, span) {
   const view = begin(canvas);
   if (!view) return;
   const { g, w, h, colours } = view;
-  const shown = Math.max(SECONDS, trace.seconds);
+  const shown = Math.max(span, trace.seconds);
   const pins = Object.keys(trace).filter((name) => name.startsWith("pin_"));
   const rows = [["disc", ["x", "y"], "disc [um]"]];
   if (pins.length) rows.push(["reference", ["reference_x", "reference_y"], "ref. [V]"], ["pin", pins, "pins [um]"]);
