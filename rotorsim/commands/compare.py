@@ -15,6 +15,7 @@ from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, WithReport, a_folder
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
+from rotorsim.signals.record_blocks import open_record
 from rotorsim.signals.run_comparison import compare_runs
 
 
@@ -24,7 +25,11 @@ from rotorsim.signals.run_comparison import compare_runs
 )
 def compare(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN", help="Records or run-up vectors; the first is the reference.")
+        list[Path],
+        typer.Argument(
+            metavar="RUN",
+            help="Records or run-up vectors, the first is the reference; or results of response, campbell or map.",
+        ),
     ],
     mapping: Annotated[
         Path | None,
@@ -38,10 +43,16 @@ def compare(
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Overlay several runs and list how their peaks differ."""
+    """Overlay several runs and list how their peaks differ.
+
+    Results of response, campbell or map, of several machines, are laid over each other too.
+    """
     page.check(report)
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
+    if any(map(_is_analysis, runs)):
+        _compare_results(runs, out, force, report, page, as_json)
+        return
     mapped = _mappings(runs, None if mapping is None else load_mapping(mapping))
     opened = {name: read(path, mapped[path]) for name, path in _named(runs).items()}
     found = compare_runs(opened, order)
@@ -64,6 +75,39 @@ def compare(
         end = "" if peak["local_maximum"] else " at the end of the run"
         more = "" if change is None else f", {100 * change:+.1f} % against the first"
         typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}")
+    for kind, path in files.items():
+        typer.echo(f"{kind}: {path}")
+
+
+def _is_analysis(path: Path) -> bool:
+    """Whether a file holds the result of a linear analysis in place of a run."""
+    if path.suffix != ".nc" or not path.is_file():
+        return False
+    found = open_record(path)
+    return "kind" in found.attrs and "time" not in found.sizes
+
+
+def _compare_results(
+    paths: list[Path], out: Path | None, force: bool, report: bool, page: PageOptions, as_json: bool
+) -> None:
+    """Compare results of linear analyses, of one kind."""
+    from rotorsim.report.pages.result_comparison import result_rows, write_result_comparison
+
+    opened = {name: open_record(path).load() for name, path in _named(paths).items()}
+    rows = result_rows(opened)
+    with results(out, "compare", ["compare.json", *(["report.html"] if report else [])], force) as folder:
+        page.begin(folder / "report.html", force)
+        write_json(folder / "compare.json", {"results": rows})
+        files = {"results": str(folder / "compare.json")}
+        if report:
+            files["report"] = str(write_result_comparison(opened, folder / "report.html"))
+            files |= page.finish(files["report"])
+    if as_json:
+        typer.echo(json.dumps({"results": rows, "files": files}, indent=2))
+        return
+    for row in rows:
+        shown = (f"{k} {'none' if v is None else f'{v:.5g}' if isinstance(v, float) else v}" for k, v in row.items())
+        typer.echo(", ".join(shown).removeprefix("result "))
     for kind, path in files.items():
         typer.echo(f"{kind}: {path}")
 

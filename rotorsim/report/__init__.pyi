@@ -1,4 +1,5 @@
 from .export.figure_files import save_figures as save_figures
+from .figures.comparison_plots import compare_results as compare_results
 from .figures.figures import (
     against_time as against_time,
     bode as bode,
@@ -33,6 +34,7 @@ from .pages.design import write_design as write_design
 from .pages.experiment import write_report as write_report
 from .pages.operating_map import save_map_page as save_map_page
 from .pages.response import write_campbell as write_campbell, write_response as write_response
+from .pages.result_comparison import result_rows as result_rows, write_result_comparison as write_result_comparison
 from .pages.run_comparison import overlay as overlay, write_run_comparison as write_run_comparison
 from .pages.study import Block as Block, save_study_page as save_study_page
 from .pages.sweep import write_sweep as write_sweep

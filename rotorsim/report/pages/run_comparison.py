@@ -9,8 +9,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.report.figures.comparison_plots import line_look
 from rotorsim.report.figures.phase import FAINTEST, next_to, phase_axes, phase_lag
-from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
+from rotorsim.report.figures.theme import compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.signals.run_comparison import RunComparison
 
@@ -23,7 +24,6 @@ HEADS = (
     "speed against the first",
     "amplitude against the first",
 )
-DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
 def overlay(found: RunComparison) -> go.Figure:
@@ -42,7 +42,7 @@ def overlay(found: RunComparison) -> go.Figure:
                            horizontal_spacing=0.08, row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
     lags: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for number, (name, tracked) in enumerate(found.tracked.items()):
-        look = {"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)]}
+        look = line_look(number)
         for column, axis in enumerate(axes, 1):
             if axis not in tracked["axis"].values:
                 continue
