@@ -69,7 +69,6 @@ class BallBearing(Effect):
         number = machine.spring_number(self)
         if number is None:
             return {"": "there is no bearing with kind = 'linear' to soften; add one or remove this"}
-        if bool(self.thrust) != bool(self.rated_thrust):
-            missing = "rated_thrust" if self.thrust else "thrust"
-            return {missing: "missing: the stiffness grows with the ratio of both loads; add it"}
+        if self.thrust and not self.rated_thrust:
+            return {"rated_thrust": "missing: the stiffness grows with the ratio of both loads; add it"}
         return {}
