@@ -13,7 +13,7 @@ RIGS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_be
 
 
 def test_the_shipped_machines_are_a_rotor_kit_the_four_calibrations_four_designs_and_a_plain_rotor():
-    others = ("grooved_turbo_rotor", "plain_rotor", "pump_on_tables", "rigid_rotor_self_acting")
+    others = ("foil_turbo_rotor", "grooved_turbo_rotor", "plain_rotor", "pump_on_tables", "rigid_rotor_self_acting")
     assert shipped_machines() == ("aerostatic_spindle", "bently_rk4", *RIGS, *others)
 
 

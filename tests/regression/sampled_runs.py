@@ -32,7 +32,7 @@ from rotorsim.machine import shipped_machines
 GRID = {"n_theta": 32, "n_z": 8, "dt": 2e-4}
 FILM_MACHINES = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
 OWN = (*FILM_MACHINES, "plain_rotor", "bently_rk4")
-DESIGNS = ("aerostatic_spindle", "grooved_turbo_rotor", "pump_on_tables", "rigid_rotor_self_acting")
+DESIGNS = ("aerostatic_spindle", "foil_turbo_rotor", "grooved_turbo_rotor", "pump_on_tables", "rigid_rotor_self_acting")
 """Shipped machines on other bearings, whose numbers are held by tests of their physics."""
 MACHINES = tuple(name for name in OWN if name in shipped_machines())
 """Shipped machines that both of two compared commits have."""

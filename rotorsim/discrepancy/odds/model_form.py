@@ -48,7 +48,7 @@ class ModelForm:
         return np.asarray(self.directions.T @ columns)
 
     def whitened(self, residual: np.ndarray, tau: float) -> np.ndarray:
-        """A residual (n,) with the error of the form taken out of its directions, as far as its size tells."""
+        """A residual (n,) with the error of the form taken out of its directions, as far as its size goes."""
         taken = 1 - 1 / np.sqrt(self.inflation(tau))
         return np.asarray(residual - self.directions @ (taken * self.projected(residual)))
 

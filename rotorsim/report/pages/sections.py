@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from rotorsim.report.figures import bode_waterfall_plots, film3d, orbit_plots, probe_plots, time_plots
+from rotorsim.report.figures import bode_waterfall_plots, film3d, orbit_plots, time_plots
 from rotorsim.report.figures.decay_plots import ring_down_figure
 from rotorsim.report.figures.excitation_plots import excitation_figure
-from rotorsim.report.figures.filtered_orbit_plots import filtered_orbits
 from rotorsim.report.figures.gain_plots import gain_figure, loop_figure
-from rotorsim.report.figures.runout_plots import runout_figure
+from rotorsim.report.figures.probes import probe_plots
+from rotorsim.report.figures.probes.filtered_orbit_plots import filtered_orbits
+from rotorsim.report.figures.probes.runout_plots import runout_figure
 from rotorsim.report.figures.spectrum_plots import difference_figure, spectrum_figure
 from rotorsim.report.figures.speed_plots import deceleration_figure
 from rotorsim.report.figures.transfer_plots import transfer_figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.report.figures.filtered_orbit_plots import mean_orders
+from rotorsim.report.figures.probes.filtered_orbit_plots import mean_orders
 from rotorsim.report.figures.transfer_plots import NAMES, UNITS
 from rotorsim.report.pages.run import Run
 from rotorsim.signals.deceleration import Deceleration

@@ -1,0 +1,1 @@
+"""Figures of probe signals: orbits at the planes of the probes, filtered orbits, runout."""
