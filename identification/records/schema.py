@@ -75,6 +75,7 @@ VARIABLES = {
     "film_forces": Variable(("bearing", "axis"), "N", "film forces on all journals"),
     "film_thickness": Variable(("bearing",), "m", "smallest film thickness in each gas bearing"),
     "film_flow": Variable(("bearing",), "kg/s", "mass flow into each gas bearing"),
+    "temperature_rise": Variable(("body",), "K", "rise of gas, journal and sleeve above the gas temperature"),
     "h_min": Variable((), "m", "smallest film thickness"),
     "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
     "contact": Variable((), "1", "journal touches the sleeve"),
@@ -113,9 +114,24 @@ def make_record(
         coords["injector"] = np.arange(1, values["pin"].shape[1] + 1)
     if "journals" in values:
         coords["bearing"] = list(bearings) or [str(k + 1) for k in range(values["journals"].shape[1])]
+    if "temperature_rise" in values:
+        coords["body"] = warm_bodies(coords.get("bearing", ()))
     if "probe_measured" in values:
         coords |= labelled(probes or {})
     return xr.Dataset(variables, coords, attrs or {})
+
+
+def warm_bodies(bearings: Sequence[str]) -> list[str]:
+    """Names of what friction heats: gas, journal and sleeve of the only bearing, or of each.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.records.schema.warm_bodies(["front"])
+    ['front gas', 'front journal', 'front sleeve']
+    """
+    bodies = ["gas", "journal", "sleeve"]
+    return [f"{bearing} {body}" for bearing in bearings for body in bodies] or bodies
 
 
 def probe_units(probes: dict[str, Any]) -> str:

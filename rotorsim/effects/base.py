@@ -14,6 +14,10 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 ``film``      ``(t, angle, speed, theta, p) -> (height, slope)``  what the gap has more at `theta` [rad]: at the middle
               of the film [m] and per length z along the shaft [1].
 ``gas``       ``(t, speed, p) -> (factor, path)``  factor on the viscosity and mean free path [m] at ambient pressure.
+``heat``      ``(w, state, rate, power, flow, p)``  moves the rises [K] of gas, journal and sleeve in w[state:] on by
+              a sample of 1/rate [s], to where they rest for rate 0, for a friction `power` [W] and a mass flow
+              [kg/s]; `warmed`, ``(w, state, p) -> (height, factor)``, is what the gap has more then [m], and the
+              factor on the viscosity.
 ``injector``  ``(t, k, opening, supply, p) -> (opening, supply)``  seat opening [1] and supply pressure [Pa, absolute]
               of injector k (from 0).
 ``plenum``    ``(k, p) -> factor``  on the volume of plenum k.
@@ -45,11 +49,11 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
 from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 
 PORTS = (
-    "force", "motion", "contact", "film", "gas", "injector", "plenum", "supply", "actuator", "sensor", "torque",
-    "support", "rotating",
+    "force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "sensor",
+    "torque", "support", "rotating",
 )  # fmt: skip
 """Places where an effect acts; the head of this file has the signature of each port's kernel."""
-FILM_PORTS = ("contact", "film", "gas", "injector", "plenum", "supply", "actuator", "support")
+FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "support")
 """Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
 
 TURN = 6.283185307179586
@@ -96,6 +100,8 @@ class Effect:
     kernel: ClassVar[Callable[..., Any]]
     foundation: ClassVar[Callable[..., Any] | None] = None
     """Kernel (t, p) -> (x, y, vx, vy, ax, ay): motion of the foundation [m, m/s, m/s^2] that goes with its force."""
+    warmed: ClassVar[Callable[..., Any] | None] = None
+    """Kernel of the port `heat` for what follows from the temperatures."""
     place: ClassVar[str]
     """Where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
     'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""

@@ -55,7 +55,7 @@ class Assembly:
     @property
     def columns(self) -> int:
         """Columns of the sample table: those of all machines, pins, probes, each of several films."""
-        return len(COLUMNS) + self.rig.n_pin + self.rig.n_probe + film_columns(len(self.films))
+        return len(COLUMNS) + self.rig.n_pin + self.rig.n_probe + film_columns(len(self.films), self.rig.n_heat > 0)
 
     def film_part(self, w: np.ndarray, number: int) -> np.ndarray:
         """View of a film's part of a workspace, laid out as `film`."""

@@ -11,8 +11,10 @@ READ = COLUMNS.index("disc_measured_x")
 """The first of the columns that sensors read."""
 FILM_COLUMNS = 6
 """Of each of several films: journal x, y [m], film force x, y [N], smallest thickness [m], mass flow [kg/s]."""
+HEAT_COLUMNS = 3
+"""Of each film, where friction heats them, behind all others: rises of gas, journal and sleeve [K]."""
 
 
-def film_columns(n_films: int) -> int:
-    """Columns at the end of the table for films one by one; none of a single film."""
-    return FILM_COLUMNS * n_films if n_films > 1 else 0
+def film_columns(n_films: int, heated: bool = False) -> int:
+    """Columns at the end of the table for films one by one; of a single film its temperatures at most."""
+    return (FILM_COLUMNS * n_films if n_films > 1 else 0) + (HEAT_COLUMNS * n_films if heated else 0)

@@ -26,7 +26,8 @@ class Equilibrium(Shown):
     """Where the machine rests: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
 
     journal (2,) [m], film force (2,) [N] and eccentricity ratio are those of the first film; `journals` (films, 2),
-    `forces` (films, 2) and `eccentricity_ratios` (films,) those of all.
+    `forces` (films, 2) and `eccentricity_ratios` (films,) those of all; `temperature_rises` (films, 3) [K] those of
+    gas, journal and sleeve, 0 without the effect `heat_balance`.
     """
 
     disc: np.ndarray
@@ -38,6 +39,7 @@ class Equilibrium(Shown):
     journals: np.ndarray
     forces: np.ndarray
     eccentricity_ratios: np.ndarray
+    temperature_rises: np.ndarray
 
     def card(self) -> Card:
         """Disc, and of films the least thickness, eccentricity ratios, forces and flow."""
@@ -48,6 +50,8 @@ class Equilibrium(Shown):
                 ("eccentricity ratio", several(self.eccentricity_ratios, ".3g")),
                 ("film force", f"{several(np.hypot(*self.forces.T))} N"),
             ]
+        if self.temperature_rises.any():
+            rows.append(("gas warmer by", f"{several(self.temperature_rises[:, 0], '.3g')} K"))
         if len(self.mass_flow):
             rows.append(("flow", f"{1e6 * self.mass_flow.sum():.4g} mg/s"))
         return Card(f"Equilibrium: disc at {self.disc[0] * TO_UM:.2f}, {self.disc[1] * TO_UM:.2f} um", rows)
@@ -125,8 +129,8 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     if status == RESTLESS:
         raise ConvergenceError(
             f"equilibrium: the iteration did not converge at {pressure / MPA:.3g} MPa gauge and "
-            f"{speed * TO_RPM:.0f} rpm with this supply droop or these motion-dependent forces; "
-            "lower the droop, gaps or stiffnesses of these effects"
+            f"{speed * TO_RPM:.0f} rpm with this supply droop, these motion-dependent forces or this heat; "
+            "lower the droop, gaps or stiffnesses of these effects, or let more heat away"
         )
     return w
 
@@ -137,7 +141,9 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     disc = rows(a, R.disc, w) @ w[R.q : R.q + R.n]
     if not a.films:
         nothing, none = np.full(2, np.nan), np.zeros((0, 2))
-        return Equilibrium(disc, nothing, np.nan, nothing, np.zeros(0), np.nan, none, none, np.zeros(0))
+        return Equilibrium(
+            disc, nothing, np.nan, nothing, np.zeros(0), np.nan, none, none, np.zeros(0), np.zeros((0, 3))
+        )
     parts = [a.film_part(w, k) for k in range(len(a.films))]
     journals = np.array([v[L.journal : L.journal + 2] for v in parts])
     forces = np.array([v[L.force : L.force + 2] for v in parts])
@@ -145,7 +151,8 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     ratios = np.hypot(*journals.T) / [f.clearance for f in a.films]
     gap = float(a.module.narrowest(w, a.P))
     first = journals[0], float(ratios[0]), forces[0]
-    return Equilibrium(disc, *first, np.concatenate(flows), gap, journals, forces, ratios)
+    rises = w[a.rig.heat : a.rig.heat + 3 * len(a.films)].reshape(-1, 3).copy()
+    return Equilibrium(disc, *first, np.concatenate(flows), gap, journals, forces, ratios, rises)
 
 
 def _stiffer_foil(machine: Machine, loads: np.ndarray) -> str:

@@ -1,9 +1,9 @@
 """Code generation for effect ports: one function per port, one static call per effect.
 
-In a call, {kernel}, {foundation} and {p} are the effect's kernels and parameter record, {shape} the offset of its
-(2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new} of its states in
-actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an argument `f`, the
-number of a film, skips the effects of other films.
+In a call, {kernel}, {foundation}, {warmed} and {p} are the effect's kernels and parameter record, {shape} the offset
+of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new} of its
+states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an argument
+`f`, the number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations
@@ -138,6 +138,15 @@ FUNCTIONS = (
         ("a, b = {kernel}(t, speed, {p})", "factor, path = factor * a, path + b"),
         ("factor = 1.0",),
         "return factor, path",
+    ),
+    Function("heat", "warm(f, w, P, rate, power, flow)", ("{kernel}(w, RIG.heat + 3 * f, rate, power, flow, {p})",)),
+    Function(
+        "heat",
+        "warmed_film(f, w, P)",
+        ("height, factor = {warmed}(w, RIG.heat + 3 * f, {p})",),
+        ("height, factor = 0.0, 1.0",),
+        "return height, factor",
+        kernel="warmed",
     ),
     Function(
         "injector",

@@ -13,7 +13,7 @@ from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import ConvergenceError, DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.equilibrium import settle
 
 INPUTS = ("supply pressure", "reference x", "reference y", "disc force x", "disc force y")
@@ -154,6 +154,9 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     if a.rig.n_pin:
         values["reference"] = inputs[:, 2:4]
         values["pin"] = table[:, len(COLUMNS) : pins]
+    if a.rig.n_heat:
+        values["temperature_rise"] = table[:, a.columns - HEAT_COLUMNS * len(a.films) : a.columns]
+        table = table[:, : a.columns - HEAT_COLUMNS * len(a.films)]
     if len(a.films) > 1:
         values |= of_each_film(table[:, probes:])
     return values

@@ -297,6 +297,7 @@ SIGNATURES = {
     "clearance_growth": test_a_clearance_that_shrinks_is_the_smaller_clearance,
     "slip": test_slip_lets_the_gas_escape_and_the_journal_sink,
     "gas_heating": test_warmer_gas_is_the_more_viscous_gas_of_sutherlands_law,
+    "heat_balance": neighbour("test_effects_heat").test_gap_and_viscosity_are_those_of_warm_walls_and_warm_gas,
     "discharge_drift": test_discharge_drift_is_another_discharge_coefficient,
     "weak_injector": test_a_partly_blocked_injector_starves_and_the_journal_moves_towards_it,
     "unequal_pressure": test_a_line_of_other_pressure_feeds_its_injector_in_proportion,

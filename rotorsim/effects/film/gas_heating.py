@@ -21,13 +21,18 @@ SUTHERLAND = 110.4
 
 
 @inlined
+def sutherland(warmer, s):
+    """Factor on the viscosity of a gas warmer by a share `warmer`; s: Sutherland's constant, of its temperature."""
+    tau = 1.0 + warmer
+    return tau * math.sqrt(tau) * (1.0 + s) / (tau + s)
+
+
+@inlined
 def gas_heating(t, speed, p):
     """Factor on the viscosity and mean free path [m]."""
     ratio = speed / NOMINAL
     warmer = (p.rise + p.heating * ratio * ratio) / p.temperature
-    tau = 1.0 + warmer
-    s = SUTHERLAND / p.temperature
-    return tau * math.sqrt(tau) * (1.0 + s) / (tau + s), 0.0
+    return sutherland(warmer, SUTHERLAND / p.temperature), 0.0
 
 
 @register

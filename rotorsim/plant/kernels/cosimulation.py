@@ -8,7 +8,7 @@ from __future__ import annotations
 from reynolds.film import friction_torque
 from reynolds.jit import inlined, kernel
 from reynolds.newton import NOT_CONVERGED
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.kernels.entry import set_inputs
 from rotorsim.plant.kernels.equilibrium_kernel import settle
 from rotorsim.plant.kernels.films import film_part
@@ -26,6 +26,7 @@ def observe(w, P, out):
     w[RIG.line] = w[RIG.line_end]
     write_sample(w, P, out, 0)
     extra = len(COLUMNS) + RIG.n_pin + RIG.n_probe + FILM_COLUMNS * (ROTOR.n_films if ROTOR.n_films > 1 else 0)
+    extra += HEAT_COLUMNS * (ROTOR.n_films if RIG.n_heat > 0 else 0)
     out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
     for f in range(ROTOR.n_films):
         out[0, extra] += friction_torque(film_part(w, f), film_constants(P, f), FILM, w[ROTOR.speed])

@@ -21,8 +21,9 @@ from rotorsim.plant.kernels.stubs import (
     film_constants,
     shaft_torque,
     supply_line,
+    warm,
 )
-from rotorsim.plant.kernels.supply import feed_sample, open_injectors, set_plena
+from rotorsim.plant.kernels.supply import feed_sample, flow_of_film, open_injectors, set_plena
 
 
 @kernel
@@ -51,6 +52,19 @@ def prepare(w, P, speed, supply, flow):
                 w[RIG.pin + k] = P.pin_bias[k]
         open_injectors(w, P, 0.0, w[RIG.line], False)
     return within
+
+
+@inlined
+def warm_films(w, P, rate):
+    """Move the films' temperatures on by a sample of 1/rate [s], to rest for rate 0; returns the largest change [K]."""
+    change = 0.0
+    for f in range(ROTOR.n_films):
+        v, at = film_part(w, f), RIG.heat + 3 * f
+        gas, journal, sleeve = w[at], w[at + 1], w[at + 2]
+        power = friction_torque(v, film_constants(P, f), FILM, w[ROTOR.speed]) * w[ROTOR.speed]
+        warm(f, w, P, rate, power, flow_of_film(w, f, FILM.film_flow))
+        change = max(change, abs(w[at] - gas), abs(w[at + 1] - journal), abs(w[at + 2] - sleeve))
+    return change
 
 
 @inlined
@@ -92,6 +106,8 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
         w[ROTOR.disc_fx] = fx
         w[ROTOR.disc_fy] = fy
     if ROTOR.n_films > 0:
+        if RIG.n_heat > 0:
+            warm_films(w, P, 1.0 / P.sample)
         for f in range(ROTOR.n_films):
             if RIG.n_gas > 0:
                 set_gas(w, P, f, w[ROTOR.time], w[ROTOR.speed])

@@ -22,7 +22,7 @@ from reynolds.film import force, stored
 from reynolds.jit import inlined, kernel
 from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
 from reynolds.transient import rest_foil, take_back
-from rotorsim.plant.kernels.entry import prepare
+from rotorsim.plant.kernels.entry import prepare, warm_films
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
 from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
@@ -42,6 +42,8 @@ from rotorsim.plant.kernels.supply import flow_of_injectors
 DAMPING = 2e3
 """Damper [N s/m] on the journal while it settles."""
 MOST_PASSES = 120
+STEADY = 1e-7
+"""Change of a temperature [K] at which it rests."""
 LONGEST = 10.0
 """Longest step of a pass, in displacements of the rotor before it."""
 HOLD, FIRMER, FIRMEST, LOOSER, FAINT = 1.0, 4.0, 1e6, 0.25, 1e-6
@@ -277,10 +279,12 @@ def free_statics(w):
 
 @inlined
 def restart(w, initial):
-    """Everything as it is before any state is put in, but the displacement, which is kept in q_old too."""
+    """Everything as it is before any state is put in, but temperatures and displacement, which is kept in q_old too."""
     for k in range(ROTOR.q):
         w[k] = initial[k]
-    for k in range(ROTOR.q + ROTOR.n, initial.shape[0]):
+    for k in range(ROTOR.q + ROTOR.n, RIG.heat):
+        w[k] = initial[k]
+    for k in range(RIG.heat + 3 * ROTOR.n_films, initial.shape[0]):
         w[k] = initial[k]
     copy_displacement(w, ROTOR.q, ROTOR.q_old)
 
@@ -307,13 +311,13 @@ def led_off(w):
 
 
 @inlined
-def rests(w, flow, before):
-    """Whether the last pass moved neither the rotor nor the flow in the supply line."""
+def rests(w, flow, before, warmer):
+    """Whether the last pass moved neither rotor nor flow in the supply line, nor the temperatures, by `warmer` [K]."""
     moved, size = 0.0, 0.0
     for m in range(ROTOR.n):
         moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
         size = max(size, abs(w[ROTOR.q + m]))
-    still = moved <= 1e-9 * size or RIG.n_motion == 0
+    still = (moved <= 1e-9 * size or RIG.n_motion == 0) and warmer <= STEADY
     return still and (abs(flow - before) <= 1e-9 * flow or RIG.n_supply == 0)
 
 
@@ -349,6 +353,8 @@ def settle(w, initial, ix, P, speed, supply):
     flow, through, hold, fallen = 0.0, 0.0, 0.0, False
     for m in range(ROTOR.n):
         w[ROTOR.q + m] = 0.0
+    for m in range(3 * ROTOR.n_films):
+        w[RIG.heat + m] = 0.0
     for number in range(MOST_PASSES):
         restart(w, initial)
         if prepare(w, P, speed, supply, flow) == 0:
@@ -376,7 +382,8 @@ def settle(w, initial, ix, P, speed, supply):
             continue
         hold = LOOSER * hold if hold > FAINT else 0.0
         through, flow = flow, flow_of_injectors(w, FILM.film_flow)
-        if hold == 0.0 and rests(w, flow, through) and (number > 0 or RIG.n_motion == 0):
+        warmer = warm_films(w, P, 0.0) if RIG.n_heat > 0 else 0.0
+        if hold == 0.0 and rests(w, flow, through, warmer) and (number > 0 or RIG.n_motion == 0):
             copy_displacement(w, ROTOR.q, ROTOR.q_old)
             # the acceleration with which what turns with the shaft starts to act
             first_forces(w, P, speed)

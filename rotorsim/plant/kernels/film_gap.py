@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from reynolds.jit import inlined
 from rotorsim.plant.kernels.films import film_part
-from rotorsim.plant.kernels.stubs import FILM, RIG, film_constants, film_shape, gas_state
+from rotorsim.plant.kernels.stubs import FILM, RIG, film_constants, film_shape, gas_state, warmed_film
 
 
 @inlined
@@ -21,10 +21,14 @@ def shape_gap(w, P, f, t, angle, speed):
     """Write the sleeve's form and the effects into the clearance of film f, ghosts and edges too; keeps the mean."""
     F, v = film_constants(P, f), film_part(w, f)
     s = FILM.stride
-    total = 0.0
+    total, grown = 0.0, 0.0
     uneven = F.uneven
+    if RIG.n_heat > 0:
+        grown, _ = warmed_film(f, w, P)
     for i in range(FILM.n_theta):
         height, slope = film_shape(f, t, angle, speed, i * (F.dy / F.radius), P)
+        if RIG.n_heat > 0:
+            height += grown
         total += height
         uneven = max(uneven, abs(height) + abs(slope))
         for j in range(FILM.half - 1, FILM.n_rows + 1):
@@ -44,6 +48,9 @@ def set_gas(w, P, f, t, speed):
     """Viscosity and slip of film f."""
     F, v = film_constants(P, f), film_part(w, f)
     factor, path = gas_state(f, t, speed, F.mean_free_path, P)
+    if RIG.n_heat > 0:
+        _, warmer = warmed_film(f, w, P)
+        factor *= warmer
     v[FILM.mu] = F.mu * factor
     v[FILM.slip] = 6.0 * path * F.pa
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from reynolds.jit import inlined
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, READ
+from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS, READ
 from rotorsim.plant.kernels.film_gap import smallest_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import project
@@ -81,6 +81,9 @@ def write_films(w, P, out, i):
         out[i, column + 5] = flow_of_film(w, f, FILM.film_flow)
         low = min(low, gap)
         column += FILM_COLUMNS
+    if RIG.n_heat > 0:
+        for k in range(HEAT_COLUMNS * ROTOR.n_films):
+            out[i, column + k] = w[RIG.heat + k]
     out[i, 9] = low
     out[i, 10] = flow_of_injectors(w, FILM.film_flow)
     out[i, 11] = w[ROTOR.touched]

@@ -17,7 +17,8 @@ class RigLayout(NamedTuple):
 
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
     supply pressure [Pa, absolute] at both ends of the sample; clearance [m], mean gap of each film; uneven,
-    whether effects shape it; held: reference [V]. n_inj injectors of all films, n_pin of them with a pin.
+    whether effects shape it; heat, rises [K] of gas, journal and sleeve of each film; held: reference [V].
+    n_inj injectors of all films, n_pin of them with a pin.
     """
 
     n_inj: int
@@ -27,6 +28,7 @@ class RigLayout(NamedTuple):
     n_motion: int
     n_film: int
     n_gas: int
+    n_heat: int
     n_injector: int
     n_plenum: int
     n_supply: int
@@ -42,6 +44,7 @@ class RigLayout(NamedTuple):
     line_end: int
     clearance: int
     uneven: int
+    heat: int
     held_x: int
     held_y: int
     pin: int
@@ -84,6 +87,7 @@ def make_rig_layout(
     n = max(n_inj, 1)
     sizes = dict.fromkeys(SCALARS, 1) | dict.fromkeys(("pin", "volt", "stroke", "lead", "travel", "rest"), n)
     sizes |= dict.fromkeys(("clearance", "uneven"), max(n_films, 1))
+    sizes |= {"heat": 3 * max(n_films, 1)}
     sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
     sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
     sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (3 * n_machine + AROUND)}
@@ -91,7 +95,10 @@ def make_rig_layout(
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
-    counts = {f"n_{port}": ports[port] for port in ("motion", "film", "gas", "injector", "plenum", "supply", "sensor")}
+    counted = ("motion", "film", "gas", "heat", "injector", "plenum", "supply", "sensor")
+    counts = {f"n_{port}": ports[port] for port in counted}
+    # warm walls shape the gap, warm gas changes the viscosity
+    counts["n_film"], counts["n_gas"] = ports["film"] + ports["heat"], ports["gas"] + ports["heat"]
     return RigLayout(
         n_inj=n_inj, n_pin=n_pin, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe,
         size=(at + 7) // 8 * 8,

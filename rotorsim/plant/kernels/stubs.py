@@ -84,6 +84,17 @@ def gas_state(f, t, speed, path, P):
 
 
 @inlined
+def warm(f, w, P, rate, power, flow):
+    """Move the temperatures of film f on."""
+
+
+@inlined
+def warmed_film(f, w, P):
+    """What the gap of film f has more [m] by its temperatures, and the factor on its viscosity."""
+    return 0.0, 1.0
+
+
+@inlined
 def inject(f, t, k, opening, supply, P):
     """Opening and supply pressure of injector k of film f."""
     return opening, supply

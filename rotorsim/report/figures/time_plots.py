@@ -24,6 +24,7 @@ PANELS = {
     "mass_flow": ("mass flow<br>[mg/s]", 1e6),
     "film_flow": ("mass flow<br>[mg/s]", 1e6),
     "pressure": ("injection<br>[MPa gauge]", 1e-6),
+    "temperature_rise": ("warmer by<br>[K]", 1.0),
     "contact": ("contact<br>[% of time]", 100.0),
 }
 
@@ -69,6 +70,10 @@ def _panel(run: Run, name: str, data: Envelope, scale: float) -> list[go.Scatter
         names, legend = run.record["bearing"].values, name == next(n for n in BY_BEARING if n in run.record)
         return [t for i, own in enumerate(names)
                 for t in _band(data, scale, FILM_COLOURS[i % len(FILM_COLOURS)], f"film {own}", i, legend)]  # fmt: skip
+    if name == "temperature_rise":
+        bodies = run.record["body"].values
+        return [t for i, body in enumerate(bodies)
+                for t in _band(data, scale, FILM_COLOURS[i % len(FILM_COLOURS)], str(body), i)]  # fmt: skip
     if data.least.ndim == 2:
         return [t for i, axis in enumerate("xy") for t in _band(data, scale, AXIS_COLOURS[axis], f"disc {axis}", i)]
     return _band(data, scale, NEUTRAL, "", ...)
