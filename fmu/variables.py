@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from fmu.limits import limits
 from fmu.units import display_unit
+from identification.records.schema import warm_bodies
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
@@ -178,7 +179,7 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
 
 
 def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
-    """Outputs of each of several films that those of the first and of all do not hold: name, unit, column, sentence."""
+    """Outputs of each of several films that those of the first and of all do not hold, and the temperatures."""
     column = len(COLUMNS) + a.rig.n_pin + a.rig.n_probe
     for k, name in enumerate(a.machine.film_names if len(a.films) > 1 else (), 1):
         for i, axis in enumerate("xy" if k > 1 else ""):
@@ -188,6 +189,11 @@ def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
         yield f"film_{k}.h_min", "m", column + 4, f"Smallest film thickness in '{name}'."
         yield f"film_{k}.mass_flow", "kg/s", column + 5, f"Mass flow into the film in '{name}'."
         column += FILM_COLUMNS
+    if a.rig.n_heat:
+        for body in warm_bodies(a.machine.film_names if len(a.films) > 1 else ()):
+            name = f"temperature_rise.{body}".replace(" ", ".")
+            yield name, "K", column, f"Rise of the temperature of the {body} above the gas temperature."
+            column += 1
 
 
 def place(a: Assembly, *path: str, item: int = 0) -> int:

@@ -21,6 +21,7 @@ import h5py
 import numpy as np
 
 from identification import AXES, PROBE_COORDINATES, VARIABLES, probe_units
+from identification.records.schema import warm_bodies
 from rotorsim.base.files import (
     GROWING,
     WriteError,
@@ -177,6 +178,9 @@ class Recording:
             self._file.dimensions[dim] = value.shape[1]
             number = self._file.create_variable(dim, (dim,), "i8")
             number[:] = np.arange(1, value.shape[1] + 1)
+        if "body" in known.dims and "body" not in self._file.dimensions:
+            self._file.dimensions["body"] = value.shape[1]
+            self._names("body", warm_bodies(self._bearings if len(self._bearings) > 1 else ()))
         units = probe_units(self._probes) if "probe" in known.dims else known.units
         variable = self._variable(name, ("time", *known.dims), units, known.long_name)
         if "probe" in known.dims:

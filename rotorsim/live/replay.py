@@ -95,17 +95,23 @@ class Replay:
 
 
 def _table(record: Any) -> np.ndarray:
-    """Rows (n, columns, pins, probes, films and 6 inputs) of a record; what it lacks is zero."""
+    """Rows (n, columns, pins, probes, films, temperatures and 6 inputs) of a record; what it lacks is zero."""
     pins, probes = record.sizes.get("injector", 0), record.sizes.get("probe", 0)
-    films = film_columns(record.sizes.get("bearing", 0))
-    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + films + INPUTS))
+    films, heat = film_columns(record.sizes.get("bearing", 0)), record.sizes.get("body", 0)
+    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + films + heat + INPUTS))
     for name, column in AT.items():
         base, _, axis = name.rpartition("_")
         if name in record:
             rows[:, column] = record[name]
         elif axis in ("x", "y") and base in record:
             rows[:, column] = record[base][:, "xy".index(axis)]
-    places = {"pin": len(COLUMNS), "probe_measured": len(COLUMNS) + pins, "reference": -4, "disc_force": -2}
+    places = {
+        "pin": len(COLUMNS),
+        "probe_measured": len(COLUMNS) + pins,
+        "temperature_rise": -INPUTS - heat,
+        "reference": -4,
+        "disc_force": -2,
+    }
     for name, first in places.items():
         if name in record:
             count = record[name].shape[1]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, RIG_SAMPLE, TO_UM
+from rotorsim.base.constants import KRPM, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
 from rotorsim.control.designs.plants import point_text
@@ -145,7 +145,7 @@ def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, A
     pair = [transients.runup(plant, one, rate, 0.7e6, stop) for one in (None, law)]
     runs["runup"] = pair
     half = len(pair[0].table) // 2
-    first, last = half - round(0.35 / RIG_SAMPLE), half
+    first, last = half - pair[0].count(0.35), half
     if any(run.ended for run in pair):
         yield holds("run-up and coast-down", False, pair[1].ended or pair[0].ended)
         return

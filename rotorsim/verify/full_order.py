@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import identification as idn
-from rotorsim.base.constants import RIG_SAMPLE, TO_UM
+from rotorsim.base.constants import TO_UM
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
 from rotorsim.control.numerics.systems import System, balanced_states, held, late, series
@@ -57,7 +57,7 @@ def full_plant(plant: Plant, speed: float, pressure: float, actuators: System) -
     per_volt = pin_per_volt(plant)
     rotor = System(found.A, found.B[:, :2] / per_volt, found.C * TO_UM, np.zeros((2, 2)))
     # pressures next to displacements would cost most of the digits
-    return late(held(balanced_states(series(actuators, rotor)), RIG_SAMPLE))
+    return late(held(balanced_states(series(actuators, rotor)), plant.machine.sampling_time))
 
 
 def pin_per_volt(plant: Plant) -> float:

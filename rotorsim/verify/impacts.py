@@ -2,8 +2,9 @@ r"""Impact responses and their energies (thesis section E.5.1, eqs. E.26 to E.28
 
 .. math:: V_p = \|p\| / \|f\|, \qquad V_r = \|r\| / \|f\|
 
-over 500 samples from a hit on. Every run has a twin with the same noise and without hits; the difference of the two is
-the answer to the hit alone, where the thesis filters the imbalance out of one record.
+over a tenth of a second from a hit on, 500 samples of the rig. Every run has a twin with the same noise and without
+hits; the difference of the two is the answer to the hit alone, where the thesis filters the imbalance out of one
+record.
 
 Cites: thesis.
 """
@@ -24,8 +25,8 @@ POINTS = tuple((w * KRPM, p * MPA) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (
 """The twenty operating points of E.5.1 [rad/s, Pa]."""
 LEAD = 0.4
 """Time [s] before the first hit: a law seeks its centre and wakes."""
-SETTLED = 500
-"""Samples of a response."""
+RESPONSE = 0.1
+"""Duration [s] of a response."""
 SPACING = 0.2
 
 
@@ -54,52 +55,54 @@ def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: fl
         return Energies(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended)
     response, effort = [], []
     for axis in range(2):
-        part = _after(axis)
+        part = _after(axis, with_)
         force = np.linalg.norm(hit[part, 4:6])
         response.append(float(np.linalg.norm(p[part]) / force))
         effort.append(float(np.linalg.norm(r[part]) / force))
     largest = float(np.abs(with_.reference).max(initial=0.0))
     return Energies(
         speed, pressure, (response[0], response[1]), (effort[0], effort[1]), largest,
-        with_.touched, envelope_damping(p[_after(0)]),
+        with_.touched, envelope_damping(p[_after(0, with_)], with_.Ts),
     )  # fmt: skip
 
 
 def impact_answers(
     plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Disc (500, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended."""
+    """Disc (n, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended."""
     with_, without, _ = _twins(plant, law, speed, pressure, peak)
     if with_.ended or without.ended:
-        return (np.full((SETTLED, 2), np.nan),) * 2
+        return (np.full((with_.count(RESPONSE), 2), np.nan),) * 2
     p = with_.disc - without.disc
-    return p[_after(0)], p[_after(1)]
+    return p[_after(0, with_)], p[_after(1, with_)]
 
 
 def _twins(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float) -> tuple[Run, Run, np.ndarray]:
     """A run with a hit along x and one along y, its twin without, and the rows of the first."""
-    quiet = steady_rows(speed, pressure, LEAD + 2 * SPACING)
+    Ts = plant.machine.sampling_time
+    quiet = steady_rows(speed, pressure, LEAD + 2 * SPACING, Ts)
     hit = quiet.copy()
     for axis in range(2):
-        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=LEAD + axis * SPACING, spacing=SPACING)
+        lead = LEAD + axis * SPACING
+        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=lead, spacing=SPACING, Ts=Ts)
         own = hammer.rows(0, min(hammer.samples, len(hit)))
         hit[: len(own), 4:6] += own[:, 4:6]
     return run_rows(plant, law, hit), run_rows(plant, law, quiet), hit
 
 
-def _after(axis: int) -> slice:
+def _after(axis: int, run: Run) -> slice:
     """Samples of the answer to the hit along an axis."""
-    first = round((LEAD + axis * SPACING) / RIG_SAMPLE)
-    return slice(first, first + SETTLED)
+    first = run.count(LEAD + axis * SPACING)
+    return slice(first, first + run.count(RESPONSE))
 
 
-def envelope_damping(p: np.ndarray) -> float:
-    """Damping ratio of a decay (n, 2); 1 where it does not swing."""
-    return ring_down(p)[1]
+def envelope_damping(p: np.ndarray, Ts: float = RIG_SAMPLE) -> float:
+    """Damping ratio of a decay (n, 2), sampled every Ts [s]; 1 where it does not swing."""
+    return ring_down(p, Ts)[1]
 
 
-def ring_down(p: np.ndarray) -> tuple[float, float]:
-    """Natural frequency [rad/s] and damping ratio of a decay (n, 2): ln(E1/E2) = 2 zeta omega L.
+def ring_down(p: np.ndarray, Ts: float = RIG_SAMPLE) -> tuple[float, float]:
+    """Natural frequency [rad/s] and damping ratio of a decay (n, 2) every Ts [s]: ln(E1/E2) = 2 zeta omega L.
 
     E1 and E2 are the energies of two stretches of equal length L in turn.
 
@@ -113,11 +116,11 @@ def ring_down(p: np.ndarray) -> tuple[float, float]:
     if not total > 0:
         return float("nan"), 1.0
     n = max(min(len(p) // 2, int(np.argmax(np.cumsum(energy) >= 0.8 * total))), 2)
-    rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * RIG_SAMPLE)
+    rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * Ts)
     axis = int((p**2).sum(axis=0).argmax())
     changes = np.flatnonzero(np.diff(np.sign(p[: 2 * n, axis])) != 0)
     if len(changes) < 2:
         return float("nan"), 1.0
-    half = np.diff(changes).mean() * RIG_SAMPLE
+    half = np.diff(changes).mean() * Ts
     wn = float(np.hypot(np.pi / half, rate / 2))
     return wn, float(rate / (2 * wn))

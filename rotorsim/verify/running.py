@@ -23,11 +23,16 @@ NEVER = 10**15
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Samples of a run; `ended` is empty, or the sentence of what stopped it."""
+    """Samples of a run, every `Ts` [s]; `ended` is empty, or the sentence of what stopped it."""
 
     table: np.ndarray
     rows: np.ndarray
     ended: str = ""
+    Ts: float = RIG_SAMPLE
+
+    def count(self, seconds: float) -> int:
+        """Samples in a time [s]."""
+        return round(seconds / self.Ts)
 
     def column(self, name: str) -> np.ndarray:
         """One column of the sample table."""
@@ -56,7 +61,7 @@ class Run:
     @property
     def time(self) -> np.ndarray:
         """Time (n,) [s]."""
-        return np.arange(len(self.table)) * RIG_SAMPLE
+        return np.arange(len(self.table)) * self.Ts
 
 
 @dataclass(frozen=True)
@@ -75,11 +80,12 @@ def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, 
     rows = np.array(rows, float)
     simulation = plant.start(float(rows[0, 0]), float(rows[0, 1]), seed=seed)
     if law is None:
+        Ts = plant.machine.sampling_time
         try:
-            return Run(simulation.advance(rows), rows)
+            return Run(simulation.advance(rows), rows, Ts=Ts)
         except ConvergenceError as error:
             table = error.where["table"]
-            return Run(table, rows[: len(table)], str(error))
+            return Run(table, rows[: len(table)], str(error), Ts)
     check_actuators(plant.machine, law.name)
     if not isinstance(law, Law):
         centre = plant.equilibrium(float(rows[0, 0]), float(rows[0, 1])).disc
@@ -90,44 +96,44 @@ def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, 
 def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | None = None) -> Run:
     """Continue a simulation under a law at rest."""
     law.reset()
-    a = simulation.assembly
+    a, Ts = simulation.assembly, simulation.assembly.sampling_time
     used = rows.copy()
     used[:, 1] += a.machine.gas.ambient_pressure
     out = np.zeros((len(rows), simulation.columns))
     row, line = np.zeros((1, 6)), np.zeros((1, simulation.columns))
-    frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / RIG_SAMPLE), fault.channel)
+    frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / Ts), fault.channel)
     done = loop_module(a).run_loop(
         simulation.w, a.ix, a.P, used, out, a.steps_per_sample, row, line, law.memory, law.table, law.axes,
         law.layout, law.settings, np.zeros(2), reference_range(a.machine), frozen, channel, np.zeros(2),
     )  # fmt: skip
     used[:, 1] -= a.machine.gas.ambient_pressure
-    ended = "" if done == len(rows) else f"no solution of the step at t = {done * RIG_SAMPLE:.4f} s"
-    return Run(out[:done], used[:done], ended)
+    ended = "" if done == len(rows) else f"no solution of the step at t = {done * Ts:.4f} s"
+    return Run(out[:done], used[:done], ended, Ts)
 
 
 def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, fault: Frozen | None) -> Run:
     """Continue a simulation under a controller that is not a law, sample by sample in Python, as `run_law` does."""
     call(controller, "reset")
     used, tables, output, held = rows.copy(), [], np.zeros(2), np.zeros(2)
-    limit = reference_range(simulation.assembly.machine)
-    frozen = NEVER if fault is None else round(fault.time / RIG_SAMPLE)
+    limit, Ts = reference_range(simulation.assembly.machine), simulation.assembly.sampling_time
+    frozen = NEVER if fault is None else round(fault.time / Ts)
     for k in range(len(rows)):
         used[k, 2:4] = np.clip(rows[k, 2:4] + output, -limit, limit)
         try:
             tables.append(simulation.advance(used[k : k + 1]))
         except ConvergenceError as error:
-            return Run(np.concatenate([*tables, error.where["table"]]), used[:k], str(error))
+            return Run(np.concatenate([*tables, error.where["table"]]), used[:k], str(error), Ts)
         row = tables[-1][0]
         seen = row[READ : READ + 2].copy()
         if fault is not None and k >= frozen:
             seen[fault.channel] = held[fault.channel]
         held = seen
-        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * RIG_SAMPLE)
-    return Run(np.concatenate(tables), used)
+        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * Ts)
+    return Run(np.concatenate(tables), used, Ts=Ts)
 
 
-def steady_rows(speed: float, pressure: float, duration: float) -> np.ndarray:
-    """Rows at constant speed [rad/s] and pressure [Pa]."""
-    rows = np.zeros((round(duration / RIG_SAMPLE), 6))
+def steady_rows(speed: float, pressure: float, duration: float, Ts: float = RIG_SAMPLE) -> np.ndarray:
+    """Rows at constant speed [rad/s] and pressure [Pa], every `Ts` [s]."""
+    rows = np.zeros((round(duration / Ts), 6))
     rows[:, 0], rows[:, 1] = speed, pressure
     return rows

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, RIG_SAMPLE, TO_UM
+from rotorsim.base.constants import KRPM, TO_UM
 from rotorsim.plant import Plant
 from rotorsim.verify.other import AnyLaw, as_law
 from rotorsim.verify.running import Run, run_rows
@@ -48,9 +48,9 @@ def safe_speed(
     >>> import rotorsim as rs
     >>> found = rs.verify.safe_speed(plant, law)
     """
-    rows = changing((start, stop), (pressure, pressure), (stop - start) / rate)
+    rows = changing((start, stop), (pressure, pressure), (stop - start) / rate, plant.machine.sampling_time)
     run = run_rows(plant, None if law is None else as_law(law), rows, seed)
-    quiet = round(0.4 / RIG_SAMPLE)
+    quiet = run.count(0.4)
     middle = run.disc[:quiet].mean(axis=0) + np.asarray(centre)
     outside = np.hypot(*(run.disc - middle).T) > radius
     long = np.flatnonzero(np.convolve(outside, np.ones(CONFIRM), mode="valid") == CONFIRM)

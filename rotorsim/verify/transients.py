@@ -14,9 +14,11 @@ REST = 0.4
 """Time [s] at constant values before and after a change."""
 
 
-def changing(speeds: tuple[float, float], pressures: tuple[float, float], duration: float) -> np.ndarray:
-    """Rows that stay, go straight from the first to the second values within `duration` [s], and stay."""
-    rest, n = round(REST / RIG_SAMPLE), max(round(duration / RIG_SAMPLE), 1)
+def changing(
+    speeds: tuple[float, float], pressures: tuple[float, float], duration: float, Ts: float = RIG_SAMPLE
+) -> np.ndarray:
+    """Rows every `Ts` [s] that stay, go straight from the first to the second values in `duration` [s], and stay."""
+    rest, n = round(REST / Ts), max(round(duration / Ts), 1)
     part = np.concatenate([np.zeros(rest), np.arange(1, n + 1) / n, np.ones(rest)])
     rows = np.zeros((len(part), 6))
     rows[:, 0] = speeds[0] + (speeds[1] - speeds[0]) * part
@@ -26,23 +28,27 @@ def changing(speeds: tuple[float, float], pressures: tuple[float, float], durati
 
 def speed_ramp(plant: Plant, law: AnyLaw | None, rate: float) -> Run:
     """From rest to 6 krpm at 0.5 MPa at a rate [rad/s^2]."""
-    return run_rows(plant, law, changing((0.0, 6 * KRPM), (0.5e6, 0.5e6), 6 * KRPM / rate))
+    Ts = plant.machine.sampling_time
+    return run_rows(plant, law, changing((0.0, 6 * KRPM), (0.5e6, 0.5e6), 6 * KRPM / rate, Ts))
 
 
 def pressure_step(plant: Plant, law: AnyLaw | None, low: float = 0.3e6, high: float = 0.7e6) -> Run:
     """From one pressure to the other from one sample to the next, at 3 krpm."""
-    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), RIG_SAMPLE))
+    Ts = plant.machine.sampling_time
+    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), Ts, Ts))
 
 
 def pressure_ramp(plant: Plant, law: AnyLaw | None, low: float = 0.7e6, high: float = 0.3e6) -> Run:
     """From one pressure to the other within half a second, at 3 krpm."""
-    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), 0.5))
+    Ts = plant.machine.sampling_time
+    return run_rows(plant, law, changing((3 * KRPM, 3 * KRPM), (low, high), 0.5, Ts))
 
 
 def overload(plant: Plant, law: AnyLaw | None, peak: float) -> Run:
     """A hit that drives the references to their limits, at 3 krpm and 0.5 MPa."""
-    rows = steady_rows(3 * KRPM, 0.5e6, 1.0)
-    hammer = Impact(peak=peak, angle=np.pi / 4, lead=REST, spacing=0.5)
+    Ts = plant.machine.sampling_time
+    rows = steady_rows(3 * KRPM, 0.5e6, 1.0, Ts)
+    hammer = Impact(peak=peak, angle=np.pi / 4, lead=REST, spacing=0.5, Ts=Ts)
     own = hammer.rows(0, hammer.samples)
     rows[: len(own), 4:6] += own[:, 4:6]
     return run_rows(plant, law, rows)
@@ -50,18 +56,19 @@ def overload(plant: Plant, law: AnyLaw | None, peak: float) -> Run:
 
 def frozen_sensor(plant: Plant, law: AnyLaw | None, channel: int) -> Run:
     """A displacement sensor that hangs, at 3 krpm and 0.5 MPa."""
-    return run_rows(plant, law, steady_rows(3 * KRPM, 0.5e6, 1.2), fault=Frozen(channel, REST))
+    rows = steady_rows(3 * KRPM, 0.5e6, 1.2, plant.machine.sampling_time)
+    return run_rows(plant, law, rows, fault=Frozen(channel, REST))
 
 
 def noise(plant: Plant, law: AnyLaw, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
     """Standard deviation (2,) [V] of the reference when nothing happens."""
-    run = run_rows(plant, law, steady_rows(speed, pressure, 0.8))
-    return run.reference[round(REST / RIG_SAMPLE) :].std(axis=0)
+    run = run_rows(plant, law, steady_rows(speed, pressure, 0.8, plant.machine.sampling_time))
+    return run.reference[run.count(REST) :].std(axis=0)
 
 
 def runup(plant: Plant, law: AnyLaw | None, rate: float, pressure: float, stop: float, down: bool = True) -> Run:
     """From rest to `stop` [rad/s] and, if `down`, back again, at a rate [rad/s^2]."""
-    up = changing((0.0, stop), (pressure, pressure), stop / rate)
+    up = changing((0.0, stop), (pressure, pressure), stop / rate, plant.machine.sampling_time)
     return run_rows(plant, law, np.vstack([up, up[::-1]]) if down else up)
 
 
@@ -83,7 +90,7 @@ def amplitudes(run: Run, first: int, last: int, name: str = "disc") -> np.ndarra
 
 def excursion(run: Run) -> float:
     """Largest distance [m] of the disc from a moving mean over 0.1 s."""
-    window = round(0.1 / RIG_SAMPLE)
+    window = run.count(0.1)
     kernel = np.ones(window) / window
     padded = np.pad(run.disc, ((window // 2, window - window // 2 - 1), (0, 0)), mode="edge")
     mean = np.column_stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(2)])

@@ -43,6 +43,17 @@ def test_control_lowers_the_energy_of_hits_in_both_directions(plant, model):
         assert not after.touched
 
 
+def test_a_plant_of_another_rate_answers_to_hits_and_a_law_of_its_rate_as_at_the_rigs(plant, model):
+    fine = Plant(plant.machine.with_({"solver.sampling_rate": 1e4}))
+    assert fine.machine.sampling_time == pytest.approx(1e-4)
+    before, sooner = impact_energies(plant, None, *POINT), impact_energies(fine, None, *POINT)
+    assert sooner.response == pytest.approx(before.response, rel=0.02)
+    assert sooner.damping == pytest.approx(before.damping, rel=0.1)
+    after = impact_energies(fine, lqr.design(model, lqr.Spec(Ts=1e-4)), *POINT)
+    assert np.all(np.divide(after.response, sooner.response) < 0.8)
+    assert after.damping > 2.5 * sooner.damping
+
+
 def test_a_hanging_sensor_holds_its_last_value(plant, model):
     law = p.design(model, p.Spec(kappa_x=0.375, kappa_y=0.33)).with_(average=0.02, fade=0.0)
     run = run_rows(plant, law, steady_rows(*POINT, 0.12), fault=Frozen(0, 0.08))

@@ -50,6 +50,7 @@ PRINTED = {
     "staircase": (3.23,),
     "sweep": (0.15391, 20.0, 21352.0, 20.0, 0.7, 51.484, 20.0, 0.3),
     "unbalance_response": (48, 2984),
+    "warm_bearing": (38.5, 150, 38.2, 150, 37.2, 150, 5.88, 150, 4.19, 150),
     "whirl_onset": (0.16, 0.5, 16455),
 }
 """Numbers that an example prints, in their order, within 5 %; with words, which are in it too, the first numbers."""

@@ -4,10 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from rotorsim.base.errors import MachineFileError, NoLiftOffError
 from rotorsim.effects.film.gas_heating import SUTHERLAND
 from rotorsim.effects.film.heat_balance import heat_balance
+from rotorsim.experiments import Runup
+from rotorsim.experiments.running import record as record_run
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
@@ -138,3 +141,15 @@ def test_films_of_different_sizes_have_a_balance_each():
         machine.replace("effects.heat_balance", {"friction_share": 1.0})
     each = machine.replace("effects.heat_balance", [{"friction_share": 1.0, "bearing": k} for k in (0, 1)])
     assert len(each.effects["heat_balance"]) == 2
+
+
+def test_a_run_up_s_file_keeps_the_temperatures_by_name(tmp_path):
+    machine = two_films({"journal_capacity": 0.02, "sleeve_capacity": 0.05})
+    weight = {"effects.gravity.acceleration": 9.81}
+    path = tmp_path / "r.nc"
+    record_run(machine.with_(weight), Runup(start=400.0, stop=600.0, rate=4000.0), path)
+    record = xr.open_dataset(path, engine="h5netcdf")
+    names = [f"{bearing} {body}" for bearing in ("left", "right") for body in ("gas", "journal", "sleeve")]
+    assert record["body"].values.tolist() == names
+    rise = record["temperature_rise"].sel(body="left gas")
+    assert rise[-1] > 0 and record["temperature_rise"].attrs["units"] == "K"

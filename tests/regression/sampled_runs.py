@@ -41,7 +41,7 @@ RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
 
 EVERY_EFFECT: dict[str, Any] = {
-    "asymmetric_shaft": {},  # this and the seal: neutral, numbers stored before them stay as they are
+    "asymmetric_shaft": {},  # this, the seal and the heat: neutral, numbers stored before them stay as they are
     "ball_bearing": {"softening": 0.05, "clearance": "0.5 um"},
     "base_vibration": {},  # excludes a pedestal
     "clearance_growth": {"growth": "0.4 um", "temperature": "3 K"},
@@ -54,6 +54,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "hysteresis": {"weight": "0.3 um/V"},
     "internal_damping": {"time": "3 us"},
     "labyrinth_seal": {},
+    "heat_balance": {},
     "journal_tilt": {"x": "0.00005 rad", "y": "-0.00003 rad"},
     "noise": {"sigma": "0.3 um"},
     "out_of_round": {"sleeve": "0.5 um", "journal": "0.3 um", "journal_lobes": 3},
@@ -87,9 +88,9 @@ RENAMED: dict[str, dict[str, str]] = {
 RENAMED_EFFECTS = {"gas_heating": "viscosity"}
 """Effect above -> its name in such a commit."""
 NEED_FILM = frozenset({
-    "clearance_growth", "contact", "creep", "dead_zone", "discharge_drift", "hysteresis", "journal_tilt",
-    "out_of_round", "pedestal", "plenum_volume", "slip", "supply_droop", "unequal_pressure", "gas_heating",
-    "weak_injector",
+    "clearance_growth", "contact", "creep", "dead_zone", "discharge_drift", "heat_balance", "hysteresis",
+    "journal_tilt", "out_of_round", "pedestal", "plenum_volume", "slip", "supply_droop", "unequal_pressure",
+    "gas_heating", "weak_injector",
 })  # fmt: skip
 
 

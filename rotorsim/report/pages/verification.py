@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM, TO_UM
+from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
@@ -88,7 +88,7 @@ def energies_figure(result: Verification) -> go.Figure:
 def runup_figure(alone: Run, held: Run) -> go.Figure:
     """Vibration over time, with the speed."""
     figure = make_subplots(specs=[[{"secondary_y": True}]])
-    window = round(0.1 / RIG_SAMPLE)
+    window = alone.count(0.1)
     for name, run, colour in (("open loop", alone, OPEN), ("closed loop", held, CLOSED)):
         n = len(run.table) // window
         disc = run.disc[: n * window].reshape(n, window, 2)
@@ -124,11 +124,11 @@ def waterfall_figure(alone: Run, held: Run, highest: float = 400.0) -> go.Figure
 
 def spectra_of(run: Run, highest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean speeds (k,) [rad/s], frequencies (f,) [Hz], amplitudes (k, f) [um] of y in stretches of 0.2 s."""
-    window = round(0.2 / RIG_SAMPLE)
+    window = run.count(0.2)
     n = max(len(run.table) // window, 1)
     y = run.disc[: n * window, 1].reshape(n, -1) * TO_UM
     y = (y - y.mean(axis=1, keepdims=True)) * np.hanning(y.shape[1])
     heights = np.abs(np.fft.rfft(y, axis=1)) * 4 / y.shape[1]
-    frequency = np.fft.rfftfreq(y.shape[1], RIG_SAMPLE)
+    frequency = np.fft.rfftfreq(y.shape[1], run.Ts)
     keep = frequency <= highest
     return run.column("speed")[: n * window].reshape(n, -1).mean(axis=1), frequency[keep], heights[:, keep]
