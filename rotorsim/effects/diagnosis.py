@@ -31,6 +31,7 @@ class CandidateForm:
     from_value : parameter and value; a form that is found with at least that much of it may be another one of them
     axes_only : known for sensors along x and y alone
     alone_of : forms of the same kind of force share this name and are not combined
+    pinned : known for injectors with pins alone
     """
 
     parameter: str
@@ -45,6 +46,7 @@ class CandidateForm:
     from_value: tuple[str, float] = ("", math.inf)
     axes_only: bool = False
     alone_of: str = ""
+    pinned: bool = False
 
 
 @dataclass(frozen=True)

@@ -207,12 +207,19 @@ def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
 def _places(machine: MachineTables) -> Problems:
     """Every effect has something to act on, and is there once if it can be only once."""
     for name, entries in machine.effects.items():
-        if len(entries) > 1 and entries[0].single:
-            yield f"effects.{name}", f"there are {len(entries)} of them, and a machine has one; keep one table"
+        if len(entries) > 1 and entries[0].single and not _one_a_film(machine, entries):
+            way = "give each the 'bearing' of another film" if len(machine.films) > 1 else "keep one table"
+            yield f"effects.{name}", f"there are {len(entries)} of them, and a machine has one; {way}"
     for path, effect in _each_effect(machine):
         found = _misplaced(machine, effect)
         if found:
             yield f"{path}.{found[0]}".rstrip("."), found[1]
+
+
+def _one_a_film(machine: MachineTables, entries: tuple[Effect, ...]) -> bool:
+    """Whether effects are about a film each, every one about another."""
+    films = {machine.film_number(effect) for effect in entries}
+    return None not in films and len(films) == len(entries)
 
 
 def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:

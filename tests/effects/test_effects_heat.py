@@ -125,8 +125,8 @@ def test_a_journal_that_loses_no_heat_closes_its_gap_which_is_said():
 
 
 @pytest.mark.parametrize(("tables", "sentence"), [
-    ([{"friction_share": 1.0}, {"friction_share": 0.5}], "is there twice for one film"),
-    ([{"bearing": 0}, {"bearing": 0}], "is there twice for one film"),
+    ([{"friction_share": 1.0}, {"friction_share": 0.5}], "there are 2 of them"),
+    ([{"bearing": 0}, {"bearing": 0}], "there are 2 of them"),
     ([{"friction_share": 1.5}], "friction_share"),
     ([{"journal_conductance": 0.0}], "journal_conductance"),
 ])  # fmt: skip

@@ -50,14 +50,14 @@ def gas(twin: Twin) -> list[FitParameter]:
 
 def trends(twin: Twin) -> list[FitParameter]:
     """Smooth trends of stiffness, damping and gain over pressure and speed, as fit parameters."""
-    declared = [(_key(twin, name, p), p.trend) for name, p in _declared(twin, film_only=True) if p.trend]
+    declared = [(k, p.trend) for name, p in _declared(twin, film_only=True) if p.trend for k in _keys(twin, name, p)]
     return [FitParameter(key, step, sd, trend=trend) for trend in ("pressure", "speed") for key, (step, sd) in declared]
 
 
 def flow_key(twin: Twin) -> str:
     """Key of the parameter that scales the flow of all injectors; empty if there is none."""
     declared = _declared(twin, film_only=True)
-    return next((_key(twin, name, p) for name, p in declared if p.scales == INJECTOR_FLOW), "")
+    return next((_keys(twin, name, p)[0] for name, p in declared if p.scales == INJECTOR_FLOW), "")
 
 
 def _declared(twin: Twin, film_only: bool) -> list[tuple[str, CalibrationParameter]]:
@@ -66,15 +66,17 @@ def _declared(twin: Twin, film_only: bool) -> list[tuple[str, CalibrationParamet
     return [(e.name, p) for e in effects for p in e.calibration_of(twin.machine) if p.film_only == film_only]
 
 
-def _key(twin: Twin, name: str, parameter: CalibrationParameter) -> str:
-    return f"{name}.{twin.slots[name] + parameter.place}.{parameter.parameter}"
+def _keys(twin: Twin, name: str, parameter: CalibrationParameter) -> list[str]:
+    """Keys of a parameter, one for each film that it is about."""
+    first, last = twin.slots[name] + parameter.place, len(twin.equipped[0].effects[name])
+    return [f"{name}.{k}.{parameter.parameter}" for k in range(first, last, REGISTRY[name].places)]
 
 
 def _fit_parameters(twin: Twin, name: str, p: CalibrationParameter) -> list[FitParameter]:
     """One number, or the cosine and sine parts of an amplitude with a phase."""
-    keys = [_key(twin, name, p)]
+    keys = _keys(twin, name, p)
     if p.phase:
-        keys = [f"{keys[0]}~{p.phase}.{part}" for part in "cs"]
+        keys = [f"{key}~{p.phase}.{part}" for key in keys for part in "cs"]
     return [FitParameter(key, p.step, p.sd, p.low, p.high) for key in keys]
 
 

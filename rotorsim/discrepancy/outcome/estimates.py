@@ -13,6 +13,7 @@ from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.search import Hypothesis, Search
 from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.effects.base import WHERE
 
 
 def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[str, ...]) -> Found:
@@ -21,8 +22,9 @@ def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[s
     absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
     parameters = {key.split(".")[2]: value for key, value in absolute.items()}
     table = next(iter(absolute)).split(".")[1]
-    position = getattr(twin.effect(form.effect, int(table)), "position", None)
-    parameters |= {} if position is None else {"position": position}
+    for where in WHERE:
+        place = getattr(twin.effect(form.effect, int(table)), where, None)
+        parameters |= {} if place is None else {where: place}
     at = {k: i for i, k in enumerate(fit.parameters)}
     sd: dict[str, float] = {}
     if len(form.parameters) == 2 and "~" in form.parameters[0].key:

@@ -19,8 +19,9 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.discrepancy.outcome.findings import CLOCK, Findings, Found
+from rotorsim.discrepancy.twin.instrumented import of_each_film, own_tables
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
-from rotorsim.effects import REGISTRY
+from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
 from rotorsim.machine.edit import comment, inline
 
@@ -49,6 +50,8 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     document = tomlkit.parse(text)
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
+    changed = {one.effect for one in diagnosis.effects}
+    _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in diagnosis.calibration})
     left_out = _calibrate(document, effects, diagnosis)
     for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
         _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
@@ -108,11 +111,12 @@ def _add(effects: Any, name: str, values: dict[str, float], comments: list[str],
     units = {p: known.unit for p, known in quantities(REGISTRY[name]).items()}
     texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
     present = effects.get(name)
-    if present is not None and REGISTRY[name].single:
-        for line in comments if not inline(present) else ():
-            present.add(tomlkit.comment(line))
+    own = _of_film(present, values.get("bearing")) if REGISTRY[name].single else None
+    if own is not None:
+        for line in comments if not inline(own) else ():
+            own.add(tomlkit.comment(line))
         for p, text in texts.items():
-            _put(present, p, text, remark)
+            _put(own, p, text, remark)
         return
     table = tomlkit.table()
     for line in comments:
@@ -133,6 +137,39 @@ def _add(effects: Any, name: str, values: dict[str, float], comments: list[str],
         several.append(copy)
     several.append(table)
     effects[name] = several
+
+
+def _of_film(present: Any, bearing: float | None) -> Any:
+    """The table of one film, or of all, among those of an effect that a film has once; None where it is not there."""
+    tables = present if isinstance(present, list) else [present] if present is not None else []
+    return next((one for one in tables if one.get("bearing") == bearing), None)
+
+
+def _one_for_each_film(effects: Any, machine: Machine, changed: set[str]) -> None:
+    """Repeat tables about all films for each of them, where a film's own values are to be written."""
+    for name in sorted(changed & set(machine.effects)):
+        about = [getattr(e, "bearing", None) for e in own_tables(REGISTRY[name], machine)]
+        films = [bearing for bearing in about if bearing is not None]
+        if not films or not REGISTRY[name].single or "bearing" in effects[name] or isinstance(effects[name], list):
+            continue
+        several = tomlkit.aot()
+        for bearing in films:
+            several.append(tomlkit.item({**effects[name].unwrap(), "bearing": bearing}))
+        effects[name] = several
+
+
+def _table_before(machine: Machine, name: str, table: int) -> Effect:
+    """What a machine has in a table of its twin."""
+    present, own = machine.effects.get(name, ()), own_tables(REGISTRY[name], machine)
+    if not REGISTRY[name].single:
+        return own[table - len(present)]
+    return of_each_film(present, own)[table] if present else own[table]
+
+
+def _film(effect: Effect) -> dict[str, float]:
+    """The bearing that an effect names, as a value for its table."""
+    bearing = getattr(effect, "bearing", None)
+    return {} if bearing is None else {"bearing": bearing}
 
 
 def _where(machine: Machine, name: str, table: int) -> dict[str, float]:
@@ -173,7 +210,7 @@ def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[flo
 def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     """Write the calibration; returns comments on what has no place in the file."""
     machine, left_out = diagnosis.machine, []
-    tables: dict[str, dict[str, float]] = {}
+    tables: dict[tuple[str, int], dict[str, float]] = {}
     turned: dict[str, complex] = {}
     bearings: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
     for key, (value, sd) in diagnosis.calibration.items():
@@ -207,16 +244,15 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
             _, place, what = key.split(".")
             bearings.setdefault((int(place), what[1]), {})[what[0]] = value, sd
         else:
-            name, _, parameter = key.split(".")
-            tables.setdefault(name, {})[parameter] = value
+            name, table, parameter = key.split(".")
+            tables.setdefault((name, int(table)), {})[parameter] = value
     for (number, axis), estimates in bearings.items():
         if (number, "y") not in bearings:
             _keep_y(document["bearings"][number], machine.bearings[number])
         _bearing(document["bearings"][number], machine.bearings[number], axis, estimates)
-    for name, changes in tables.items():
-        present = machine.effects.get(name, ())
-        before = present[0] if present and REGISTRY[name].single else REGISTRY[name]()
-        _add(effects, name, {p: getattr(before, p) + v for p, v in changes.items()}, [FITTED], FITTED)
+    for (name, number), changes in tables.items():
+        before = _table_before(machine, name, number)
+        _add(effects, name, {p: getattr(before, p) + v for p, v in changes.items()} | _film(before), [FITTED], FITTED)
     for key, z in turned.items():
         owner, _, pair = key.rpartition(".")
         amplitude, _, phase = pair.partition("~")

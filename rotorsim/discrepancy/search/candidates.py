@@ -76,29 +76,44 @@ def _known(effects: Iterable[str], forms: Iterable[Form], machine: str) -> set[s
 
 
 def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
-    """A form of an effect for every option and injector; the first place belongs to the calibration if it has one."""
-    effect = REGISTRY[name]
-    table = twin.slots[name] + (effect.places > 1 and bool(effect.calibration_of(twin.machine)))
-    injectors: list[float] = [0.0]
-    names = {f.name for f in fields(effect)}
-    if "injector" in names:
-        injectors = [float(k + 1) for k in range(len(twin.machine.injectors))]
+    """A form of an effect for every film, option and injector; the first place belongs to the calibration if any."""
+    effect, machine = REGISTRY[name], twin.machine
+    place = effect.places > 1 and bool(effect.calibration_of(machine))
     options: list[dict[str, float]] = [{}]
     for parameter, values in recipe.options:
         options = [{**o, parameter: v} for o in options for v in values]
     forms = []
-    for k in injectors:
-        for option in options:
-            fixed = {f"{name}.{table}.{p}": v for p, v in option.items()}
-            if k:
-                fixed[f"{name}.{table}.injector"] = k
-            label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "")
-            shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
-            parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe, option)
-            forms.append(
-                Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine, recipe.axes_only)
-            )
+    for table in range(twin.slots[name] + place, len(twin.equipped[0].effects[name]), effect.places):
+        of, pinned = _about(twin, name, table)
+        if recipe.pinned and not pinned:
+            continue
+        for k in _injectors(twin, name, table):
+            for option in options:
+                fixed = {f"{name}.{table}.{p}": v for p, v in option.items()}
+                if k:
+                    fixed[f"{name}.{table}.injector"] = k
+                label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "") + of
+                shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
+                parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe, option)
+                forms.append(
+                    Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine, recipe.axes_only)
+                )
     return forms
+
+
+def _about(twin: Twin, name: str, table: int) -> tuple[str, bool]:
+    """What names the film of a table, where there are several, and whether injectors with pins feed it."""
+    bearing = getattr(twin.effect(name, table), "bearing", None)
+    if bearing is None or len(twin.machine.films) < 2:
+        return "", twin.machine.pinned_film is not None
+    return f" of {twin.machine.bearing_names[int(bearing)]}", twin.machine.film_at(bearing) == twin.machine.pinned_film
+
+
+def _injectors(twin: Twin, name: str, table: int) -> list[float]:
+    """Numbers of the injectors that a table can be about, from 1; 0 for an effect that is about none."""
+    if "injector" not in {f.name for f in fields(REGISTRY[name])}:
+        return [0.0]
+    return [float(k + 1) for k in range(twin.machine.injector_count(twin.effect(name, table)))]
 
 
 def _values(recipe: CandidateForm, parameter: str) -> tuple[float, ...]:

@@ -69,4 +69,5 @@ def _flow(twin: Twin, setting: Setting) -> float:
     """Mass flow [kg/s] of all injectors at rest."""
     a = twin.set(setting)
     w = settle(a, SPEED, MIDDLE)
-    return float(w[a.film.film_flow : a.film.film_flow + a.film.n_inj].sum())
+    first = a.film.film_flow
+    return float(sum(a.film_part(w, k)[first : first + a.film.n_inj].sum() for k in range(len(a.films))))

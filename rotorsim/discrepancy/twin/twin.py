@@ -141,7 +141,8 @@ class Twin:
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:
     """Relative changes of what no effect describes."""
     if key == "curtain_discharge":
-        w[a.film.curtain : a.film.curtain + a.film.n_inj] *= 1 + change
+        for k in range(len(a.films)):
+            a.film_part(w, k)[a.film.curtain : a.film.curtain + a.film.n_inj] *= 1 + change
     elif key == "shaft_damping":
         _add(a, w, a.rotor.C, change * a.mesh.shaft_damping)
     elif key == "shaft_stiffness":

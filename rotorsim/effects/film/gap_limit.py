@@ -15,7 +15,9 @@ def closed_gap(effect: Effect, machine: Any) -> dict[str, str]:
     """A sentence if the effects on the gap close it; `effect` is blamed where it takes the most."""
     if machine.film is None:
         return {}
-    shares = {id(e): e.narrowing(machine) for es in machine.effects.values() for e in es if hasattr(e, "narrowing")}
+    about = {None, machine.film_number(effect)}
+    there = [e for es in machine.effects.values() for e in es if about == {None} or machine.film_number(e) in about]
+    shares = {id(e): e.narrowing(machine) for e in there if hasattr(e, "narrowing")}
     total, clearance = sum(shares.values()), machine.film_of(effect).clearance
     if clearance - total >= ROOM * clearance or shares[id(effect)] < max(shares.values()):
         return {}

@@ -60,6 +60,7 @@ class HeatBalance(FilmEffect):
     warmed = warmed
     cites = ("incropera_2007", "sutherland_1893")
     role = "known"
+    single = True
     extra = ("wall", "gas_capacity", "radius", "temperature")
     friction_share: float = param(
         "1", bounds=(0.0, 1.0), doc="Share of the friction power that heats; 0: none, 1: all."
@@ -84,12 +85,8 @@ class HeatBalance(FilmEffect):
         }
 
     def problems(self, machine: Any) -> dict[str, str]:
-        """One balance for a film; a balance for all films only where they are alike."""
-        about = machine.film_number(self)
-        others = [machine.film_number(e) for e in machine.effects["heat_balance"] if e is not self]
-        if any(about is None or other in (None, about) for other in others):
-            return {"": "is there twice for one film; keep one table for each film"}
+        """A balance for all films only where they are alike."""
         sizes = {(film.diameter, film.length, film.clearance) for film in machine.films}
-        if about is None and len(sizes) > 1:
+        if machine.film_number(self) is None and len(sizes) > 1:
             return {"bearing": "is missing, and the films differ in size; write one table with a bearing for each film"}
         return {}

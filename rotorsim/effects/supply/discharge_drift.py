@@ -26,7 +26,7 @@ class DischargeDrift(FilmEffect):
     kernel = discharge_drift
     cites = ("pierart_2015",)
     single = True
-    forms = (CandidateForm("exponent", 0.04),)
+    forms = (CandidateForm("exponent", 0.04, pinned=True),)
     calibration = (CalibrationParameter("drift", 0.02, 0.10, -0.5, 0.5, trend=(0.02, 0.015), scales=INJECTOR_FLOW),)
     drift: float = param("1", bounds=(-0.9, 2.0), doc="Relative change of the discharge coefficient or loss factor.")
     exponent: float = param("1", bounds=(-0.9, 3.0), doc="What is added to the exponent of the opening.")

@@ -30,7 +30,7 @@ class WeakInjector(FilmEffect):
     cites = ("blackburn_1960",)
     forms = (
         CandidateForm("blocked", 0.04, signed=False, signature="flow of one injector"),
-        CandidateForm("stuck", 0.2, signed=False),
+        CandidateForm("stuck", 0.2, signed=False, pinned=True),
     )
     places = 2
     injector: float = param("1", default=1.0, bounds=(1.0, 64.0), whole=True, doc="Number of the injector, from 1.")
