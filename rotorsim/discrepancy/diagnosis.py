@@ -28,7 +28,7 @@ from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis
 from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
@@ -50,10 +50,6 @@ SOLVER_LEFT = 0.5
 SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
-NO_ACCURACY = (
-    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
-    "displacement), or record one operating point twice"
-)
 COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
 STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"

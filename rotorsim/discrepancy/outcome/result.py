@@ -29,6 +29,14 @@ WORDS = {
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }
 
+NO_ACCURACY = (
+    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
+    "displacement), or record one operating point twice"
+)
+NOTHING_BEYOND = (
+    "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Shown, Findings, Reported):
@@ -65,6 +73,8 @@ class Diagnosis(Shown, Findings, Reported):
     @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
+        if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
+            return NOTHING_BEYOND
         effects = " with ".join(f.form for f in self.effects)
         rivals = "; ".join(" with ".join(t) for t in self.ties)
         return WORDS[self.status].format(effects=effects, rivals=rivals)
