@@ -44,7 +44,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
     yield _bearing_names(machine)
-    for check in (_floor, _thin, _reach, _offsets):
+    for check in (_floor, _thin, _reach, _offsets, _one_law):
         yield check(machine)
     yield _gains(machine)
     yield check_step(machine)
@@ -110,8 +110,21 @@ def _injection(machine: MachineTables) -> Problems:
         for name in ("foil", "grooves"):
             if getattr(film, name, None) is not None:
                 yield "injectors", f"feed a film with {'a foil' if name == 'foil' else name}; remove them or the {name}"
-    if machine.injectors and common.law == "loss_factor" and any(film.orifices for _, film in _films(machine)):
-        yield "injection.law", "'loss_factor' does not go with orifices, which are nozzles; write 'orifice'"
+
+
+def _one_law(machine: MachineTables) -> Problems:
+    """All rows of orifices and all pins follow one law."""
+    rows = {f"{path}.orifices.{i}": row for path, film in _films(machine) for i, row in enumerate(film.orifices)}
+    laminar = {path: row.loss_factor is not None for path, row in rows.items()}
+    if machine.injectors and machine.injection is not None:
+        laminar = {"injection": machine.injection.law == "loss_factor", **laminar}
+    first = next(iter(laminar.values()), False)
+    for path, own in laminar.items():
+        if own != first:
+            yield (
+                f"{path}.loss_factor",
+                f"{'given' if own else 'missing'}, unlike before; all rows and pins follow one law",
+            )
 
 
 def _no_film(machine: MachineTables) -> str:

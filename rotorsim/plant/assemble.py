@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -188,12 +188,15 @@ def _injectors(machine: Machine, number: int) -> tuple[Injector, ...]:
 def _row(row: Orifices) -> Iterator[Injector]:
     """Orifices of a row."""
     area = math.pi / 4 * row.diameter**2
+    volume = area * row.diameter if row.volume is None else row.volume
+    nozzle = Injector(
+        angle=0.0, offset=row.offset, open_area=row.discharge * area, orifice_diameter=row.mouth,
+        curtain_discharge=row.curtain_discharge, plenum_volume=volume,
+    )  # fmt: skip
+    if row.loss_factor is not None:
+        nozzle = replace(nozzle, law="loss_factor", loss_factor=row.loss_factor, open_area=0.0)
     for angle in row.angles:
-        yield Injector(
-            angle=angle, offset=row.offset, open_area=row.discharge * area, orifice_diameter=row.mouth,
-            curtain_discharge=row.curtain_discharge,
-            plenum_volume=area * row.diameter if row.volume is None else row.volume,
-        )  # fmt: skip
+        yield replace(nozzle, angle=angle)
 
 
 def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray]:

@@ -205,6 +205,24 @@ def test_an_effect_names_its_bearing():
     assert flows[2][0] == pytest.approx(flows[0][0], rel=1e-2) and flows[2][1] < 0.999 * flows[0][1]
 
 
+def test_laminar_restrictors_let_through_what_the_squared_pressures_make():
+    restrictor = 'diameter = "0.2 mm"\nloss_factor = "2e-17 kg/(s*Pa^2)"'
+    machine = Machine.from_text(rigid((-60, 60), 1.0, 4).text.replace('diameter = "0.2 mm"', restrictor))
+    plant = Plant(machine)
+    a, w = plant.assembly, plant.start(1000.0, 0.4e6).w
+    plena = np.concatenate([a.film_part(w, k)[a.film.plenum :][:4] for k in (0, 1)])
+    supply = 0.4e6 + machine.gas.ambient_pressure
+    flows = plant.equilibrium(1000.0, 0.4e6).mass_flow
+    assert flows == pytest.approx(2e-17 * (supply**2 - plena**2), rel=1e-7)
+    assert machine.gas.ambient_pressure < plena.min() and plena.max() < supply
+
+
+def test_rows_of_another_law_are_refused():
+    restrictor = 'diameter = "0.2 mm"\nloss_factor = "2e-17 kg/(s*Pa^2)"'
+    with pytest.raises(MachineFileError, match=r"bearings\.1\.orifices\.0\.loss_factor: missing, unlike before"):
+        Machine.from_text(rigid((-60, 60), 1.0, 4).text.replace('diameter = "0.2 mm"', restrictor, 1))
+
+
 @pytest.mark.parametrize("bearing", [0, 1])
 def test_the_housing_that_a_probe_sees_is_that_of_the_bearing_on_a_pedestal(bearing):
     pedestal = f'[effects.pedestal]\nfrequency = "80 Hz"\nmass_ratio = 0.5\nbearing = {bearing}\n'

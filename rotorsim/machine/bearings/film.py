@@ -37,6 +37,9 @@ class Orifices(Part):
     volume: float | None = quantity(
         "m^3", "Volume between orifice and film; that of a hole as long as it is wide when not given.",
         None, above=0, high=1e-3, example=1e-11)  # fmt: skip
+    loss_factor: float | None = quantity(
+        "kg/(s*Pa^2)", "Mass flow per difference of squared pressures, of a laminar restrictor in place of an orifice.",
+        None, above=0, high=1e-12, example=1e-17)  # fmt: skip
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """A pocket is wider than its orifice."""
