@@ -21,7 +21,8 @@ from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import write_text
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.hidden_case import KINDS, hidden_case
-from rotorsim.bench.verdicts import VERDICTS, Case, judged, within
+from rotorsim.bench.odds_score import scored
+from rotorsim.bench.verdicts import VERDICTS, Case, apart, judged
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import truth_twin
 from rotorsim.discrepancy.diagnosis import Workshop
@@ -59,8 +60,13 @@ def run_case(
     named = tuple(f.form for f in d.effects)
     hidden = tuple(f.key for f in truth.forms)
     verdict = judged(kind, hidden, d, {f.key for f in candidates(workshop.twin)})
-    gone, inside = reduction(d.gap), within(d, truth, workshop.twin)
-    return Case(number, kind, hidden, steps, times, d.status, named, verdict, seconds, gone, inside, cpu)
+    known = {f.key for f in candidates(workshop.twin, effects)}
+    away = apart(d, truth, workshop.twin)
+    inside = float(np.mean(np.array(away) < 2)) if away else np.nan
+    return Case(
+        number, kind, hidden, steps, times, d.status, named, verdict, seconds, reduction(d.gap), inside, cpu,
+        len(d.ties), scored(d.odds, kind, hidden, known), away,
+    )  # fmt: skip
 
 
 def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing") -> Iterator[Case]:
@@ -105,6 +111,7 @@ def kept_cases(path: Path | None) -> dict[int, Case]:
         try:
             row: dict[str, Any] = json.loads(line)
             row["hidden"], row["named"] = tuple(row["hidden"]), tuple(row["named"])
+            row["odds"], row["apart"] = tuple(map(tuple, row.get("odds", ()))), tuple(row.get("apart", ()))
             if row["verdict"] not in VERDICTS:
                 raise ValueError(row["verdict"])
             done[row["number"]] = Case(**row)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.bench import odds_score as score
 from rotorsim.bench.hidden_case import KINDS
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy import Diagnosis
@@ -40,6 +41,12 @@ class Case:
     """Share of the hidden parameters within two standard deviations (NaN where none was named)."""
     cpu: float
     """Seconds of one core."""
+    ties: int = 0
+    """Other explanations that the verdict holds for as good."""
+    odds: tuple[tuple[str, float, bool], ...] = ()
+    """Explanations with their probability and whether they are the hidden one."""
+    apart: tuple[float, ...] = ()
+    """How far the hidden parameters are from what was found, in standard deviations."""
 
 
 def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) -> str:
@@ -63,9 +70,9 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
     return "class" if any(holds) and hidden else "wrong"
 
 
-def within(d: Diagnosis, truth: Truth, twin: Twin) -> float:
-    """Share of the hidden parameters within two standard deviations of what was found."""
-    inside = []
+def apart(d: Diagnosis, truth: Truth, twin: Twin) -> tuple[float, ...]:
+    """How far the hidden parameters are from what was found, in standard deviations."""
+    found_apart = []
     for found in d.effects if d.status in ("named", "tie") else ():
         for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):
             if form.key != found.form:
@@ -77,8 +84,8 @@ def within(d: Diagnosis, truth: Truth, twin: Twin) -> float:
                 parameter = key.split(".")[2]
                 if parameter in found.sd:
                     away = _apart(found.parameters[parameter] - value, parameter, hidden, key)
-                    inside.append(away < 2 * found.sd[parameter])
-    return float(np.mean(inside)) if inside else float("nan")
+                    found_apart.append(float(away / found.sd[parameter]))
+    return tuple(found_apart)
 
 
 def _apart(difference: float, parameter: str, hidden: dict[str, float], key: str) -> float:
@@ -150,8 +157,27 @@ def figures(found: list[Case]) -> Iterator[Figure]:
     inside = [c.within for c in correct if np.isfinite(c.within)]
     if inside:
         yield Figure("true sizes beyond two standard deviations", 1 - float(np.mean(inside)), "1", 0.10)
+    yield from _of_odds(found)
     seconds = [c.seconds for c in found if c.seconds > 0]
     if seconds:
         yield Figure("one diagnosis, median", float(np.median(seconds)), "s", 180.0)
         yield Figure("one diagnosis, median, one core's time", float(np.median([c.cpu for c in found])), "s")
         yield Figure("one diagnosis, longest", float(max(seconds)), "s", 900.0)
+
+
+def _of_odds(found: list[Case]) -> Iterator[Figure]:
+    """How far the stated probabilities and intervals can be trusted."""
+    stated = [c for c in found if c.odds]
+    if not stated:
+        return
+    today = score.brier(map(score.from_verdict, stated))
+    yield Figure("odds: expected calibration error", score.calibration_error(score.reliability(stated)), "1", 0.05)
+    yield Figure("odds: Brier score", score.brier(c.odds for c in stated), "1", today)
+    yield Figure("odds: Brier score of the verdicts read as probabilities", today, "1")
+    wrong = score.sure_and_wrong(stated, ("none", "foreign", "noise"))
+    yield Figure("odds: wrong names above 95 % among none, foreign, noise", wrong, "1", 0.0)
+    left = list(score.beyond_left_out(stated))
+    if left:
+        yield Figure("odds: left out, 1 - mean probability of beyond", 1 - float(np.mean(left)), "1", 0.4)
+    for share, bound in ((0.5, None), (0.9, 0.15)):
+        yield Figure(f"sizes beyond the {share:.0%} interval", 1 - score.coverage(stated, share), "1", bound)

@@ -1,0 +1,112 @@
+r"""How far stated probabilities can be trusted: Brier score, calibration error, reliability, coverage of intervals.
+
+.. math:: B = \Big\langle \sum_k (p_k - r_k)^2 \Big\rangle, \qquad
+          E = \sum_b \frac{n_b}{n} \, \big|\overline{r}_b - \overline{p}_b\big|
+
+p_k is the probability of explanation k in a case and r_k is 1 for the hidden one; B is a mean over cases. E takes the
+most probable explanation of every case, in bins b of its probability. Sources: Brier (1950); Naeini et al. (2015).
+
+Cites: brier_1950, naeini_2015.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.special import erfinv
+
+from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.search.indistinguishable import class_of
+
+if TYPE_CHECKING:
+    from rotorsim.bench.verdicts import Case
+
+EDGES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0)
+"""Edges of the bins of probability; finer where most cases are."""
+LEAST = 1e-4
+"""Probability below which an explanation is not kept."""
+
+
+class Bin(NamedTuple):
+    """Cases whose most probable explanation has a probability in one bin: their mean, share that is right, number."""
+
+    stated: float
+    right: float
+    cases: int
+
+
+def scored(
+    odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], known: set[str]
+) -> tuple[tuple[str, float, bool], ...]:
+    """Explanations of a case: name, probability, whether it is the hidden one.
+
+    Where something beyond the catalogue is hidden all explanations that hold it are one.
+    """
+    target = sorted({class_of(key, known) for key in hidden})
+    out, beyond = [], 0.0
+    for one in odds:
+        own = sorted({class_of(key, known) for key in one.effects})
+        if kind in ("foreign", "left_out") and one.beyond:
+            beyond += one.probability
+        elif one.probability >= LEAST:
+            right = own == (target if kind in ("single", "pair") else []) and not one.beyond
+            out.append((one.name, one.probability, right and kind not in ("foreign", "left_out")))
+    return tuple([*out, ("beyond the catalogue", beyond, True)] if beyond else out)
+
+
+def from_verdict(case: Case) -> tuple[tuple[str, float, bool], ...]:
+    """A verdict read as probabilities: certain where it is a name or nothing, even among the names of a tie."""
+    right = case.verdict in ("right", "class")
+    if case.status == "tie" and case.ties:
+        share = 1 / (1 + case.ties)
+        return tuple((f"{k}", share, right and k == 0) for k in range(1 + case.ties))
+    return ((case.status, 1.0, right),)
+
+
+def brier(rows: Iterable[tuple[tuple[str, float, bool], ...]]) -> float:
+    """Mean Brier score of cases; what is right and has no probability counts as 0."""
+    scores = []
+    for own in rows:
+        found = any(right for _, _, right in own)
+        scores.append(sum((p - right) ** 2 for _, p, right in own) + (not found))
+    return float(np.mean(scores)) if scores else float("nan")
+
+
+def reliability(found: Iterable[Case]) -> tuple[Bin, ...]:
+    """Bins of the most probable explanations, the empty ones left out."""
+    tops = [max(case.odds, key=lambda one: one[1]) for case in found if case.odds]
+    p = np.array([one[1] for one in tops])
+    right = np.array([one[2] for one in tops], float)
+    at = np.clip(np.searchsorted(EDGES, p, side="right") - 1, 0, len(EDGES) - 2)
+    return tuple(
+        Bin(float(p[at == b].mean()), float(right[at == b].mean()), int((at == b).sum()))
+        for b in range(len(EDGES) - 1) if (at == b).any()
+    )  # fmt: skip
+
+
+def calibration_error(bins: Iterable[Bin]) -> float:
+    """Expected calibration error of bins."""
+    rows = list(bins)
+    total = sum(b.cases for b in rows)
+    return sum(b.cases * abs(b.right - b.stated) for b in rows) / total if total else float("nan")
+
+
+def coverage(found: Iterable[Case], share: float) -> float:
+    """Share of the hidden sizes within the interval that should hold them with probability `share`."""
+    apart = np.array([z for case in found for z in case.apart])
+    return float(np.mean(apart < np.sqrt(2) * erfinv(share))) if apart.size else float("nan")
+
+
+def sure_and_wrong(found: Iterable[Case], kinds: tuple[str, ...], least: float = 0.95) -> int:
+    """Cases of some kinds in which a wrong explanation that names an effect has more than a probability."""
+    own = [one for case in found if case.kind in kinds for one in case.odds if one[1] > least and not one[2]]
+    return sum(not name.startswith(("nothing", "something")) for name, _, _ in own)
+
+
+def beyond_left_out(found: Iterable[Case]) -> Iterator[float]:
+    """Probability of something beyond the catalogue, in cases whose effect was taken out of it."""
+    for case in found:
+        if case.kind == "left_out" and case.odds:
+            yield sum(p for name, p, _ in case.odds if name == "beyond the catalogue")
