@@ -28,6 +28,8 @@ from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.plan.options import check_allowed
+from rotorsim.discrepancy.plan.plan import Plan
 
 MONTH = 30 * 86400.0
 """Seconds that an interrupted diagnosis waits for the same command."""
@@ -39,6 +41,7 @@ STAGES = {
     "screen": "screening candidates",
     "name": "re-fitting candidates",
     "show": "showing the gap",
+    "plan": "planning the next experiment",
 }
 
 
@@ -77,6 +80,13 @@ def diagnose(
     self_test: Annotated[
         bool, typer.Option("--self-test", help="Print which effects the campaign cannot distinguish, and stop.")
     ] = False,
+    plan_next: Annotated[
+        bool,
+        typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan."),
+    ] = False,
+    allow: Annotated[
+        str | None, typer.Option("--allow", help="What a plan may change: speed,pressure,amplitude,slow-roll; all.")
+    ] = None,
     report: WithReport = True,
     *,
     page: PageOptions,
@@ -98,6 +108,9 @@ def diagnose(
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is not a fraction; give a number between 0 and 1, e.g. 0.004")
+    if allow is not None and not plan_next:
+        raise DataError("--allow: is about a plan; give --plan-next too")
+    allowed = check_allowed([] if allow is None else [name.strip() for name in allow.split(",")]) if plan_next else None
     with (
         results(out, "diagnosis", tuple(RESULTS.values()), force) as folder,
         _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished,
@@ -105,7 +118,7 @@ def diagnose(
         page.begin(folder / RESULTS["report"], force)
         diagnosis = find(
             machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().show,
-            resume=unfinished,
+            resume=unfinished, plan_next=allowed,
         )  # fmt: skip
         files = save_diagnosis(diagnosis, folder, report)
         if report:
@@ -187,10 +200,24 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
             f"  next experiment: {n['experiment']} ({n['speed_hz']:.0f} Hz, {n['pressure_mpa']:.2g} MPa): chi-square "
             f"{n['chi2_after_refit']:.3g} after re-fitting the rival"
         )
+    if diagnosis.plan is not None:
+        _print_plan(diagnosis.plan)
     for note in diagnosis.notes:
         typer.echo(f"  note: {note}")
     for kind, path in files.items():
         typer.echo(f"{kind}: {path}")
+
+
+def _print_plan(plan: Plan) -> None:
+    """The sentence and the best five experiments."""
+    typer.echo(plan.sentence)
+    for line_ in plan.unbreakable:
+        typer.echo(f"  {line_}")
+    for one in plan.proposals[:5]:
+        typer.echo(
+            f"  {one.option.name}: {one.option.minutes:.0f} min, {one.outlook.entropy:.2f} bit left, "
+            f"{100 * one.outlook.decided:.0f} % chance of 95 %"
+        )
 
 
 def _self_test(machine: str, records: list[Path] | None, mapping: Path | None, as_json: bool) -> None:

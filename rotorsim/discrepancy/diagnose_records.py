@@ -11,6 +11,7 @@ from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
 from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
 from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.plan.options import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
@@ -30,6 +31,7 @@ def diagnose(
     threads: int = THREADS,
     progress: Progress = lambda stage: None,
     resume: str | Path | None = None,
+    plan_next: Iterable[str] | None = None,
 ) -> Diagnosis:
     """Compare a machine file with measured records, and identify the missing effect.
 
@@ -52,6 +54,9 @@ def diagnose(
         Called with each stage and step of the work.
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
+    plan_next : names, optional
+        Rank the experiments that may come next: what may differ from the records, of "speed", "pressure", "amplitude",
+        "slow-roll"; all of them for an empty one. `Diagnosis.plan` has them.
 
     Returns
     -------
@@ -69,6 +74,7 @@ def diagnose(
     >>> found.sentence  # doctest: +SKIP
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    allow = None if plan_next is None else check_allowed(plan_next)
     opened = open_records(records, mapping)
     cache = None if resume is None else Cache(Path(resume))
     if opened and all("speed" in record.dims for _, record in opened):
@@ -77,5 +83,5 @@ def diagnose(
     trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
     trials += make_trials(machine, kept, "held_out")
     trials += make_trials(machine, last, "untouched")
-    found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache)
+    found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache, allow)
     return replace(found, notes=(*record_notes([*opened, *kept, *last]), *found.notes))

@@ -29,6 +29,7 @@ from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
 from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis
+from rotorsim.discrepancy.plan.plan import Plan, plan_next
 from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
@@ -90,8 +91,9 @@ class Workshop:
 def work_on(
     machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Progress,
     workshop: Workshop | None = None, threads: int = THREADS, cache: Cache | None = None,
+    allow: tuple[str, ...] | None = None,
 ) -> Diagnosis:  # fmt: skip
-    """Diagnosis of prepared trials."""
+    """Diagnosis of prepared trials; with the next experiment among those that `allow` names."""
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
@@ -99,7 +101,7 @@ def work_on(
     forms, left_out = for_probes(forms, trials)
     workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: Comparison(workshop.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
-    found = Work(machine, workshop, parts, forms, trials, tolerance, progress).run()
+    found = Work(machine, workshop, parts, forms, trials, tolerance, progress, allow).run()
     return replace(found, notes=(*found.notes, *left_out))
 
 
@@ -131,6 +133,7 @@ class Work:
     trials: Sequence[Trial]
     tolerance: float
     progress: Progress
+    allow: tuple[str, ...] | None = None
 
     @property
     def fitted(self) -> Comparison:
@@ -209,7 +212,7 @@ class Work:
         search = self._search(base, flags, apart)
         quiet = Verdict("unknown" if apart else "no_disagreement")
         if len(flags) == len(apart) and (apart or search.promise() < CLEAR):
-            return quiet, None
+            return quiet, search
         verdict = judge(search)
         return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
 
@@ -254,6 +257,7 @@ class Work:
         stages: list[Point | None] = [Point(), base.point, None if best is None else best.fit.point]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
+        judged = self._odds(base, flags, verdict, search)
         return Diagnosis(
             status=verdict.status,
             machine=self.machine,
@@ -270,7 +274,8 @@ class Work:
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
-            odds=self._odds(base, flags, verdict, search),
+            odds=judged,
+            plan=self._plan(base, verdict, judged),
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(
@@ -294,6 +299,14 @@ class Work:
             return odds(self.fitted, base, search, tried, sum(f.excess for f in flags if f.group == UNSTEADY))
         except NoAnswerError:
             return ()
+
+    def _plan(self, base: Fit, verdict: Verdict, judged: tuple[Explanation, ...]) -> Plan | None:
+        """The next experiment, if it was asked for."""
+        if self.allow is None:
+            return None
+        tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
+        fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed}
+        return plan_next(self.fitted, fits | {(): base}, judged, self.allow, lambda: self.progress("plan"))
 
     def _clocks(self, point: Point) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation of every record that states how far its clock may be off."""

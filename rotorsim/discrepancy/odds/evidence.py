@@ -31,9 +31,24 @@ SHARES, EXCESSES = np.geomspace(1e-3, 0.5, 10), np.geomspace(1.0, 300.0, 16)
 """Shares of the lines that something beyond the catalogue touches, and its size there in floors."""
 
 
-def prior_sizes(parameters: Sequence[FitParameter]) -> np.ndarray:
-    """Prior standard deviations (k,): those of the calibration, `STEPS` steps for the sizes of effects."""
-    return np.array([p.sd if p.sd < WIDE else STEPS * p.step for p in parameters])
+def prior_sizes(parameters: Sequence[FitParameter], found: np.ndarray) -> np.ndarray:
+    """Prior standard deviations (k,): those of the calibration; of sizes of effects `STEPS` steps and what is found.
+
+    A size has a prior with a long tail, a normal one whose scale is as likely large as small: its density at the size
+    `found` (k,) is that of the scale that goes with it. Otherwise a large effect would count as impossible.
+    """
+    own = [p.sd if p.sd < WIDE else float(np.hypot(STEPS * p.step, v)) for p, v in zip(parameters, found, strict=True)]
+    return np.array(own)
+
+
+def likely_sizes(origin: np.ndarray, J: np.ndarray, parameters: Sequence[FitParameter]) -> np.ndarray:
+    """Parameters (k,) of least squares with the priors of the calibration alone, for residuals (n,) at 0."""
+    p = np.array([1 / k.sd if k.sd < WIDE else 0.0 for k in parameters])
+    size = np.sqrt((J**2).sum(axis=0) + p**2)
+    size[size == 0] = 1.0
+    A = np.vstack([J / size, np.diag(p / size)])
+    b = np.concatenate([origin, np.zeros(len(p))])
+    return np.asarray(answer(np.linalg.lstsq, A, b, rcond=1e-10)[0] / size)
 
 
 def log_evidence(form: ModelForm, origin: np.ndarray, J: np.ndarray, sd: np.ndarray) -> tuple[float, float]:
@@ -57,6 +72,16 @@ def log_evidence(form: ModelForm, origin: np.ndarray, J: np.ndarray, sd: np.ndar
     total = found + np.log(weights())
     top = float(total.max())
     return top + float(np.log(np.exp(total - top).sum())), float(SIZES[int(total.argmax())])
+
+
+def settled(form: ModelForm, origin: np.ndarray, J: np.ndarray, sd: np.ndarray, tau: float) -> np.ndarray:
+    """Whitened residual (n,) where the parameters are most probable with an error tau of the model's form."""
+    A = J * sd
+    taken = 1 - 1 / form.inflation(tau)
+    r, W = form.projected(origin), form.projected(A)
+    M = np.eye(A.shape[1]) + A.T @ A - (W.T * taken) @ W
+    v = answer(np.linalg.solve, M, A.T @ origin - W.T @ (taken * r))
+    return form.whitened(origin - A @ v, tau)
 
 
 def _at(inflation: np.ndarray, plain: float, a: np.ndarray, H: np.ndarray, r: np.ndarray, W: np.ndarray) -> float:

@@ -18,7 +18,7 @@ from math import comb
 import numpy as np
 
 from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.odds.evidence import log_evidence, prior_sizes, unexplained_gain
+from rotorsim.discrepancy.odds.evidence import likely_sizes, log_evidence, prior_sizes, settled, unexplained_gain
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
 from rotorsim.discrepancy.residuals.comparison import Comparison
@@ -72,9 +72,9 @@ def odds(
 
 def _of_fit(form: ModelForm, fit: Fit, keys: tuple[str, ...], lines: np.ndarray, unsteady: float) -> list[Explanation]:
     """A fitted explanation, and the same with something else on top of it."""
-    origin = fit.residual + fit.J @ fit.vector
-    value, error = log_evidence(form, origin, fit.J, prior_sizes(fit.parameters))
-    more = unexplained_gain(form.whitened(fit.residual, error), lines) + 0.5 * unsteady
+    origin, sd = fit.residual + fit.J @ fit.vector, prior_sizes(fit.parameters, fit.vector)
+    value, error = log_evidence(form, origin, fit.J, sd)
+    more = unexplained_gain(settled(form, origin, fit.J, sd, error), lines) + 0.5 * unsteady
     return [Explanation(keys, False, value, error, True), Explanation(keys, True, value + more, error, True)]
 
 
@@ -90,8 +90,8 @@ def _linear(
         if view.drop(i)[0] <= 0:
             values.setdefault(one.key, []).append((none.evidence, none.error))
             continue
-        J = np.concatenate([base.J, search.columns[one.label]], axis=1)
-        sd = np.concatenate([prior_sizes(base.parameters), prior_sizes(one.parameters)])
+        J, parameters = np.concatenate([base.J, search.columns[one.label]], axis=1), (*base.parameters, *one.parameters)
+        sd = prior_sizes(parameters, likely_sizes(origin, J, parameters))
         values.setdefault(one.key, []).append(log_evidence(form, origin, J, sd))
     return [Explanation((key,), False, *_mean(found), False) for key, found in values.items()]
 

@@ -14,6 +14,7 @@ RESULTS = {
     "gap": "gap.nc",
     "machine": "machine.toml",
     "difference": "machine.diff",
+    "plan": "next.toml",
     "report": "report.html",
     "verdict": "diagnosis.json",
 }
@@ -46,6 +47,9 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
             after = diagnosis.apply()
             after.save(part / RESULTS["machine"])
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
+        if diagnosis.plan is not None and diagnosis.plan.proposals:
+            known = RESULTS["machine"] if (part / RESULTS["machine"]).exists() else diagnosis.machine.name
+            write_text(part / RESULTS["plan"], diagnosis.plan.campaign(known))
         if report:
             diagnosis.report(part / RESULTS["report"])
         write_json(part / RESULTS["verdict"], diagnosis.as_dict(), indent=2, default=float)

@@ -14,6 +14,7 @@ from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, Explanation, show
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import extended
+from rotorsim.discrepancy.plan.plan import Plan
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.machine import Machine
 
@@ -51,6 +52,8 @@ class Diagnosis(Shown, Findings, Reported):
     tried: tuple[dict[str, Any], ...] = ()
     odds: tuple[Explanation, ...] = ()
     """Explanations with their probabilities, the most probable first."""
+    plan: Plan | None = None
+    """The next experiments, where they were asked for."""
 
     def card(self) -> Card:
         """Verdict, sizes of the effects, next experiment."""
@@ -117,6 +120,7 @@ class Diagnosis(Shown, Findings, Reported):
                 }
                 for e in self.odds if e.probability >= LEAST_SHOWN
             ],
+            **({} if self.plan is None else {"plan": self.plan.as_dict()}),
             "tried": list(self.tried),
             "data_hash": self.data_hash,
         }  # fmt: skip

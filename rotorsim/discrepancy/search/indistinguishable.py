@@ -54,6 +54,11 @@ def resembles(key: str) -> str:
     return form.resembles if form is not None else ""
 
 
+def signature_of(key: str) -> str:
+    """What forms of its class have in common, in words; empty where it is distinguishable."""
+    return _signature(key)[0]
+
+
 def _signature(key: str) -> tuple[str, str]:
     """Signature of a form, and the injector that it is of."""
     form = _form(key)

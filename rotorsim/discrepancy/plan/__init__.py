@@ -1,0 +1,1 @@
+"""Plan of the next experiment: the run after which the odds of a diagnosis should be most certain."""
