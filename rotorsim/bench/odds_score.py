@@ -12,7 +12,7 @@ Cites: brier_1950, naeini_2015.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.special import erfinv
@@ -20,13 +20,31 @@ from scipy.special import erfinv
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.search.indistinguishable import class_of
 
-if TYPE_CHECKING:
-    from rotorsim.bench.verdicts import Case
-
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0)
 """Edges of the bins of probability; finer where most cases are."""
 LEAST = 1e-4
 """Probability below which an explanation is not kept."""
+
+
+Odds = tuple[tuple[str, float, bool], ...]
+"""Name, probability and whether it is the hidden one, of each explanation."""
+
+
+class Case(Protocol):
+    """What is scored of a case of the benchmark."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def ties(self) -> int: ...
+    @property
+    def odds(self) -> Odds: ...
+    @property
+    def apart(self) -> tuple[float, ...]: ...
 
 
 class Bin(NamedTuple):
@@ -37,9 +55,7 @@ class Bin(NamedTuple):
     cases: int
 
 
-def scored(
-    odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], known: set[str]
-) -> tuple[tuple[str, float, bool], ...]:
+def scored(odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], known: set[str]) -> Odds:
     """Explanations of a case: name, probability, whether it is the hidden one.
 
     Where something beyond the catalogue is hidden all explanations that hold it are one.
@@ -56,7 +72,7 @@ def scored(
     return tuple([*out, ("beyond the catalogue", beyond, True)] if beyond else out)
 
 
-def from_verdict(case: Case) -> tuple[tuple[str, float, bool], ...]:
+def from_verdict(case: Case) -> Odds:
     """A verdict read as probabilities: certain where it is a name or nothing, even among the names of a tie."""
     right = case.verdict in ("right", "class")
     if case.status == "tie" and case.ties:
@@ -65,7 +81,7 @@ def from_verdict(case: Case) -> tuple[tuple[str, float, bool], ...]:
     return ((case.status, 1.0, right),)
 
 
-def brier(rows: Iterable[tuple[tuple[str, float, bool], ...]]) -> float:
+def brier(rows: Iterable[Odds]) -> float:
     """Mean Brier score of cases; what is right and has no probability counts as 0."""
     scores = []
     for own in rows:

@@ -29,7 +29,7 @@ from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
 from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis
-from rotorsim.discrepancy.plan.plan import Plan, plan_next
+from rotorsim.discrepancy.plan.plan import Plan, plan_next, rivals_of
 from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
@@ -275,7 +275,7 @@ class Work:
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
             odds=judged,
-            plan=self._plan(base, verdict, judged),
+            plan=self._plan(base, verdict, search, judged),
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(
@@ -300,13 +300,18 @@ class Work:
         except NoAnswerError:
             return ()
 
-    def _plan(self, base: Fit, verdict: Verdict, judged: tuple[Explanation, ...]) -> Plan | None:
+    def _plan(
+        self, base: Fit, verdict: Verdict, search: Search | None, judged: tuple[Explanation, ...]
+    ) -> Plan | None:  # fmt: skip
         """The next experiment, if it was asked for."""
         if self.allow is None:
             return None
         tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
-        fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed}
-        return plan_next(self.fitted, fits | {(): base}, judged, self.allow, lambda: self.progress("plan"))
+        fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
+        others = [e.effects[0] for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
+        if search is not None and others:
+            fits |= {(key,): fit for key, fit in search.tangents(others).items()}
+        return plan_next(self.fitted, fits, judged, self.allow, lambda: self.progress("plan"))
 
     def _clocks(self, point: Point) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation of every record that states how far its clock may be off."""

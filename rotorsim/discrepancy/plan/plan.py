@@ -89,6 +89,11 @@ class Plan:
         return tomlkit.dumps(document)
 
 
+def rivals_of(odds: Iterable[Explanation]) -> list[Explanation]:
+    """Explanations that a new run may settle: probable ones without something that has no response to predict."""
+    return [e for e in odds if e.probability >= LEAST and not e.beyond]
+
+
 def plan_next(
     comparison: Comparison, fits: dict[tuple[str, ...], Fit], odds: Iterable[Explanation], allow: Iterable[str],
     progress: Callable[[], None] = lambda: None,
@@ -100,7 +105,7 @@ def plan_next(
     comparison : Comparison
         The records there are.
     fits : dict
-        Re-fitted explanations by the effects that they name; () is nothing missing.
+        Explanations by the effects that they name, re-fitted or by their sensitivities; () is nothing missing.
     odds : explanations with probabilities
     allow : names
         What may change, of `options.ALLOWED`.
@@ -108,7 +113,7 @@ def plan_next(
     found = options(comparison.twin.machine, comparison.trials, allow)
     if not found:
         raise DataError("plan: no experiment is possible with what is allowed; allow more")
-    known = [e for e in odds if e.probability >= LEAST and not e.beyond and e.effects in fits][:RIVALS]
+    known = [e for e in rivals_of(odds) if e.effects in fits][:RIVALS]
     ties = tuple(_unbreakable(e) for e in known if e.alike)
     rivals = tuple(e.name for e in known)
     if len(known) < 2:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import log
 
@@ -225,6 +225,24 @@ class Search:
         move = answer(np.linalg.lstsq, A / size, target, rcond=1e-10)[0] / size
         moved = within(self.base.parameters, self.base.vector + move) - self.base.vector
         return self.base.point.holding(fixed).moved(self.base.parameters, moved).moved(own, values)
+
+    def tangents(self, keys: Iterable[str]) -> dict[str, Fit]:
+        """Fits of single forms by their sensitivities alone, without the plant; of a form's options the best."""
+        view, best = self.screened(), dict[str, tuple[float, Fit]]()
+        wanted = set(keys)
+        for i, one in enumerate(self.forms):
+            if one.key not in wanted:
+                continue
+            gain, values = view.drop(i)
+            if gain <= best.get(one.key, (-1.0,))[0]:
+                continue
+            S, steps = self.columns[one.label], np.array([k.step for k in one.parameters])
+            point = self._start(one.parameters, dict(one.fixed), S, values / steps)
+            parameters, J = (*self.base.parameters, *one.parameters), np.concatenate([self.base.J, S], axis=1)
+            fit = Fit(parameters, point, self.base.residual, J, self.base.cost - gain)
+            moved = fit.vector - np.concatenate([self.base.vector, np.zeros(len(steps))])
+            best[one.key] = gain, replace(fit, residual=self.base.residual - J @ moved)
+        return {key: fit for key, (_, fit) in best.items()}
 
     def _held(self, point: Point) -> float:
         """Excess of the held-out records."""

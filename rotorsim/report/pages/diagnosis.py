@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.constants import TO_UM
+from rotorsim.discrepancy.odds.explanation import shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.report.figures import diagnosis_plots as plots
@@ -16,6 +17,7 @@ from rotorsim.report.pages import html
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
+    from rotorsim.discrepancy.plan.plan import Plan
 
 INTRODUCTION = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
@@ -45,7 +47,9 @@ def page(diagnosis: Diagnosis) -> str:
 
 
 def _cards(d: Diagnosis) -> str:
-    cards = [(d.status.replace("_", " "), "verdict"), (f"{len(d.localisation)}", "groups of lines beyond the floor")]
+    cards = [(d.status.replace("_", " "), "verdict")]
+    cards += [(shown_share(e.probability), f"that {e.name}" if not e.effects else e.name) for e in d.odds[:1]]
+    cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
     if d.effects and np.isfinite(share):
         cards.append((f"{100 * share:.0f} %", "of the gap gone on untouched records"))
@@ -60,9 +64,11 @@ def _sections(d: Diagnosis) -> Iterator[str]:
             "of the records. Explanations that no record distinguishes are one bar.",
             plots.odds_bars(d),
         )
+    if d.plan is not None:
+        yield _plan(d.plan)
     if d.effects:
         yield _effects(d)
-    if d.next_experiment:
+    if d.next_experiment and d.plan is None:
         yield _table("Next experiment", (("what", "value"),), [(k, _text(v)) for k, v in d.next_experiment.items()])
     yield html.figure_section(
         "The gap, record by record",
@@ -96,6 +102,17 @@ def _sections(d: Diagnosis) -> Iterator[str]:
             "<details><summary>Machine file: what was added</summary><pre>"
             f"{escape(difference(d.machine, d.apply()))}</pre></details>"
         )
+
+
+def _plan(plan: Plan) -> str:
+    """What to record next: a sentence, what nothing separates, the best experiments."""
+    text = "".join(f"<p>{escape(line)}</p>" for line in (plan.sentence, *plan.unbreakable))
+    heads = (("experiment", "rig time [min]", "entropy left [bit]", "chance of 95 %"),)
+    rows = [
+        (p.option.name, f"{p.option.minutes:.0f}", f"{p.outlook.entropy:.2f}", f"{100 * p.outlook.decided:.0f} %")
+        for p in plan.proposals[:8]
+    ]
+    return _table("What to record next", heads, rows, text)
 
 
 def _largest(d: Diagnosis) -> str:

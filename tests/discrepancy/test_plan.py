@@ -1,0 +1,115 @@
+"""Plan of the next experiment: what a new record should leave of the odds, and the experiments that are allowed."""
+
+import numpy as np
+import pytest
+
+from rotorsim.base.errors import DataError
+from rotorsim.campaign import load_plan
+from rotorsim.discrepancy.blind_test.design import campaign
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.plan.expected import Outlook, Predicted, entropy, outlook
+from rotorsim.discrepancy.plan.options import ALLOWED, check_allowed, options
+from rotorsim.discrepancy.plan.plan import Plan, Proposal, _unbreakable
+from rotorsim.experiments import Impact, Multisine
+from rotorsim.machine import load_machine
+
+N = 200
+EVEN = np.array([0.5, 0.5])
+STILL = np.zeros((N, 1))
+
+
+def ahead(difference, spread=STILL, odds=EVEN, temperature=1.0):
+    """Outlook of two rivals whose responses differ."""
+    rivals = [Predicted(np.zeros(N), spread), Predicted(difference, spread)]
+    return outlook(odds, rivals, np.ones(N), temperature)
+
+
+def test_rivals_that_respond_alike_stay_as_they_are():
+    left = ahead(np.zeros(N), odds=np.array([0.8, 0.2]))
+    assert left.entropy == pytest.approx(float(entropy(np.array([0.8, 0.2]))), abs=1e-9)
+    assert left.decided == 0 and left.truths == pytest.approx([0.8, 0.2])
+
+
+def test_rivals_far_apart_are_decided_and_a_temperature_makes_that_harder():
+    far = np.full(N, 1.0)  # chi-square 200
+    left = ahead(far)
+    assert left.entropy < 1e-6 and left.decided == 1.0
+    assert left.entropy < ahead(far, temperature=30.0).entropy < 1.0
+
+
+def test_a_difference_that_a_rival_can_be_re_fitted_to_is_none():
+    """All of the difference lies along a column that the records leave open: the plug-in estimate would be certain."""
+    column = np.linspace(0, 1, N)[:, None]
+    open_ = ahead(2.0 * column[:, 0], spread=1e3 * column)
+    assert open_.entropy > 0.99 and open_.decided == 0
+    assert ahead(2.0 * column[:, 0], spread=1e-3 * column).entropy < 0.01
+
+
+def test_entropy_left_is_that_of_two_normal_numbers():
+    """One number, two rivals d apart: the mean entropy by quadrature."""
+    d = 2.0
+    y = np.linspace(-12, 14, 20001)
+    p = 1 / (1 + np.exp(d * y - d**2 / 2))
+    h = -(p * np.log2(p) + (1 - p) * np.log2(1 - p))
+    exact = float(np.nansum(h * np.exp(-(y**2) / 2)) * (y[1] - y[0]) / np.sqrt(2 * np.pi))
+    found = np.mean([
+        outlook(EVEN, [Predicted(np.zeros(1), np.zeros((1, 1))), Predicted(np.full(1, d), np.zeros((1, 1)))],
+                np.ones(1), 1.0, seed).entropy
+        for seed in range(60)
+    ])  # fmt: skip
+    assert found == pytest.approx(exact, abs=0.03)
+
+
+def trials(machine):
+    """Two records' places without data."""
+    rows = np.zeros((10, 6))
+    rows[:, 0], rows[:, 1] = 200.0, 0.4e6 if machine.fed else 0.0
+    one = Trial("a", "fit", rows, float(rows[0, 1]), 0.0, 0, 10, 1, np.zeros((1, 2, 2), complex), np.zeros(2, bool))
+    return [one, one]
+
+
+def test_only_what_is_allowed_changes():
+    rig = load_machine("dtu_gas_bearing")
+    louder = options(rig, trials(rig), ("amplitude",))
+    assert {(o.speed, o.pressure) for o in louder} == {(200.0, 0.4e6)} and len({o.amplitude for o in louder}) == 3
+    faster = options(rig, trials(rig), ("speed",))
+    assert {o.pressure for o in faster} == {0.4e6} and len({o.speed for o in faster}) == 6
+    assert len(options(rig, trials(rig), ALLOWED)) > 40
+    assert all(isinstance(o.experiment(), Multisine) and o.minutes > 2 for o in louder)
+
+
+def test_a_machine_without_actuators_is_hit_and_has_no_pressure():
+    kit = load_machine("bently_rk4")
+    found = options(kit, trials(kit), ALLOWED)
+    assert all(isinstance(o.experiment(), Impact) and o.pressure == 0 for o in found)
+    highest = kit.drive.highest_speed or np.inf
+    assert max(o.speed for o in found) <= highest
+
+
+def test_what_cannot_change_is_refused_with_the_choice():
+    assert check_allowed(()) == ALLOWED
+    with pytest.raises(DataError, match=r"--allow: 'coast-down' is nothing that a plan can change; choose among speed"):
+        check_allowed(("speed", "coast-down"))
+
+
+@pytest.mark.parametrize("name", ["dtu_gas_bearing", "plain_rotor"])
+def test_the_plan_is_one_that_a_campaign_runs(name, tmp_path):
+    machine = load_machine(name)
+    best = Proposal(options(machine, trials(machine), ("speed",))[0], Outlook(0.1, 0.9, np.array([0.9, 0.9])))
+    plan = Plan(1.0, ("a", "b"), (best,))
+    (tmp_path / "next.toml").write_text(plan.campaign(name))
+    loaded = load_plan(tmp_path / "next.toml")
+    assert len(loaded.cases()) == 1
+    assert "90 % chance" in plan.sentence
+    assert campaign(machine)
+
+
+def test_what_no_experiment_separates_is_said_with_the_reason():
+    tie = Explanation(("shaft_bow.bow",), False, 10.0, 0.0, True, 0.9, (("runout.amplitude_1x",),))
+    sentence = "no experiment separates shaft_bow.bow from runout.amplitude_1x: vector that turns with the shaft"
+    assert _unbreakable(tie) == sentence
+    dull = Proposal(options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())[0],
+                    Outlook(0.99, 0.0, EVEN))  # fmt: skip
+    assert Plan(1.0, ("a", "b"), (dull,)).sentence == "No allowed experiment separates a from b."
+    assert Plan(0.0, ("a",), ()).sentence.startswith("No next experiment")
