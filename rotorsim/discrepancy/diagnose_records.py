@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.base.cache import Cache
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
 from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
 from rotorsim.discrepancy.outcome.result import Diagnosis
@@ -78,6 +79,8 @@ def diagnose(
     opened = open_records(records, mapping)
     cache = None if resume is None else Cache(Path(resume))
     if opened and all("speed" in record.dims for _, record in opened):
+        if allow is not None:
+            raise DataError("plan: needs records over time; of vectors alone no next experiment is planned")
         return diagnose_vectors(machine, opened, effects, tolerance, progress, cache)
     kept, last = open_records(held_out or (), mapping), open_records(untouched or (), mapping)
     trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")

@@ -70,6 +70,18 @@ def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path)
     assert code == 2 and "is not a fraction" in err
 
 
+def test_a_plan_that_makes_no_sense_is_a_sentence(run, tmp_path):
+    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--allow", "speed")
+    assert code == 2 and "--allow: is about a plan; give --plan-next too" in err
+    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--plan-next", "--allow", "speed,bias")
+    assert code == 2 and "--allow: 'bias' is nothing that a plan can change; choose among speed, pressure" in err
+    table = tmp_path / "runup.csv"
+    table.write_text("rpm,ax,px,ay,py\n" + "".join(f"{600 + 100 * k},1,10,1,10\n" for k in range(20)))
+    (tmp_path / "map.toml").write_text(MAPPING)
+    code, _, err = run("diagnose", "plain_rotor", table, "--mapping", tmp_path / "map.toml", "--plan-next")
+    assert code == 2 and "plan: needs records over time" in err
+
+
 def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):
     (tmp_path / "diagnosis.json").write_text("{}")
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--out", tmp_path)
