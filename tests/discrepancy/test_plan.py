@@ -100,7 +100,7 @@ def test_the_plan_is_one_that_a_campaign_runs(name, tmp_path):
     plan = Plan(1.0, ("a", "b"), (best,))
     (tmp_path / "next.toml").write_text(plan.campaign(name))
     loaded = load_plan(tmp_path / "next.toml")
-    assert len(loaded.cases()) == 1
+    assert len(list(loaded.cases())) == 1
     assert "90 % chance" in plan.sentence
     assert campaign(machine)
 
