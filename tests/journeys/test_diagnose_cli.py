@@ -168,12 +168,13 @@ def test_a_hidden_effect_is_found_without_opening_the_truth(run, tmp_path):
     candidates = [word for name in EFFECTS for word in ("--effect", name)]
     code, out, _ = run(
         "diagnose", tmp_path / "rotor.toml", tmp_path / "puzzle" / "records", *candidates, "--out", tmp_path / "found",
-        "--json",
+        "--json", "--plan-next", "--allow", "speed",
     )  # fmt: skip
     result = json.loads(out)
+    assert result["plan"]["sentence"] and result["odds"][0]["name"] == "coupling.force_2x"
     assert (code, result["status"]) == (10, "named")
     assert result["effects"][0]["form"] == "coupling.force_2x"
-    assert set(result["files"]) == {"verdict", "gap", "machine", "difference", "report"}
+    assert set(result["files"]) - {"plan"} == {"verdict", "gap", "machine", "difference", "report"}
     for path in result["files"].values():
         assert Path(path).stat().st_size > 0
     assert "coupling" in load_machine(result["files"]["machine"]).effects

@@ -95,9 +95,9 @@ def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> 
     """Experiments with what may change; what may not is as in the records."""
     allowed = check_allowed(allow)
     driven, fed = bool(machine.injectors) and machine.actuators is not None, machine.fed
-    there = {(t.speed, t.pressure) for t in trials}
+    there = {(round(t.speed, 2), t.pressure) for t in trials}  # speeds of records that differ by nothing are one
     speeds = sorted({s for s, _ in there} | set(_hertz(machine) if "speed" in allowed else ()))
-    speeds = sorted({*speeds, 2 * np.pi * SLOW_ROLL} if "slow-roll" in allowed else speeds)
+    speeds = sorted({*speeds, round(2 * np.pi * SLOW_ROLL, 2)} if "slow-roll" in allowed else speeds)
     pressures = [p * MPA for p in PRESSURES] if "pressure" in allowed and fed else sorted({p for _, p in there})
     sizes = AMPLITUDES if "amplitude" in allowed else (1.0,)
     points = list(product(speeds, pressures)) if {"speed", "pressure", "slow-roll"} & set(allowed) else sorted(there)
@@ -113,4 +113,4 @@ def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> 
 def _hertz(machine: Machine) -> list[float]:
     """Shaft speeds [rad/s] that a plan tries, up to the machine's highest."""
     highest = machine.drive.highest_speed or np.inf
-    return [2 * np.pi * s for s in SPEEDS if 2 * np.pi * s <= highest]
+    return [round(2 * np.pi * s, 2) for s in SPEEDS if 2 * np.pi * s <= highest]
