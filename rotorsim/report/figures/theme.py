@@ -39,7 +39,9 @@ def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:
         **layout,
     )  # fmt: skip
     look = {"showline": True, "linecolor": "#8a949e", "gridcolor": GRID, "zeroline": False, "ticks": "outside",
-            "tickcolor": "#8a949e", "ticklen": 4, "title": {"standoff": 8}}  # fmt: skip
+            "tickcolor": "#8a949e", "ticklen": 4, "title": {"standoff": 8},
+            # no prefixes of SI next to the unit in the title: 20000 rpm, 0.0002 um
+            "exponentformat": "power", "minexponent": 6}  # fmt: skip
     figure.update_xaxes(**look)
     figure.update_yaxes(**look)
     figure.update_annotations(font={"size": 14, "color": INK})
