@@ -60,12 +60,11 @@ def run_case(
     named = tuple(f.form for f in d.effects)
     hidden = tuple(f.key for f in truth.forms)
     verdict = judged(kind, hidden, d, {f.key for f in candidates(workshop.twin)})
-    known = {f.key for f in candidates(workshop.twin, effects)}
     away = apart(d, truth, workshop.twin)
     inside = float(np.mean(np.array(away) < 2)) if away else np.nan
     return Case(
         number, kind, hidden, steps, times, d.status, named, verdict, seconds, reduction(d.gap), inside, cpu,
-        len(d.ties), scored(d.odds, kind, hidden, known), away,
+        len(d.ties), scored(d.odds, kind, hidden, {f.key for f in candidates(workshop.twin)}), away,
     )  # fmt: skip
 
 

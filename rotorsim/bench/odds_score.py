@@ -58,17 +58,19 @@ class Bin(NamedTuple):
 def scored(odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], known: set[str]) -> Odds:
     """Explanations of a case: name, probability, whether it is the hidden one.
 
-    Where something beyond the catalogue is hidden all explanations that hold it are one.
+    `known` are the keys of the whole catalogue. Where something beyond the candidates is hidden all explanations that
+    hold such a thing are one; an effect that was left out and has a like among the candidates is not beyond them.
     """
     target = sorted({class_of(key, known) for key in hidden})
+    alike = any(k.partition(".")[0] != key.partition(".")[0] for key in hidden for k in class_of(key, known))
+    out_of_reach = kind == "foreign" or (kind == "left_out" and not alike)
     out, beyond = [], 0.0
     for one in odds:
         own = sorted({class_of(key, known) for key in one.effects})
-        if kind in ("foreign", "left_out") and one.beyond:
+        if out_of_reach and one.beyond:
             beyond += one.probability
         elif one.probability >= LEAST:
-            right = own == (target if kind in ("single", "pair") else []) and not one.beyond
-            out.append((one.name, one.probability, right and kind not in ("foreign", "left_out")))
+            out.append((one.name, one.probability, own == target and not one.beyond and not out_of_reach))
     return tuple([*out, ("beyond the catalogue", beyond, True)] if beyond else out)
 
 
