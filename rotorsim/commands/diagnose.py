@@ -28,7 +28,7 @@ from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.plan.options import check_allowed
+from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.plan.plan import Plan
 
 MONTH = 30 * 86400.0

@@ -12,7 +12,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
 from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.options import check_allowed
+from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors

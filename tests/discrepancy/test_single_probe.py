@@ -14,6 +14,7 @@ from identification.records.mapping import load_mapping
 from identification.records.probes import DISPLACEMENTS
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
+from rotorsim.discrepancy.data.sweeps import make_sweeps, ramp
 from rotorsim.discrepancy.diagnosis import Workshop, for_probes
 from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
 from rotorsim.discrepancy.outcome.gap import reduction
@@ -21,7 +22,7 @@ from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
 from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors, make_sweeps, ramp
+from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import load_machine

@@ -7,9 +7,10 @@ from identification import make_vectors
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import draw
+from rotorsim.discrepancy.data.sweeps import RATE, make_sweeps, ramp, rate_notes, track
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.residuals.floor import repeat_scatter
-from rotorsim.discrepancy.runup_diagnosis import RATE, make_sweeps, ramp, rate_notes, simulated, track
+from rotorsim.discrepancy.runup_diagnosis import simulated
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from identification import make_vectors
+from rotorsim.discrepancy.data.sweeps import make_sweeps
 from rotorsim.discrepancy.outcome.gap import rms
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.runup_diagnosis import make_sweeps
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant.equilibrium import settle

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -210,22 +210,33 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     for column, channel in ((2, "reference"), (4, "disc_force")):
         if channel in record:
             rows[:, column : column + 2] = record[channel].values
-    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
-    start, length, blocks = _window(rows, speed, n, name, period)
-    count = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2)
-    angle, repeating = _initial_angle(record, speed, n), period == length
-    broken = _broken(repeating, speed, length, blocks)
-    window = (start, length, blocks)
-    spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
+    found = _of_inputs(rows, displacement, _initial_angle(record, speed, n), name)
     clock = stated_clock(record.attrs.get("clock", 0.0), name)
-    if clock and repeating:
-        f = np.arange(count) / (length * RIG_SAMPLE)
-        spectra = without_drift(spectra, f, length * RIG_SAMPLE, drift_of(spectra, f, length * RIG_SAMPLE))
-    excited = _excited(rows, start, length, blocks, count)
+    spectra = found.spectra
+    if clock and found.repeating:
+        f, duration = found.frequencies, found.length * RIG_SAMPLE
+        spectra = without_drift(spectra, f, duration, drift_of(spectra, f, duration))
+    return replace(
+        found, role=role, spectra=spectra, accuracy=stated_accuracy(record, name), clock=clock, probe_angle=probe_angle
+    )
+
+
+def planned_trial(name: str, rows: np.ndarray) -> Trial:
+    """Trial of an experiment that is yet to be made, by its inputs (n, 6); its measured spectra are zero."""
+    return _of_inputs(rows, np.zeros((len(rows), 2)), 0.0, name)
+
+
+def _of_inputs(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str) -> Trial:
+    """Trial of inputs (n, 6), displacements (n, 2) [m] and the angle [rad] at the first sample."""
+    speed, n = float(rows[0, 0]), len(rows)
+    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
+    window = start, length, blocks = _window(rows, speed, n, name, period)
+    count, repeating = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2), period == length
+    broken = _broken(repeating, speed, length, blocks)
+    spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
     return Trial(
-        name, role, rows, float(rows[0, 1]), angle, *window, spectra, excited, periodic=repeating and not len(broken),
-        accuracy=stated_accuracy(record, name), clock=clock, repeating=repeating,
-        probe_angle=probe_angle,
+        name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, _excited(rows, start, length, blocks, count),
+        periodic=repeating and not len(broken), repeating=repeating,
     )  # fmt: skip
 
 

@@ -1,24 +1,25 @@
-"""Experiments that a rig can do next: operating points and amplitudes, with the rig time that each costs."""
+"""Experiments that a rig can do next, with what is changed on purpose for each and the rig time that it costs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
-from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
-from rotorsim.discrepancy.data.spectra import Trial, block_lines
-from rotorsim.experiments import Impact, Multisine
+from rotorsim.discrepancy.data.changes import WEIGHT, known_changes
+from rotorsim.discrepancy.data.spectra import Trial, planned_trial
+from rotorsim.discrepancy.data.sweeps import Sweep, empty_sweep, planned_sweep
+from rotorsim.discrepancy.plan.allowed import allowed_here
+from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
+from rotorsim.experiments.experiment import reference_range
 from rotorsim.machine import Machine
 
-ALLOWED = ("speed", "pressure", "amplitude", "slow-roll")
-"""What may differ from the records there are."""
 SPEEDS = (0.0, 20.0, 50.0, 80.0, 110.0)
 """Shaft speeds [Hz] that a plan tries."""
 SLOW_ROLL = 5.0
@@ -27,90 +28,230 @@ PRESSURES = (0.3, 0.5, 0.7)
 """Injection pressures [MPa] that a plan tries."""
 AMPLITUDES = (0.25, 1.0, 2.0)
 """Amplitudes that a plan tries, relative to 1 V or a hit of 20 N."""
-HIT, WIDTH, LEAD, APART = 20.0, 2e-3, 0.4, 1.0
-"""A hit of the hammer [N, s], the time before the first and between hits [s]."""
-SET_UP = 2.0
-"""Minutes in which a rig comes to a new operating point."""
+BIASES = ((1.0, 0.0), (0.0, 1.0), (-1.0, -1.0))
+"""Constant parts [V] of the reference of x and y."""
+HIT, WIDTH, LEAD, APART, DIRECTION = 20.0, 2e-3, 0.4, 1.0, 0.6
+"""A hit of the hammer [N, s], the time before the first and between hits [s], its direction [rad]."""
+HOLD = 0.8
+"""Time [s] that a step of the reference is held."""
+WEIGHT_ANGLES = (0.0, 0.5 * np.pi)
+"""Places [rad] on the shaft of a trial weight."""
+WEIGHT_SIZE = 4e-6 / 3.5
+"""Trial weight per mass of the rotor [m]: half a standard deviation of what the unbalance is calibrated by."""
+RATES = (0.5, 1.0, 2.0)
+"""Ramp rates of a run-up relative to that of the records."""
+PROBE_ANGLES = (0.0, 0.25 * np.pi, 0.5 * np.pi, 0.75 * np.pi)
+"""Angles [rad] at which a single probe may stand."""
+COAST = 2 * np.pi * 10.0
+"""Rate [rad/s^2] of a coast-down: 600 rpm/s."""
+SET_UP, MOUNT = 2.0, 10.0
+"""Minutes in which a rig comes to a new operating point, and in which a weight or a probe is mounted."""
+NEAR = 0.02
+"""Distance [Hz] within which speeds are one."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """An experiment: kind as the command names it, speed [rad/s], pressure [Pa, gauge], amplitude [V or N], minutes."""
+    """An experiment at an operating point, what is changed on purpose for it, and its minutes of rig time.
 
-    kind: str
-    speed: float
-    pressure: float
-    amplitude: float
+    weight : me [kg m] and angle [rad] of a trial weight and the number of its [[effects.unbalance]]; None for none
+    probe_angle : angle [rad] of the only probe of a table of vectors
+    """
+
+    experiment: Experiment
     minutes: float
+    weight: tuple[float, float, int] | None = None
+    probe_angle: float | None = None
+    like: Sweep | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def speed(self) -> float:
+        """Shaft speed [rad/s] at the beginning."""
+        return self.experiment.initial()[0]
+
+    @property
+    def pressure(self) -> float:
+        """Injection pressure [Pa], gauge."""
+        return self.experiment.initial()[1]
 
     @property
     def name(self) -> str:
         """As text."""
-        unit = "V" if self.kind == "multisine" else "N"
-        where = f"{self.speed * TO_RPM:.0f} rpm" + (f", {self.pressure / MPA:.2g} MPa" if self.pressure else "")
-        return f"{self.kind} of {self.amplitude:g} {unit} at {where}"
+        one, pressure = self.experiment, f", {self.pressure / MPA:.2g} MPa" if self.pressure else ""
+        if isinstance(one, Runup | Coastdown):
+            text = f"{one.name} from {one.start * TO_RPM:.0f} to {one.stop * TO_RPM:.0f} rpm"
+            text += f" at {(one.rate or 0.0) * TO_RPM:.0f} rpm/s{pressure}"
+        else:
+            text = f"{_what(one)} at {self.speed * TO_RPM:.0f} rpm{pressure}"
+        if self.probe_angle is not None:
+            text += f", probe at {np.degrees(self.probe_angle):.0f} deg"
+        if self.weight is not None:
+            text += f", trial weight of {1e6 * self.weight[0]:.3g} g*mm at {np.degrees(self.weight[1]):.0f} deg"
+            text += f" in plane {self.weight[2] + 1}"
+        return text
 
-    def experiment(self) -> Multisine | Impact:
-        """What is run."""
-        if self.kind == "multisine":
-            return Multisine(
-                self.speed, self.pressure, self.amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=99
-            )
-        return Impact(self.speed, self.pressure, self.amplitude, WIDTH, 0.6, 2, APART, LEAD)
+    def changes(self, machine: Machine) -> dict[str, Any]:
+        """What is changed on purpose, SI, as a record states it."""
+        if self.weight is None:
+            return {}
+        me, phase, plane = self.weight
+        position = machine.effects["unbalance"][plane].position  # type: ignore[attr-defined]
+        more = {} if position is None else {"position": position}
+        return {WEIGHT: {"me": me, "phase": phase, **more}}
 
-    def trial(self) -> Trial:
+    def trial(self, machine: Machine) -> Trial:
         """Inputs of the run without measured data."""
-        one = self.experiment()
-        rows = one.rows(0, one.samples)
-        length, blocks = round(PERIOD / RIG_SAMPLE), 2 if self.kind == "multisine" else 1
-        start, count = len(rows) - blocks * length, int(300 * PERIOD) + 1
-        empty = block_lines(np.zeros((len(rows), 2)), start, length, blocks, count)
-        return Trial(
-            "next", "fit", rows, self.pressure, 0.0, start, length, blocks, empty, np.zeros(count, bool)
-        )  # fmt: skip
+        if self.like is not None:
+            found: Trial = planned_sweep(self.like, abs(getattr(self.experiment, "rate", 0.0)), self.probe_angle)
+        elif isinstance(self.experiment, Coastdown):
+            found = planned_sweep(_vectors(self.experiment), self.experiment.rate or COAST, None)
+        else:
+            found = planned_trial("next", self.experiment.rows(0, self.experiment.samples))
+        return replace(found, changes=known_changes(machine, self.changes(machine), "next"))
 
     def table(self) -> dict[str, Any]:
-        """Parameters of the experiment as a plan of a campaign has them."""
-        values = {"kind": self.kind, "speed": f"{self.speed * TO_RPM:.6g} rpm"}
-        if self.pressure:
-            values["pressure"] = show(self.pressure, "Pa")
-        if self.kind == "multisine":
-            more = {"amplitude": f"{self.amplitude:g} V", "low": show(LOW, "Hz"), "high": show(HIGH, "Hz"),
-                    "period": show(PERIOD, "s"), "periods": PERIODS, "spacing": SPACING, "sequence": 99}  # fmt: skip
-        else:
-            more = {"peak": f"{self.amplitude:g} N", "width": "2 ms", "angle": "0.6 rad", "hits": 2,
-                    "spacing": f"{APART:g} s", "lead": f"{LEAD:g} s"}  # fmt: skip
-        return values | more
+        """Parameters of the experiment as a plan of a campaign has them; what is usual is left out."""
+        one, out = self.experiment, {"kind": self.experiment.name}
+        for item in fields(one):
+            value = getattr(one, item.name)
+            if item.name != "Ts" and value != item.default and value is not None:
+                out[item.name] = _written(item, value)
+        return out
 
 
-def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
-    """The names of what may change; raises DataError for one that is none."""
-    asked = tuple(dict.fromkeys(names))
-    for unknown in (name for name in asked if name not in ALLOWED):
-        raise DataError(f"--allow: '{unknown}' is nothing that a plan can change; choose among {', '.join(ALLOWED)}")
-    return asked or ALLOWED
+def _written(item: Any, value: Any) -> Any:
+    """A parameter's value with its unit."""
+    unit = item.metadata.get("unit", "1")
+    return show(value, unit) if isinstance(value, float) and unit != "1" else value
+
+
+def _what(one: Experiment) -> str:
+    """Kind and size of an excitation, as text."""
+    if isinstance(one, Multisine):
+        axis = "" if one.axis == "both" else f" along {one.axis}"
+        mean = f", biased by {one.mean_x:g} and {one.mean_y:g} V" if one.mean_x or one.mean_y else ""
+        return f"multisine of {one.amplitude:g} V{axis}{mean}"
+    if isinstance(one, Impact):
+        return f"impact of {one.peak:g} N at {np.degrees(one.angle):.0f} deg"
+    if isinstance(one, Staircase):
+        return f"steps of {one.step:g} V, {one.hold:g} s each, along {one.axis}"
+    return one.name.replace("_", " ")
 
 
 def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[Option, ...]:
-    """Experiments with what may change; what may not is as in the records."""
-    allowed = check_allowed(allow)
-    driven, fed = bool(machine.injectors) and machine.actuators is not None, machine.fed
-    there = {(round(t.speed, 2), t.pressure) for t in trials}  # speeds of records that differ by nothing are one
-    speeds = sorted({s for s, _ in there} | set(_hertz(machine) if "speed" in allowed else ()))
-    speeds = sorted({*speeds, round(2 * np.pi * SLOW_ROLL, 2)} if "slow-roll" in allowed else speeds)
-    pressures = [p * MPA for p in PRESSURES] if "pressure" in allowed and fed else sorted({p for _, p in there})
-    sizes = AMPLITUDES if "amplitude" in allowed else (1.0,)
-    points = list(product(speeds, pressures)) if {"speed", "pressure", "slow-roll"} & set(allowed) else sorted(there)
-    base = Option("multisine" if driven else "impact", 0.0, 0.0, 1.0 if driven else HIT, 0.0)
-    found = []
-    for (speed, pressure), size in product(points, sizes):
-        one = replace(base, speed=speed, pressure=pressure, amplitude=base.amplitude * size)
-        run = one.experiment()
-        found.append(replace(one, minutes=SET_UP + run.samples * run.Ts / 60))
-    return tuple(found)
+    """Experiments with what may change; what may not is as in the records. Raises DataError for what cannot be done."""
+    sweeps = [t for t in trials if isinstance(t, Sweep)]
+    allowed = allowed_here(machine, allow, len(sweeps) == len(trials))
+    if len(sweeps) == len(trials):
+        return tuple(dict.fromkeys(_of_sweep(machine, sweeps[0], allowed)))
+    return tuple(dict.fromkeys(_of_points(machine, [t for t in trials if not t.orders], allowed)))
 
 
-def _hertz(machine: Machine) -> list[float]:
-    """Shaft speeds [rad/s] that a plan tries, up to the machine's highest."""
+def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> Iterator[Option]:
+    """Records at constant speed, and coast-downs."""
+    driven = bool(machine.injectors) and machine.actuators is not None
+    points = _points(machine, trials, allowed)
+    usual = [Multisine(s, p, 1.0, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=99) if driven
+             else Impact(s, p, HIT, WIDTH, DIRECTION, 2, APART, LEAD) for s, p in points]  # fmt: skip
+    for one, size in product(usual, AMPLITUDES if "amplitude" in allowed else (1.0,)):
+        yield _timed(_sized(machine, one, size))
+    for one in usual:
+        if "axis" in allowed:
+            yield from map(_timed, _of_one_axis(one))
+        if "bias" in allowed and isinstance(one, Multisine):
+            yield from (_timed(replace(one, mean_x=x, mean_y=y)) for x, y in BIASES)
+        if "trial-weight" in allowed and one.speed > 0:
+            yield from _weighed(machine, _timed(one))
+    for (speed, pressure), axis in product(points if "step" in allowed else (), ("x", "y")):
+        yield _timed(Staircase(speed, pressure, axis, 1.0, 1.0, HOLD))
+    if "slow-roll" in allowed:
+        slow = sorted({p for _, p in points})
+        yield from (_timed(Steady(2 * np.pi * SLOW_ROLL, p, 2.5)) for p in slow)
+    if "coast-down" in allowed:
+        highest = max(s for s, _ in points)
+        for pressure in sorted({p for _, p in points}) if highest > 4 * np.pi * SLOW_ROLL else ():
+            yield _timed(Coastdown(highest, 2 * np.pi * SLOW_ROLL, COAST, pressure))
+
+
+def _points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> list[tuple[float, float]]:
+    """Operating points: speed [rad/s] and gauge pressure [Pa]."""
+    there = sorted({(_on_grid(t.speed), round(t.pressure, -3)) for t in trials})
+    if not {"speed", "pressure"} & set(allowed):
+        return there
+    hertz = sorted({_on_grid(2 * np.pi * f) for f in SPEEDS} if "speed" in allowed else {s for s, _ in there})
+    pressures = [p * MPA for p in PRESSURES] if "pressure" in allowed else sorted({p for _, p in there})
     highest = machine.drive.highest_speed or np.inf
-    return [round(2 * np.pi * s, 2) for s in SPEEDS if 2 * np.pi * s <= highest]
+    return [(s, p) for s, p in product(hertz, pressures) if s <= highest]
+
+
+def _on_grid(speed: float) -> float:
+    """A speed [rad/s], at which a period holds whole turns if it is next to one."""
+    whole = round(speed * PERIOD / (2 * np.pi)) / PERIOD
+    return 2 * np.pi * whole if abs(speed / (2 * np.pi) - whole) < NEAR else speed
+
+
+def _timed(one: Experiment) -> Option:
+    return Option(one, SET_UP + one.samples * one.Ts / 60)
+
+
+def _sized(machine: Machine, one: Multisine | Impact, size: float) -> Experiment:
+    if isinstance(one, Impact):
+        return replace(one, peak=one.peak * size)
+    return replace(one, amplitude=min(one.amplitude * size, reference_range(machine)))
+
+
+def _of_one_axis(one: Multisine | Impact) -> Iterator[Experiment]:
+    if isinstance(one, Impact):
+        yield from (replace(one, angle=angle) for angle in (0.0, 0.5 * np.pi))
+    else:
+        yield from (replace(one, axis=axis) for axis in "xy")
+
+
+def _weighed(machine: Machine, option: Option) -> Iterator[Option]:
+    """The same run with a trial weight, at two places in each plane."""
+    me = float(f"{WEIGHT_SIZE * machine.mass:.1g}")
+    for plane, angle in product(range(len(machine.effects["unbalance"])), WEIGHT_ANGLES):
+        yield replace(option, weight=(me, angle, plane), minutes=option.minutes + MOUNT)
+
+
+def _vectors(one: Coastdown) -> Sweep:
+    """An empty table of vectors of a coast-down, a row for every 2.5 Hz."""
+    speeds = np.arange(one.start, one.stop - 1e-9, -2 * np.pi * 2.5)[1:-1]
+    return empty_sweep(speeds, one.pressure)
+
+
+def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator[Option]:
+    """Run-ups over the speeds of a table of vectors."""
+    rate = float(abs(like.rows[-1, 0] - like.rows[0, 0]) / (len(like.rows) * RIG_SAMPLE))
+    low, high = float(min(like.speeds)), float(max(like.speeds))
+    up = Runup(low, high, rate, like.pressure)
+    usual = Option(up, SET_UP + up.samples * up.Ts / 60, probe_angle=like.probe_angle, like=like)
+    angles = PROBE_ANGLES if "axis" in allowed and like.probe_angle is not None else (like.probe_angle,)
+    rates = RATES if "speed" in allowed else (1.0,)
+    for angle, faster in product(angles, rates):
+        one = replace(usual, experiment=replace(up, rate=rate * faster), probe_angle=angle)
+        yield _mounted(one, like)
+        if "trial-weight" in allowed and faster == 1.0:
+            yield from _weighed(machine, _mounted(one, like))
+    if "coast-down" in allowed:
+        down = Coastdown(high, low, rate, like.pressure)
+        back = replace(like, speeds=np.sort(like.speeds)[::-1])
+        yield replace(usual, experiment=down, like=back)
+
+
+def _mounted(option: Option, like: Sweep) -> Option:
+    """With the time in which a probe is turned to another angle."""
+    turned = option.probe_angle != like.probe_angle
+    return replace(option, minutes=option.minutes + MOUNT) if turned else option
+
+
+def written_changes(machine: Machine, option: Option) -> Mapping[str, Any]:
+    """What is changed on purpose, with units, as the plan of a campaign has it; empty for nothing."""
+    stated = option.changes(machine).get(WEIGHT)
+    if stated is None:
+        return {}
+    units = {"me": "kg*m", "phase": "rad", "position": "m"}
+    return {WEIGHT: {key: show(value, units[key]) for key, value in stated.items()}}
+
+
+__all__ = ["Option", "options", "written_changes"]

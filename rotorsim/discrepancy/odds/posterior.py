@@ -1,0 +1,27 @@
+r"""Posterior distribution of an explanation's parameters, by its tangent at the re-fitted point.
+
+.. math:: H = J' C_\tau^{-1} J + S^{-1}, \qquad v \sim N(\hat v, H^{-1})
+
+with the priors S and the floor with the model's form error C_tau of the evidence. Source: MacKay (2003), chapter 28.
+
+Cites: mackay_2003.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.discrepancy.odds.evidence import prior_sizes
+from rotorsim.discrepancy.odds.model_form import ModelForm
+
+
+def posterior_root(form: ModelForm, fit: Fit, error: float) -> np.ndarray:
+    """Root R (k, k) of the covariance R R' of a fit's parameters with a relative error of the model's form."""
+    sd = prior_sizes(fit.parameters, fit.vector)
+    A = fit.J * sd
+    W, taken = form.projected(A), 1 - 1 / form.inflation(error)
+    M = np.eye(A.shape[1]) + A.T @ A - (W.T * taken) @ W
+    L = answer(np.linalg.cholesky, M)
+    return np.asarray(sd[:, None] * answer(np.linalg.inv, L).T)

@@ -1,0 +1,59 @@
+"""What a plan may change from record to record, and what a machine can do of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.suggest import did_you_mean
+from rotorsim.machine import Machine
+
+ALLOWED = {
+    "speed": "shaft speed, within the machine's range",
+    "pressure": "injection pressure",
+    "amplitude": "amplitude of the excitation",
+    "axis": "excitation of one axis alone; of vectors of one probe, its angle",
+    "bias": "constant part of the reference, which biases the pins",
+    "step": "steps of the reference, held so that slow effects show",
+    "trial-weight": "a known unbalance mounted in a balancing plane",
+    "slow-roll": "slow revolutions, in which the probes read runout",
+    "coast-down": "vectors of 1X, 2X, 3X while the shaft slows down at a stated rate",
+}
+"""What may differ from the records there are."""
+OF_VECTORS = ("speed", "axis", "trial-weight", "slow-roll", "coast-down")
+"""What a plan can change where all records are vectors of run-ups."""
+
+
+def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
+    """The names, each once, all of them for none; raises DataError for one that is unknown."""
+    asked = tuple(dict.fromkeys(names))
+    for unknown in (name for name in asked if name not in ALLOWED):
+        raise DataError(f"--allow: '{unknown}' is nothing that a plan can change; {did_you_mean(unknown, ALLOWED)}")
+    return asked or tuple(ALLOWED)
+
+
+def obstacles(machine: Machine, vectors: bool = False) -> dict[str, str]:
+    """Why a machine cannot change something, by name; `vectors` where all records are vectors of run-ups."""
+    found = {}
+    if not machine.injectors or machine.actuators is None:
+        found |= dict.fromkeys(("bias", "step"), f"{machine.name} has no injectors with moving pins")
+    if not machine.fed:
+        found["pressure"] = f"{machine.name} has no injection pressure"
+    if not machine.effects.get("unbalance"):
+        found["trial-weight"] = f"{machine.name} has no [effects.unbalance] to add a weight to"
+    if vectors:
+        others = (name for name in ALLOWED if name not in OF_VECTORS)
+        found |= dict.fromkeys(others, "the records are vectors of run-ups, which show no excitation")
+    return found
+
+
+def allowed_here(machine: Machine, names: Iterable[str], vectors: bool = False) -> tuple[str, ...]:
+    """What is allowed and can be done; raises DataError for something named that the machine cannot do."""
+    asked, against = check_allowed(names), obstacles(machine, vectors)
+    can = tuple(name for name in ALLOWED if name not in against)
+    if asked == tuple(ALLOWED):
+        return can
+    for name in asked:
+        if name in against:
+            raise DataError(f"--allow: '{name}' cannot be changed, {against[name]}; allow {', '.join(can)}")
+    return asked
