@@ -33,6 +33,13 @@ from rotorsim.base.errors import DataError
         (lambda: ex.Multisine(low=10.2, high=10.8), r"multisine: fewer than two lines from 10.2 to 10.8 Hz"),
         (lambda: ex.Multisine(low=300.0, high=100.0), r"multisine: fewer than two lines"),
         (lambda: ex.Multisine(high=2500.0), r"high = 2500 Hz: is not below half the sampling rate"),
+        (lambda: ex.Multisine(low=10.2, high=10.8, axis="y"), r"multisine: no line from 10.2 to 10.8 Hz"),
+        (lambda: ex.Multisine(axis="z"), r"axis: 'z' is not known; choose one of x, y, both"),
+        (
+            lambda: ex.Multisine(amplitude=1.5, mean_y=-4.0),
+            r"mean_y = -4 V: reaches 5.5 V with the amplitude of 1.5 V; keep both together within 5 V",
+        ),
+        (lambda: ex.Multisine(mean_x=6.0), r"mean_x: '6 V' is above the limit; write at most '5 V'"),
         (lambda: ex.Multisine(periods=2.5), r"periods: 2.5 is not a whole number; write e.g. 2"),
         (lambda: ex.Multisine(periods=0), r"periods: 0 is below the limit; write at least 1"),
         (

@@ -18,6 +18,7 @@ KINDS = [
     ex.Prbs(duration=5.0),
     ex.Chirp(duration=1.0, axis="both"),
     ex.Multisine(period=0.5, periods=5, bias=0.1),
+    ex.Multisine(period=0.5, periods=5, bias=0.1, axis="y", mean_x=2.0, mean_y=-1.0),
     ex.Impact(hits=7, spacing=0.3, jitter=0.01, scatter=0.2),
     ex.Controlled(
         duration=3.0, bias_x=0.3, controller=ex.ProportionalLaw(), excitations=(ex.Prbs(duration=1.0), ex.Impact())
@@ -77,6 +78,41 @@ def test_multisine_lines_are_disjoint_and_exact_on_the_grid_of_the_transform():
         assert spectrum[at] == pytest.approx(spectrum[at].mean(), rel=1e-9)
         assert np.delete(spectrum, at).max() < 1e-11 * spectrum[at].mean()
         assert np.abs(reference[:, axis]).max() == pytest.approx(1.5)
+
+
+def interleaved(sines):
+    """References of both axes without a mean: phases drawn by axis, the flattest of the draws, whole periods."""
+    n, columns = round(sines.period / SAMPLE), []
+    lines = np.arange(round(sines.low * sines.period), round(sines.high * sines.period) + 1)
+    for axis in range(2):
+        rng, best = np.random.default_rng([sines.sequence, 2, axis]), np.full(n, np.inf)
+        for _ in range(sines.tries):
+            spectrum = np.zeros(n // 2 + 1, complex)
+            spectrum[lines[axis::2]] = np.exp(1j * rng.uniform(0, 2 * np.pi, len(lines[axis::2])))
+            drawn = np.fft.irfft(spectrum, n)
+            best = drawn if np.abs(drawn).max() < np.abs(best).max() else best
+        columns.append(best * (sines.amplitude / np.abs(best).max()))
+    rest = np.zeros((round(sines.bias / SAMPLE), 2))
+    return np.concatenate([rest, *[np.column_stack(columns)] * sines.periods])
+
+
+@pytest.mark.parametrize("sequence", range(3))
+def test_a_multisine_of_both_axes_without_a_mean_is_its_formula_to_the_last_bit(sequence):
+    sines = ex.Multisine(low=2.0, high=150.0, period=0.5, periods=3, amplitude=1.5, bias=0.02, sequence=sequence)
+    assert all_rows(sines)[:, 2:4].tobytes() == interleaved(sines).tobytes()
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_multisine_of_one_axis_has_all_lines_there_and_leaves_the_other_at_its_mean(axis):
+    sines = ex.Multisine(
+        low=4.0, high=100.0, period=0.5, periods=2, amplitude=3.5, bias=0.1, axis=axis, mean_x=1.5, mean_y=-1.5
+    )
+    driven, other = (2, 3) if axis == "x" else (3, 2)
+    rows, mean = all_rows(sines), {2: 1.5, 3: -1.5}
+    assert np.all(rows[:, other] == mean[other]) and np.all(rows[:500, driven] == mean[driven])
+    assert np.abs(rows[:, driven]).max() <= 5.0
+    spectrum = np.abs(np.fft.rfft(rows[500:, driven] - mean[driven]))
+    assert set(np.flatnonzero(spectrum > 0.5 * spectrum.max())) == set(range(4, 101, 2))
 
 
 def test_more_draws_of_phases_give_a_lower_crest_factor():

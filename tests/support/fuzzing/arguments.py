@@ -49,7 +49,8 @@ SHORT: dict[str, dict[str, st.SearchStrategy[str]]] = {
     "multisine": POINT | {
         "amplitude": REFERENCE, "low": mixed("Hz", (1, 200)), "high": mixed("Hz", (200, 2600)),
         "period": samples(10, 200), "periods": st.sampled_from(["1", "2"]), "spacing": st.sampled_from(["1", "2", "7"]),
-        "tries": st.sampled_from(["1", "3"]), "bias": samples(0, 50),
+        "tries": st.sampled_from(["1", "3"]), "bias": samples(0, 50), "axis": AXIS,
+        "mean_x": mixed("V", (0, 0), (-6, 6)), "mean_y": mixed("V", (0, 0), (-1, 1)),
     },
     "impact": POINT | {
         "peak": mixed("N", (1e-3, 100), (100, 1e4), (1e4, 1e9)), "width": mixed("s", (2e-4, 5e-3)),
