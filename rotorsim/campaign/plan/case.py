@@ -15,7 +15,10 @@ FORMAT = 1
 
 @dataclass(frozen=True)
 class Case:
-    """Case as sent to a worker; `machine` is the hash of the base machine's text, `set` its changed values."""
+    """Case as sent to a worker; `machine` is the hash of the base machine's text, `set` its changed values.
+
+    `changes` is what its record states as changed on purpose, a JSON text; a case without has the key it always had.
+    """
 
     machine: str
     set: tuple[tuple[str, Value], ...]
@@ -23,6 +26,7 @@ class Case:
     parameters: tuple[tuple[str, Value], ...]
     seed: int
     keep: tuple[str, ...] | None
+    changes: str = ""
 
     @property
     def key(self) -> str:
@@ -32,7 +36,8 @@ class Case:
     @property
     def text(self) -> str:
         """The case as JSON, exact to the last bit."""
-        return json.dumps(vars(self), sort_keys=True)
+        content = {name: value for name, value in vars(self).items() if name != "changes" or value}
+        return json.dumps(content, sort_keys=True)
 
     @classmethod
     def from_text(cls, text: str) -> Case:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from rotorsim.base.errors import RotorsimError
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.kinds import is_analysis, make
+from rotorsim.campaign.plan.known_changes import with_changes
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.campaign.plan.targets import change
@@ -57,14 +58,14 @@ def _check_experiment(entry: Entry, machines: Mapping[str, Machine], values: Map
 
 
 def _changed(plan: Plan, machine: Machine) -> Machine:
-    """A machine as the plan sets it."""
+    """A machine as the plan sets and changes it."""
     for path, value in plan.set:
         machine = change(machine, path, value, f"set.{path}")
-    return machine
+    return with_changes(machine, plan.changes)
 
 
 def _check_machines(plan: Plan, machines: Mapping[str, Machine], values: Mapping[str, Value], where: str) -> None:
     for machine in machines.values():
         for path, value in (*plan.set, *values.items()):
             machine = change(machine, path, value, where)
-        ask_machine(machine)
+        ask_machine(with_changes(machine, plan.changes))

@@ -14,6 +14,7 @@ from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
 from rotorsim.campaign.plan.corners import check_corners
 from rotorsim.campaign.plan.kinds import KINDS, is_analysis
+from rotorsim.campaign.plan.known_changes import changes_text
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import (
     NAME,
@@ -50,7 +51,7 @@ def make_plan(text: str, folder: Path = Path(), machines: Mapping[str, str] | No
     plan = Plan(
         _name(table.name, "name"), table.description, text, {name: m.text for name, m in loaded.items()},
         tuple(table.set.items()), entries, axes, _repeats(table.repeats), table.seeds == "different",
-        _keep(table), _summary(table.summary), _time_limit(table.time_limit),
+        _keep(table), _summary(table.summary), _time_limit(table.time_limit), changes_text(table.changes),
     )  # fmt: skip
     if len(plan) > MOST_CASES:
         raise PlanError(f"axes: {len(plan)} cases are above the limit of {MOST_CASES}; make the grid coarser")
@@ -135,8 +136,9 @@ def _axes(table: PlanTable, machine: Machine, entries: tuple[Entry, ...]) -> lis
 
 def _check_single(target: Target, table: PlanTable, entries: tuple[Entry, ...]) -> None:
     """Refuse what an axis and the rest of the plan both decide."""
-    if target.kind == "path" and target.name in table.set:
-        raise PlanError(f"axes.{target.name}: is given below [set] too; leave one of them out")
+    for place, values in (("set", table.set), ("changes", table.changes)):
+        if target.kind == "path" and target.name in values:
+            raise PlanError(f"axes.{target.name}: is given below [{place}] too; leave one of them out")
     for entry in entries:
         if target.kind == "parameter" and target.name in entry.parameters:
             raise PlanError(f"axes.{target.name}: experiment {entry.name} gives {target.name} too; leave one out")

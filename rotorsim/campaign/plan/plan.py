@@ -13,6 +13,7 @@ from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
 from rotorsim.campaign.plan.kinds import KINDS, make
+from rotorsim.campaign.plan.known_changes import with_changes
 from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
@@ -49,6 +50,7 @@ class Plan(Shown):
     keep: tuple[str, ...] | None
     summary: tuple[str, ...]
     time_limit: float
+    changes: str = ""
 
     def card(self) -> Card:
         """Cases, machines, experiments, axes and repeats."""
@@ -121,6 +123,7 @@ class Plan(Shown):
             tuple(sorted((entry.parameters | chosen).items())),
             self._seed(entry, values, repeat),
             self.keep,
+            self.changes,
         )
         return Numbered(number, entry.name, repeat, values, case)
 
@@ -140,6 +143,7 @@ class Plan(Shown):
         """Everything that the cases depend on, by dotted names: what two plans must share to use one store."""
         settings: dict[str, Any] = {f"machine {name}": text for name, text in self.machines.items()}
         settings |= {f"set.{path}": value for path, value in self.set}
+        settings |= {"changes": self.changes} if self.changes else {}
         for entry in self.entries:
             settings |= {f"experiments.{entry.name}.{name}": value for name, value in entry.parameters.items()}
             settings |= {f"experiments.{entry.name}.kind": entry.kind, f"experiments.{entry.name}.seed": entry.seed}
@@ -168,4 +172,4 @@ class Plan(Shown):
         machine = Machine.from_text(text)
         for path, value in case.set:
             machine = machine.replace(path, value)
-        return machine
+        return with_changes(machine, case.changes)

@@ -54,6 +54,7 @@ class PlanTable(Table):
     description: str = ""
     machine: str | None = None
     set: dict[str, Value] = {}
+    changes: dict[str, Any] = {}
     experiment: dict[str, Any] | None = None
     experiments: dict[str, dict[str, Any]] = {}
     axes: dict[str, dict[str, Any]] = {}
@@ -130,4 +131,5 @@ _WANTED = {
     "summary": "a list of names, e.g. ['numbers']",
     "experiments": "tables, e.g. [experiments.first]",
     "axes": "tables, e.g. [axes.speed]",
+    "changes": "a table, e.g. [changes] with trial_weight = { me = '12 g*mm', phase = '30 deg' }",
 }

@@ -25,6 +25,7 @@ from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.base.lock import Lock
 from rotorsim.campaign.plan.case import Case
 from rotorsim.campaign.plan.kinds import is_analysis
+from rotorsim.campaign.plan.known_changes import with_changes
 from rotorsim.campaign.plan.summaries import summarise
 from rotorsim.campaign.store.netcdf import write_record
 from rotorsim.campaign.store.store import parts_folder, record_path
@@ -52,12 +53,12 @@ class StorageError(RotorsimError):
 
 def plant_of(case: Case, text: str) -> Plant:
     """Plant of a case, from a cache of the last few."""
-    known = (case.machine, case.set)
+    known = (case.machine, case.set, case.changes)
     if known not in _plants:
         machine = Machine.from_text(text)
         for path, value in case.set:
             machine = machine.replace(path, value)
-        _plants[known] = Plant(machine)
+        _plants[known] = Plant(with_changes(machine, case.changes))
         if len(_plants) > PLANTS:
             _plants.popitem(last=False)
     _plants.move_to_end(known)
@@ -129,6 +130,7 @@ def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[s
             return {"summary": row, "bytes": 0}
         attrs = plant.provenance(case.seed) | experiment.attrs() | dict(data.attrs)
         attrs |= {"campaign_key": case.key, "campaign_row": json.dumps(row)}
+        attrs |= {"changes": case.changes} if case.changes else {}
         return {"summary": row, "bytes": publish(folder, case, data, attrs)}
 
 
