@@ -16,7 +16,7 @@ PANELS = {
     "Simulate in time": ("runup", "experiment", "campaign", "live"),
     "Without time simulation": ("map", "sweep", "response", "campbell", "modes"),
     "Machine files": ("machine", "cite"),
-    "Measured data": ("data", "compare", "balance", "diagnose", "hide"),
+    "Measured data": ("data", "compare", "balance", "diagnose", "hide", "report"),
     "Models, control, other simulators": ("identify", "design", "verify", "fmu"),
     "This installation, and the thesis": ("warm", "bench", "study"),
 }
@@ -98,6 +98,13 @@ class Fmu(LazyGroup):
     places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.check", "info": "fmu.info"}
 
 
+class Report(LazyGroup):
+    """Write the page of a stored result again."""
+
+    epilog = "Example: rotorsim report diagnosis diagnosis --units imperial"
+    places: ClassVar = {"diagnosis": "report.diagnosis.diagnosis"}
+
+
 class Study(LazyGroup):
     """Studies that reproduce the thesis on the virtual rig."""
 
@@ -115,6 +122,7 @@ GROUPS: dict[str, type[LazyGroup]] = {
     "machine": Machine,
     "data": Data,
     "fmu": Fmu,
+    "report": Report,
     "study": Study,
 }
 app = typer.Typer(

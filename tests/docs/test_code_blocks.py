@@ -39,7 +39,7 @@ NOT_RUN = (
 )
 """Lines, or blocks of Python by a word in them, that are not run here, and why."""
 NIGHTLY = (
-    r"^rotorsim (verify|hide|diagnose (dtu|bently)|machine calibrate)",
+    r"^rotorsim (verify|hide|report diagnosis|diagnose (dtu|bently)|machine calibrate)",
     r"^rotorsim map --speed|--over",
     r"^rotorsim design",
     r"^rotorsim (runup --pressure|experiment (prbs|staircase))",

@@ -1,14 +1,17 @@
-"""Files of a diagnosis: verdict, gap, new machine file, difference and report in one folder."""
+"""Files of a diagnosis: verdict, gap, new machine file, difference, report and the whole of it in one folder."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json, write_text
+from rotorsim.base.files import write_bytes, write_text
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.outcome.stored import AGAIN, from_bytes, to_bytes
 
 RESULTS = {
     "gap": "gap.nc",
@@ -16,6 +19,7 @@ RESULTS = {
     "difference": "machine.diff",
     "plan": "next.toml",
     "report": "report.html",
+    "data": "report_data.npz",
     "verdict": "diagnosis.json",
 }
 """Files in the folder; where the verdict is, the others are complete."""
@@ -47,11 +51,43 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
             after = diagnosis.apply()
             after.save(part / RESULTS["machine"])
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
-        if diagnosis.plan is not None and diagnosis.plan.proposals:
+        planned = ""
+        if diagnosis.plan is not None and diagnosis.plan.as_dict()["proposals"]:
             known = RESULTS["machine"] if (part / RESULTS["machine"]).exists() else diagnosis.machine.name
-            write_text(part / RESULTS["plan"], diagnosis.plan.campaign(known))
+            planned = diagnosis.plan.campaign(known)
+            write_text(part / RESULTS["plan"], planned)
         if report:
             diagnosis.report(part / RESULTS["report"])
-        write_json(part / RESULTS["verdict"], diagnosis.as_dict(), indent=2, default=float)
+        verdict = json.dumps(diagnosis.as_dict(), indent=2, default=float) + "\n"
+        write_bytes(part / RESULTS["data"], to_bytes(diagnosis, verdict, planned))
+        write_text(part / RESULTS["verdict"], verdict)
         written = {kind: name for kind, name in RESULTS.items() if (part / name).exists()}
     return {kind: str(out / name) for kind, name in written.items()}
+
+
+def load_diagnosis(folder: str | Path) -> Diagnosis:
+    """The diagnosis that `save_diagnosis` or `rotorsim diagnose` wrote into a folder; its report can be written again.
+
+    Nothing is computed, and nothing in the files is executed. Of its plan it has the numbers and texts. Raises
+    DataError for a folder without a verdict and for files that are damaged, changed or of another version.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.discrepancy.load_diagnosis("diagnosis")  # doctest: +SKIP
+    >>> found.report("again.html")  # doctest: +SKIP
+    """
+    folder = Path(folder)
+    verdict, data = folder / RESULTS["verdict"], folder / RESULTS["data"]
+    if not folder.is_dir():
+        raise DataError(f"{folder}: is not a folder; give the one that 'rotorsim diagnose' wrote")
+    if not verdict.is_file():
+        raise DataError(f"{folder}: has no {verdict.name}, so no verdict; give a folder that 'rotorsim diagnose' wrote")
+    if not data.is_file():
+        raise DataError(f"{folder}: has no {data.name}, from which the report is made; {AGAIN}")
+    try:
+        return from_bytes(data.read_bytes(), verdict.read_text(encoding="utf-8", errors="replace"))
+    except OSError as error:
+        raise DataError(f"{error.filename}: cannot be read: {error.strerror}") from error
+    except DataError as error:
+        raise DataError(f"{data}: {error}") from error

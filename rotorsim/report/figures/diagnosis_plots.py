@@ -9,7 +9,6 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.report.figures.phase import phase_axes
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 
@@ -39,24 +38,6 @@ def flag_map(diagnosis: Diagnosis) -> go.Figure:
     figure = style(figure, max(280, 160 + 34 * len(points)))
     figure.update_yaxes(autorange="reversed", automargin=True)
     figure.update_xaxes(automargin=True)
-    return figure
-
-
-def odds_bars(diagnosis: Diagnosis) -> go.Figure:
-    """Probability [%] of the explanations, of at most eight."""
-    shown = [e for e in diagnosis.odds if e.probability >= LEAST_SHOWN][:8]
-    names = ["<br>or ".join([e.name, *(" with ".join(keys) for keys in e.alike[:3])]) for e in shown]
-    share = [100 * e.probability for e in shown]
-    colours = [NEUTRAL if e.beyond or not e.effects else COLOURS["with effect"] for e in shown]
-    figure = go.Figure(
-        go.Bar(
-            x=share, y=names, orientation="h", marker_color=colours, text=[shown_share(e.probability) for e in shown],
-            textposition="auto", hovertemplate="%{y}<br>%{x:.3g} %<extra></extra>",
-        )
-    )  # fmt: skip
-    figure = style(figure, 130 + 24 * sum(1 + n.count("<br>") for n in names) + 16 * len(names))
-    figure.update_yaxes(autorange="reversed", automargin=True)
-    figure.update_xaxes(title="probability [%]", range=[0, 100])
     return figure
 
 

@@ -6,18 +6,15 @@ from collections.abc import Iterable, Iterator
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from rotorsim.base.constants import TO_UM
-from rotorsim.discrepancy.odds.explanation import shown_share
-from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.report.figures import diagnosis_plots as plots
 from rotorsim.report.pages import html
+from rotorsim.report.pages.diagnosis_summary import first_screen
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
-    from rotorsim.discrepancy.plan.plan import Plan
 
 INTRODUCTION = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
@@ -26,46 +23,21 @@ INTRODUCTION = (
     "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
     "operating points helped to choose; untouched records took no part in anything and are the test."
 )
-MEANING = {
-    "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
-    "named": "One explanation accounts for at least 95 % of what was beyond the floor, also at held-out points, and no "
-    "other effect of the catalogue does.",
-    "tie": "Several explanations fit these records equally well; the machine file holds the first. No name is given: "
-    "choose by what is known, or record the next experiment below.",
-    "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
-    "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
-    "explain it is given below.",
-}
 
 
 def page(diagnosis: Diagnosis) -> str:
     """The page's text."""
     title = f"{diagnosis.machine.name}: diagnosis"
-    meaning = html.section("Meaning of the verdict", f"<p>{MEANING[diagnosis.status]}</p><p>{INTRODUCTION}</p>")
-    body = f"{_cards(diagnosis)}{meaning}{''.join(_sections(diagnosis))}"
+    method = html.section("How it was found", f"<p>{INTRODUCTION}</p>")
+    body = f"{first_screen(diagnosis)}{''.join(_sections(diagnosis))}{method}"
     return html.document(title, title, diagnosis.sentence, body)
-
-
-def _cards(d: Diagnosis) -> str:
-    cards = [(d.status.replace("_", " "), "verdict")]
-    cards += [(shown_share(e.probability), f"that {e.name}" if not e.effects else e.name) for e in d.odds[:1]]
-    cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
-    share = reduction(d.gap)
-    if d.effects and np.isfinite(share):
-        cards.append((f"{100 * share:.0f} %", "of the gap gone on untouched records"))
-    return html.key_numbers(cards)
 
 
 def _sections(d: Diagnosis) -> Iterator[str]:
     if d.odds:
-        yield html.figure_section(
-            "Probabilities",
-            "Of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence "
-            "of the records. Explanations that no record distinguishes are one bar.",
-            plots.odds_bars(d),
-        )
+        yield _odds(d)
     if d.plan is not None:
-        yield _plan(d.plan)
+        yield _plan(d.plan.as_dict())
     if d.effects:
         yield _effects(d)
     if d.next_experiment and d.plan is None:
@@ -92,7 +64,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         yield _unknown(d)
     if d.notes:
         text = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
-        yield f"<section><h2>Limits of these records</h2>{text}</section>"
+        yield f'<section id="notes"><h2>Limits of these records</h2>{text}</section>'
     yield _tried(d)
     text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
     heads = (("fit parameter", "change", "standard deviation"),)
@@ -104,13 +76,28 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         )
 
 
-def _plan(plan: Plan) -> str:
-    """What to record next: a sentence, what nothing separates, the best experiments."""
-    text = "".join(f"<p>{escape(line)}</p>" for line in (plan.sentence, *plan.unbreakable))
+def _odds(d: Diagnosis) -> str:
+    """Explanations with their probabilities and the evidence for them."""
+    text = (
+        "Of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence of "
+        "the records. Explanations that no record distinguishes are one row."
+    )
+    rows = [
+        (" or ".join([e.name, *(" with ".join(keys) for keys in e.alike)]), shown_share(e.probability),
+         f"{e.evidence:.1f}", f"{100 * e.error:.2g} %", "yes" if e.refitted else "no")
+        for e in d.odds if e.probability >= LEAST_SHOWN
+    ]  # fmt: skip
+    head = ("explanation", "probability", "log. evidence", "error of the form", "re-fitted")
+    return html.section("Probabilities", f"<p>{text}</p>{html.table(rows, (head,))}")
+
+
+def _plan(plan: dict[str, Any]) -> str:
+    """What to record next: a sentence, what nothing separates, the best experiments; of `Plan.as_dict`."""
+    text = "".join(f"<p>{escape(line)}</p>" for line in (plan["sentence"], *plan["unbreakable"]))
     heads = (("experiment", "rig time [min]", "entropy left [bit]", "chance of 95 %"),)
     rows = [
-        (p.option.name, f"{p.option.minutes:.0f}", f"{p.outlook.entropy:.2f}", f"{100 * p.outlook.decided:.0f} %")
-        for p in plan.proposals[:8]
+        (p["experiment"], f"{p['minutes']:.0f}", f"{p['entropy_bit']:.2f}", f"{100 * p['chance_of_95_percent']:.0f} %")
+        for p in plan["proposals"][:8]
     ]
     return _table("What to record next", heads, rows, text)
 

@@ -21,18 +21,19 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-sr
 FAR = 20_000
 """Characters before a figure in which the title of its section stands."""
 PRINTING = """
-const PAPER = {width: 660, height: 810, scale: 0.7};
+const PAPER = {width: 660, height: 810, scale: 0.7}, COLUMN = {width: 318, height: 810, scale: 1};
 const drawn = () => [...document.querySelectorAll('.plotly-graph-div')].filter(plot => plot.layout);
 addEventListener('beforeprint', () => drawn().forEach(plot => {
   plot.onScreen = plot.onScreen || {height: plot.layout.height};
-  const height = Math.min(PAPER.scale * plot.onScreen.height, PAPER.height);
-  Plotly.relayout(plot, {autosize: false, width: PAPER.width, height: height});
+  const room = plot.closest('.first') ? COLUMN : PAPER;
+  const height = Math.min(room.scale * plot.onScreen.height, room.height);
+  Plotly.relayout(plot, {autosize: false, width: room.width, height: height});
 }));
 addEventListener('afterprint', () => drawn().forEach(plot => {
   Plotly.relayout(plot, {autosize: true, width: null, height: plot.onScreen.height});
 }));
 """
-"""Figures have the width of an A4 page while it is printed, and none is higher than a page."""
+"""Figures have the width of an A4 page, or of its columns, while it is printed, and none is higher than a page."""
 TOOLS = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 
 
@@ -59,9 +60,11 @@ def figure_section(title: str, caption: str, figure: go.Figure, after: str = "")
     return section(title, f"<p>{escape(caption)}</p>{drawn(figure)}{after}")
 
 
-def drawn(figure: go.Figure) -> str:
-    """An interactive figure as HTML."""
-    return f'<div class="figure">{pio.to_html(figure, full_html=False, include_plotlyjs=False, config=TOOLS)}</div>'
+def drawn(figure: go.Figure, tools: bool = True) -> str:
+    """An interactive figure as HTML, with a toolbar in a strip of its own above it or without one."""
+    config = TOOLS | ({} if tools else {"displayModeBar": False})
+    text = pio.to_html(figure, full_html=False, include_plotlyjs=False, config=config)
+    return f'<div class="figure{"" if tools else " plain"}">{text}</div>'
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,11 @@ def table(rows: Iterable[Sequence[str]], heads: Iterable[Sequence[str]] = ()) ->
     top = "".join("<tr>" + "".join(f"<th>{escape(h)}</th>" for h in line) + "</tr>" for line in heads)
     body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
     return f"<table>{top}{body}</table>"
+
+
+def coloured(text: str, colour: str) -> str:
+    """Plain text behind a patch of the colour that it has in a figure."""
+    return f'<span class="coloured"><i style="background:{colour}"></i>{escape(text)}</span>'
 
 
 def key_numbers(pairs: Iterable[tuple[str, str]]) -> str:

@@ -111,7 +111,11 @@ COMMANDS = (
             kept=True),
     Command(
         ("diagnose",), (ROTOR, "{inputs}/hidden/records", "--effect", "runout", "--out", f"{OUT}/diagnosis"),
-        ("diagnosis/diagnosis.json", "diagnosis/gap.nc", "diagnosis/report.html"), resumes=True, code=10,
+        ("diagnosis/diagnosis.json", "diagnosis/gap.nc", "diagnosis/report.html", "diagnosis/report_data.npz"),
+        resumes=True, code=10,
+    ),
+    Command(
+        ("report", "diagnosis"), ("{inputs}/diagnosed", "--out", f"{OUT}/page.html"), ("page.html",), compiles=False
     ),
     Command(
         ("balance",), ("bently_rk4", "{inputs}/vectors.csv", "--mapping", "{inputs}/vectors.toml",

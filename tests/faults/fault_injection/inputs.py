@@ -43,7 +43,9 @@ pressure = "0.5 MPa"
 def make_inputs(folder: Path) -> Path:
     """All files below a folder, which is returned."""
     from rotorsim.control.designs import p
+    from rotorsim.discrepancy import save_diagnosis
     from rotorsim.machine import load_machine
+    from small_diagnosis import small_diagnosis
 
     folder.mkdir(parents=True, exist_ok=True)
     rig = load_machine("dtu_gas_bearing").replace("grid.n_theta", 32).replace("grid.n_z", 8)
@@ -57,6 +59,7 @@ def make_inputs(folder: Path) -> Path:
     idn.identify(record, model="blackbox", order=4).model.save(folder / "linear.json")
     shutil.copy(TESTS / "control" / "rig_model.json", folder / "model.json")
     p.make(p.Spec()).save(folder / "law.json")
+    save_diagnosis(small_diagnosis(), folder / "diagnosed")
     (folder / "plan.toml").write_text(PLAN)
     (folder / "targets.toml").write_text(TARGETS)
     shutil.copy(TESTS.parent / "docs" / "rk4" / "open.csv", folder / "vectors.csv")

@@ -1,0 +1,1 @@
+"""Commands of the group `report`: pages of stored results, written again."""

@@ -1,0 +1,120 @@
+"""First screen of the report of a diagnosis: verdict, probabilities, place on the machine, next step, gap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rotorsim.discrepancy.odds.explanation import shown_share
+from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY
+from rotorsim.discrepancy.outcome.where import FORCE, Located, located
+from rotorsim.report.figures.diagnosis_summary_plots import gap_by_role, leading_odds, stages_of
+from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
+from rotorsim.report.pages import html
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+
+MEANING = {
+    "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
+    "named": "One explanation accounts for at least 95 % of what was beyond the floor, also at held-out points, and no "
+    "other effect of the catalogue does.",
+    "tie": "Several explanations fit these records equally well; the machine file holds the first. No name is given: "
+    "choose by what is known, or record the next experiment.",
+    "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
+    "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
+    "explain it is given below.",
+}
+NEXT = {
+    "no_disagreement": "Use the re-calibrated machine file. Nothing needs to be recorded.",
+    "named": "Inspect {places}; the new machine file holds the effect.",
+    "tie": "Inspect {places}: these records do not distinguish the explanations.",
+    "partial": "Do not use the effect as found. Inspect {places}, record more operating points at two excitation "
+    "amplitudes, and diagnose again.",
+    "unknown": "Look on the machine for what acts like the equivalent force below, by its frequency, its direction and "
+    "what it grows with. If it is known, write it as an effect of your own and diagnose again.",
+}
+"""What to do, by verdict, where no experiment is proposed."""
+NO_PLACE = "the machine"
+ALSO = {"found": "", "rival": "or ", "force": ""}
+
+
+def first_screen(d: Diagnosis) -> str:
+    """The parts that a reader sees without scrolling."""
+    panels = [*_odds(d), _where(d), _next(d), _before_after(d)]
+    return f'{_cards(d)}<div class="first">{"".join(panels)}</div>'
+
+
+def _cards(d: Diagnosis) -> str:
+    cards = [(d.status.replace("_", " "), "verdict")]
+    cards += [(shown_share(e.probability), f"that {e.name}" if not e.effects else e.name) for e in d.odds[:1]]
+    cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
+    share = reduction(d.gap)
+    if d.effects and np.isfinite(share):
+        cards.append((f"{100 * share:.0f} %", "gap gone on untouched records"))
+    return html.key_numbers(cards)
+
+
+def _odds(d: Diagnosis) -> Iterator[str]:
+    if d.odds:
+        yield html.section("How probable each explanation is", html.drawn(leading_odds(d), tools=False))
+
+
+def _where(d: Diagnosis) -> str:
+    """Sketch of the machine with the places of the effects."""
+    found = located(d)
+    lines = (html.coloured(f"{ALSO[one.role]}{one.sentence}", MARKS[one.role][1]) for one in found)
+    text = "<br>".join(lines) or "Nothing is marked: no effect was found."
+    marked = [(one.role, place) for one in found for place in one.places]
+    return html.section(
+        "Where on the machine", f"<p>{text}</p>{html.drawn(machine_sketch(d.machine, marked), tools=False)}"
+    )
+
+
+def _next(d: Diagnosis) -> str:
+    """The next step, and the meaning of the verdict."""
+    text = f'<p class="step">{escape(next_step(d))}</p><p>{escape(MEANING[d.status])}</p>'
+    if d.notes:
+        count = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
+        text += f'<p>The limits of these records: <a href="#notes">{count}</a> below.</p>'
+    return html.section("What to do next", text)
+
+
+def next_step(d: Diagnosis) -> str:
+    """What to do next: the plan's sentence, else the proposed experiment, else what follows from the verdict."""
+    if d.plan is not None and d.plan.as_dict().get("proposals"):
+        return d.plan.sentence
+    if d.next_experiment:
+        return _experiment(d)
+    if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
+        return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
+    step = NEXT[d.status].format(places=_places(located(d)))
+    return f"{d.plan.sentence} {step}" if d.plan is not None else step
+
+
+def _experiment(d: Diagnosis) -> str:
+    one = d.next_experiment
+    pressure = f" and {one['pressure_mpa']:.2g} MPa" if one["pressure_mpa"] else ""
+    where = f"{one['speed_hz'] * 60:.0f} rpm{pressure}"
+    doubt = "" if one["enough"] else " It may not be enough to separate them."
+    kind, _, how = str(one["experiment"]).partition(": ")
+    return f"Record {kind} at {where} ({how}), which separates {' '.join(one['separates'])}.{doubt}"
+
+
+def _places(found: tuple[Located, ...]) -> str:
+    names = dict.fromkeys(place.name for one in found if one.label != FORCE for place in one.places)
+    return " and ".join(names) or NO_PLACE
+
+
+def _before_after(d: Diagnosis) -> str:
+    names = {"nominal": "file as given", "with effect": "with the effect"}
+    stages = "".join(html.coloured(names.get(name, name), colour) for name, colour in stages_of(d).items())
+    text = f"<p>Rms of measured less simulated; the line is the scatter of repeats.<br>{stages}</p>"
+    return html.section("Gap before and after", text + html.drawn(gap_by_role(d), tools=False))
+
+
+__all__ = ["first_screen", "next_step"]

@@ -1,0 +1,136 @@
+"""First screen of a diagnosis' page: place of every kind of effect, next step by verdict, marks in the sketch."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from rotorsim.discrepancy.outcome.findings import Found
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY
+from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
+from rotorsim.discrepancy.outcome.where import located
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import load_machine
+from rotorsim.plant.acting import acting_places, nozzles
+from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
+from rotorsim.report.pages.diagnosis import page
+from rotorsim.report.pages.diagnosis_summary import next_step
+from small_diagnosis import blocked, runout, small_diagnosis
+
+LINE = {"point": "2400 rpm, 10 N", "frequency_hz": 62.5, "order": None, "force_n": 2.0, "unsteady": False,
+        "direction": "along 0 deg from x", "residual_um": 1.0}  # fmt: skip
+UNKNOWN = {"where": "at the disc", "lines": [LINE], "growth": {}, "groups": ["between"]}
+EXPERIMENT = {
+    "experiment": "impact: slow roll, strong excitation",
+    "speed_hz": 5.0,
+    "pressure_mpa": 0.0,
+    "amplitude": 40.0,
+    "separates": ["runout.amplitude_1x", "against", "shaft_bow.bow"],
+    "enough": False,
+}
+PROPOSAL = {"experiment": "impact of 40 N at 300 rpm", "minutes": 3.0, "entropy_bit": 0.1, "chance_of_95_percent": 0.9}
+
+
+@pytest.mark.parametrize(
+    ("machine", "effect", "parameters", "part", "span"),
+    [
+        ("plain_rotor", "runout", {}, "probes", (0.3, 0.3)),
+        ("plain_rotor", "unbalance", {}, "disc", (0.3, 0.3)),
+        ("plain_rotor", "unbalance", {"position": 0.1}, "shaft", (0.1, 0.1)),
+        ("plain_rotor", "ball_bearing", {"bearing": 1.0}, "bearing", (0.6, 0.6)),
+        ("plain_rotor", "coupling", {}, "shaft", (0.0, 0.0)),
+        ("plain_rotor", "shaft_bow", {}, "shaft", (0.0, 0.6)),
+        ("plain_rotor", "internal_damping", {}, "shaft", (0.0, 0.6)),
+        ("dtu_gas_bearing", "weak_injector", {"injector": 3.0}, "injector", (0.2366875, 0.2366875)),
+        ("dtu_gas_bearing", "plenum_volume", {"injector": 0.0}, "bearing", (0.2166875, 0.2566875)),
+        ("dtu_gas_bearing", "out_of_round", {}, "bearing", (0.2166875, 0.2566875)),
+        ("dtu_gas_bearing", "hysteresis", {}, "bearing", (0.2166875, 0.2566875)),
+        ("dtu_gas_bearing", "supply_droop", {}, "bearing", (0.2166875, 0.2566875)),
+        ("dtu_gas_bearing", "ball_bearing", {}, "bearing", (0.0, 0.0)),
+    ],
+)
+def test_an_effect_acts_where_its_port_and_its_parameters_put_it(machine, effect, parameters, part, span):
+    (place,) = acting_places(load_machine(machine), REGISTRY[effect](**parameters))
+    assert place.part == part and (place.begin, place.end) == pytest.approx(span)
+
+
+@pytest.mark.parametrize("machine", ["plain_rotor", "dtu_gas_bearing", "aerostatic_spindle", "foil_turbo_rotor"])
+@pytest.mark.parametrize("effect", sorted(REGISTRY))
+def test_every_effect_that_a_machine_can_have_has_a_place_on_its_shaft(machine, effect):
+    one = load_machine(machine)
+    neutral = REGISTRY[effect].neutral(one, 0)
+    for place in acting_places(one, neutral):
+        assert one.shaft.start <= place.begin <= place.end <= one.shaft.end and place.name
+
+
+def test_injectors_are_numbered_in_the_film_that_they_feed():
+    spindle = load_machine("aerostatic_spindle")
+    found = nozzles(spindle)
+    assert len(found) == spindle.orifice_count and {one.bearing for one in found} == {0, 1}
+    of_both = acting_places(spindle, REGISTRY["weak_injector"](injector=2.0))
+    (of_one,) = acting_places(spindle, REGISTRY["weak_injector"](injector=2.0, bearing=1.0))
+    assert len(of_both) == 2 and of_one == of_both[1] and of_one.nozzle.number == 2
+
+
+def test_a_tie_marks_the_rivals_and_a_partial_explanation_the_equivalent_force():
+    keys = ("runout.amplitude_1x", "shaft_bow.bow")
+    tied = Found("runout", keys[0], {"amplitude_1x": 1e-6, "phase_1x": 0.0}, {}, keys)
+    found = small_diagnosis(status="tie", effects=[tied])
+    assert [(one.role, one.places[0].part) for one in located(found)] == [("found", "probes"), ("rival", "shaft")]
+    partly = small_diagnosis(status="partial", unknown=UNKNOWN)
+    assert [one.role for one in located(partly)] == ["found", "force"]
+    assert located(partly)[1].places[0].part == "disc"
+
+
+def test_a_rival_of_another_injector_is_marked_at_that_injector():
+    found = small_diagnosis("dtu_gas_bearing", "tie", [blocked()], ties=(("weak_injector.blocked of injector 1",),))
+    assert [one.places[0].nozzle.number for one in located(found)] == [3, 1]
+
+
+def test_the_sketch_marks_the_injector_with_its_number_and_the_bearing():
+    found = small_diagnosis("dtu_gas_bearing", effects=[blocked()])
+    marked = [(one.role, place) for one in located(found) for place in one.places]
+    figure = machine_sketch(found.machine, marked)
+    band, dot = (trace for trace in figure.data if trace.name == MARKS["found"][0])
+    assert min(x for x in band.x if x is not None) < 236.7 < max(x for x in band.x if x is not None)
+    assert dot.text == ("  <b>3</b>",) and dot.y[0] < 0  # the lowest one
+
+
+@pytest.mark.parametrize("machine", ["bently_rk4", "pump_on_tables", "grooved_turbo_rotor", "rigid_rotor_self_acting"])
+def test_every_kind_of_machine_has_a_sketch(machine):
+    names = {trace.name for trace in machine_sketch(load_machine(machine)).data}
+    assert {"shaft", "bearing", "probes"} <= names
+
+
+STORED = StoredPlan({"sentence": "Next: impact.", "proposals": [PROPOSAL], "unbreakable": []})
+COARSE = small_diagnosis(status="unknown", effects=[], localisation=(), notes=(NO_ACCURACY,))
+STEPS = {
+    "named": (small_diagnosis(), "Inspect the probes at 300 mm; the new machine file holds the effect."),
+    "nothing": (small_diagnosis(status="no_disagreement", effects=[]), "Use the re-calibrated machine file"),
+    "tie": (small_diagnosis(status="tie", next_experiment=EXPERIMENT), "Record impact at 300 rpm (slow roll, strong"),
+    "plan": (small_diagnosis(plan=STORED), "Next: impact."),
+    "partial": (small_diagnosis(status="partial", unknown=UNKNOWN), "Do not use the effect as found"),
+    "unknown": (small_diagnosis(status="unknown", effects=[], unknown=UNKNOWN), "Look on the machine"),
+    "accuracy": (COARSE, "Nothing states"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", STEPS)
+def test_the_first_screen_states_the_next_step_of_every_verdict(case):
+    found, begin = STEPS[case]
+    assert next_step(found).startswith(begin)
+    text = page(found)
+    first = text.partition("<body>")[2].partition("The gap, record by record")[0]
+    for part in (begin, "How probable each explanation is", "Where on the machine", "Gap before and after"):
+        assert part in first
+    assert "Infinity" not in first and "NaN" not in re.sub(r"log\. evidence.*?</table>", "", first)
+
+
+def test_without_odds_and_effects_the_page_has_a_sketch_without_marks():
+    found = replace(small_diagnosis(status="no_disagreement", effects=[]), odds=(), localisation=())
+    assert "Nothing is marked" in page(found) and "How probable" not in page(found)
+
+
+def test_several_effects_are_all_marked():
+    found = small_diagnosis("dtu_gas_bearing", effects=[blocked(), runout()])
+    assert [one.places[0].part for one in located(found)] == ["injector", "probes"]
