@@ -93,7 +93,7 @@ def test_the_sketch_marks_the_injector_with_its_number_and_the_bearing():
     figure = machine_sketch(found.machine, marked)
     band, dot = (trace for trace in figure.data if trace.name == MARKS["found"][0])
     assert min(x for x in band.x if x is not None) < 236.7 < max(x for x in band.x if x is not None)
-    assert dot.text == ("  <b>3</b>",) and dot.y[0] < 0  # the lowest one
+    assert dot.text == ("<b>3</b>",) and dot.y[0] < 0  # the lowest one
 
 
 @pytest.mark.parametrize("machine", ["bently_rk4", "pump_on_tables", "grooved_turbo_rotor", "rigid_rotor_self_acting"])
@@ -129,6 +129,12 @@ def test_the_first_screen_states_the_next_step_of_every_verdict(case):
 def test_without_odds_and_effects_the_page_has_a_sketch_without_marks():
     found = replace(small_diagnosis(status="no_disagreement", effects=[]), odds=(), localisation=())
     assert "Nothing is marked" in page(found) and "How probable" not in page(found)
+
+
+def test_a_tie_of_a_class_names_its_members_in_the_verdict():
+    one = Found("runout", "runout.amplitude_1x", {}, {}, ("runout.amplitude_1x", "shaft_bow.bow"))
+    found = small_diagnosis(status="tie", effects=[one])
+    assert found.sentence.endswith("runout.amplitude_1x, or, indistinguishable from it: shaft_bow.bow.")
 
 
 def test_several_effects_are_all_marked():

@@ -139,7 +139,7 @@ def _single(kind: Any, value: Any, place: str) -> Any:
     allowed = (int, float) if kind is float else kind
     if not isinstance(kind, type) or not isinstance(value, allowed) or (kind is not bool and isinstance(value, bool)):
         raise ValueError(f"{place} is not of type {getattr(kind, '__name__', kind)}")
-    return float(value) if kind is float else value
+    return value
 
 
 __all__ = ["from_plain", "to_plain"]

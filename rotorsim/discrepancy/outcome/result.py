@@ -79,7 +79,8 @@ class Diagnosis(Shown, Findings, Reported):
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return NOTHING_BEYOND
         effects = " with ".join(f.form for f in self.effects)
-        rivals = "; ".join(" with ".join(t) for t in self.ties)
+        alike = [key for found in self.effects for key in found.tie_class if key != found.form]
+        rivals = "; ".join([*alike, *(" with ".join(t) for t in self.ties)])
         return WORDS[self.status].format(effects=effects, rivals=rivals)
 
     def apply(self) -> Machine:

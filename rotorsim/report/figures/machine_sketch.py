@@ -40,7 +40,7 @@ def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -
     scale = _scale(machine)
     start, end = machine.shaft.start * 1e3, machine.shaft.end * 1e3
     least = NARROW * (end - start)
-    _bands(figure, marked, MARK * (end - start))
+    _bands(figure, machine, scale, marked)
     _boxes(figure, "bearing", list(_films(machine, scale)), BEARING, 0.6)
     _boxes(figure, "shaft", list(_sections(machine, scale)), SHAFT, 1.0)
     _boxes(figure, "disc", [_disc(one, scale, least) for one in machine.discs], DISC, 1.0)
@@ -57,11 +57,12 @@ def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -
     return figure
 
 
-def _bands(figure: go.Figure, marked: Sequence[tuple[str, Place]], least: float) -> None:
+def _bands(figure: go.Figure, machine: Machine, scale: float, marked: Sequence[tuple[str, Place]]) -> None:
     """A band for every marked range along the shaft, in the colour of its first role."""
+    least = 1e3 * MARK * machine.shaft.length
     first: dict[Box, str] = {}
     for role, place in marked:
-        first.setdefault(_mark(place, least), role)
+        first.setdefault(_mark(machine, scale, place, least), role)
     for role, (name, colour) in MARKS.items():
         _boxes(figure, name, [box for box, own in first.items() if own == role], colour, 0.35)
 
@@ -110,9 +111,12 @@ def _films(machine: Machine, scale: float) -> Iterator[Box]:
         yield from ((left, right, -inner - 0.2, -inner), (left, right, inner, inner + 0.2))
 
 
-def _mark(place: Place, least: float) -> Box:
-    """A band over the whole height, at least twice `least` [mm] wide."""
+def _mark(machine: Machine, scale: float, place: Place, least: float) -> Box:
+    """A band over the whole height, at least twice `least` [mm] wide; around the shaft where it is a length of it."""
     middle, half = 0.5e3 * (place.begin + place.end), 0.5e3 * (place.end - place.begin)
+    if place.part == "shaft" and half > least:
+        height = max(top for _, _, _, top in _sections(machine, scale)) + 0.12
+        return middle - half, middle + half, -height, height
     half = max(half + least / 3, least)
     return middle - half, middle + half, -0.8, 1.0
 
@@ -161,9 +165,9 @@ def _marked_nozzles(figure: go.Figure, machine: Machine, scale: float, marked: M
         own = [one for one, its in marked.items() if its == role]
         name, colour = MARKS[role]
         figure.add_scatter(
-            **_dots(machine, own, scale), mode="markers+text", cliponaxis=False, name=name,
-            text=[f"  <b>{one.number}</b>" for one in own],
-            textposition="middle right", textfont={"size": 15, "color": INK}, hoverinfo="name",
+            **_dots(machine, own, scale), mode="markers+text", cliponaxis=False, name=name, hoverinfo="name",
+            text=[f"<b>{one.number}</b>" for one in own], textfont={"size": 15, "color": INK},
+            textposition=["top center" if sin(one.angle) > -0.01 else "bottom center" for one in own],
             marker={"size": 14, "color": colour, "line": {"color": "white", "width": 1}},
         )  # fmt: skip
 

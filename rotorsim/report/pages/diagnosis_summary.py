@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.discrepancy.odds.explanation import shown_share
+from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.result import NO_ACCURACY
 from rotorsim.discrepancy.outcome.where import FORCE, Located, located
@@ -51,12 +51,16 @@ def first_screen(d: Diagnosis) -> str:
 
 def _cards(d: Diagnosis) -> str:
     cards = [(d.status.replace("_", " "), "verdict")]
-    cards += [(shown_share(e.probability), f"that {e.name}" if not e.effects else e.name) for e in d.odds[:1]]
+    cards += [(shown_share(e.probability), _card_name(e)) for e in d.odds[:1]]
     cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
     if d.effects and np.isfinite(share):
         cards.append((f"{100 * share:.0f} %", "gap gone on untouched records"))
     return html.key_numbers(cards)
+
+
+def _card_name(e: Explanation) -> str:
+    return f"that {e.name}" if e.name == NOTHING else e.name
 
 
 def _odds(d: Diagnosis) -> Iterator[str]:
