@@ -8,6 +8,7 @@ import pytest
 
 from rotorsim.report.figures.theme import style
 from rotorsim.report.pages.study import Block, study_page
+from small_diagnosis import blocked, small_diagnosis
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = [
@@ -88,4 +89,29 @@ def test_page_and_figures_follow_the_colour_scheme_and_paper_stays_white(browser
     assert window.evaluate(look) == ["rgb(26, 26, 26)" if dark else "rgb(255, 255, 255)", dark]
     window.emulate_media(media="print", color_scheme=scheme)
     assert window.evaluate(look) == ["rgb(255, 255, 255)", False]
+    window.close()
+
+
+@pytest.fixture(scope="module")
+def diagnosis_page(tmp_path_factory):
+    """The page of a diagnosis."""
+    return small_diagnosis("dtu_gas_bearing", effects=[blocked()]).report(tmp_path_factory.mktemp("d") / "page.html")
+
+
+BELOW = """() => [...document.querySelectorAll('.first > section')].map(
+  one => [one.getBoundingClientRect().bottom, one.scrollWidth - one.clientWidth])"""
+"""Lower edge of every part of the first screen, and by how much its content is wider than it."""
+
+
+@pytest.mark.parametrize("width", [400, 800, 1280])
+def test_the_first_screen_of_a_diagnosis_is_not_wider_than_the_window_and_fits_a_large_one(
+    browser, diagnosis_page, width
+):
+    window = browser.new_page(viewport={"width": width, "height": 900})
+    window.goto(diagnosis_page.as_uri())
+    window.wait_for_selector(".first section:last-child .main-svg", state="attached")
+    assert window.evaluate("document.documentElement.scrollWidth") == width
+    edges = window.evaluate(BELOW)
+    assert len(edges) == 4 and all(more <= 0 for _, more in edges)
+    assert width < 1280 or max(bottom for bottom, _ in edges) <= 900
     window.close()
