@@ -9,3 +9,5 @@ TO_RPM, TO_HZ, TO_MPA, TO_UM = 30 / pi, 1 / (2 * pi), 1e-6, 1e6
 RIG_SAMPLE = 2e-4
 """Sampling time of the thesis' rig, 5 kHz [s]: of a machine that states neither rate nor highest speed, and of what is
 made without a machine."""
+MINUTE = 60.0
+"""Seconds of a minute."""

@@ -1,4 +1,5 @@
 from .accuracy import rig_table as rig_table
+from .decide import LoopCase as LoopCase, loop_figures as loop_figures, loops as loops
 from .diagnose import cases as cases
 from .measure_parts import measure as measure
 from .parts import PARTS as PARTS

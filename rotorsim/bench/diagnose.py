@@ -64,7 +64,7 @@ def run_case(
     inside = float(np.mean(np.array(away) < 2)) if away else np.nan
     return Case(
         number, kind, hidden, steps, times, d.status, named, verdict, seconds, reduction(d.gap), inside, cpu,
-        len(d.ties), scored(d.odds, kind, hidden, {f.key for f in candidates(workshop.twin)}), away,
+        len(d.ties), scored(d.explanations, kind, hidden, {f.key for f in candidates(workshop.twin)}), away,
     )  # fmt: skip
 
 

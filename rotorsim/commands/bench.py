@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from rotorsim.bench.accuracy import COLUMNS, REFERENCE, rig_table
+from rotorsim.bench.decide import loop_figures, loops
 from rotorsim.bench.diagnose import cases
 from rotorsim.bench.measure_parts import measure
 from rotorsim.bench.parts import PARTS
@@ -29,24 +30,27 @@ def bench(
     part: Annotated[
         str | None,
         typer.Argument(
-            metavar="[PART]", help=f"What to measure: {', '.join(PARTS)}, diagnose; all but diagnose when not given."
+            metavar="[PART]",
+            help=f"What to measure: {', '.join(PARTS)}, diagnose, decide; all but these two when not given.",
         ),
     ] = None,
     cold: Annotated[bool, typer.Option("--cold", help="Also time what starts with an empty cache.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Also run what takes many minutes.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
-    cases: Annotated[int, typer.Option("--cases", min=1, help="diagnose: number of hidden cases.")] = 200,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="diagnose: first seed; 100000 and on report.")] = 100_000,
+    cases: Annotated[int, typer.Option("--cases", min=1, help="diagnose, decide: number of hidden cases.")] = 200,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="diagnose, decide: first seed; 100000 and on report.")
+    ] = 100_000,
     keep: Annotated[
-        Path | None, typer.Option("--keep", help="diagnose: file of finished cases, from which it resumes.")
+        Path | None, typer.Option("--keep", help="diagnose, decide: file of finished cases, from which it resumes.")
     ] = None,
 ) -> None:
     """Measure speed and accuracy, each with its bound.
 
     Times depend on what else runs on the computer.
     """
-    if part == "diagnose":
-        _diagnose(cases, seed, keep, as_json)
+    if part in ("diagnose", "decide"):
+        (_diagnose if part == "diagnose" else _decide)(cases, seed, keep, as_json)
         return
     figures = _measure(part, cold, full)
     if as_json:
@@ -78,6 +82,23 @@ def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
         typer.echo(json.dumps(numbers, indent=2))
         return
     typer.echo(confusion(found))
+    for figure in rates:
+        typer.echo(_line(figure))
+
+
+def _decide(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
+    """Loops one after another, then the rates."""
+    found = []
+    with files(*([keep] if keep else []), force=True, another="--keep"):
+        for case in loops(count, seed, keep):
+            found.append(case)
+            odds = " -> ".join(f"{100 * p:.0f} % {name}" for name, p, _ in case.tops)
+            print(f"{case.number} {', '.join(case.hidden)}: {odds}: {case.end}", file=sys.stderr, flush=True)
+    rates = list(loop_figures(found))
+    if as_json:
+        numbers = {"loops": [asdict(c) for c in found], "figures": [asdict(f) | {"met": f.met} for f in rates]}
+        typer.echo(json.dumps(numbers, indent=2))
+        return
     for figure in rates:
         typer.echo(_line(figure))
 

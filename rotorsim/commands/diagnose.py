@@ -19,6 +19,7 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.completion import parameters
+from rotorsim.commands.decide import Asked, print_steps, run_loop
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
 from rotorsim.commands.page_options import PageOptions
@@ -28,7 +29,7 @@ from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.plan.allowed import check_allowed
+from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
 from rotorsim.discrepancy.plan.plan import Plan
 
 MONTH = 30 * 86400.0
@@ -42,6 +43,7 @@ STAGES = {
     "name": "re-fitting candidates",
     "show": "showing the gap",
     "plan": "planning the next experiment",
+    "experiment": "waiting for the record of the experiment",
 }
 
 
@@ -85,8 +87,18 @@ def diagnose(
         typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan."),
     ] = False,
     allow: Annotated[
-        str | None, typer.Option("--allow", help="What a plan may change: speed,pressure,amplitude,slow-roll; all.")
+        str | None, typer.Option("--allow", help=f"What a plan may change, with commas: {', '.join(ALLOWED)}; or all.")
     ] = None,
+    until_decided: Annotated[
+        bool,
+        typer.Option("--until-decided", help="Make experiments on --rig until one explanation has 95 %."),
+    ] = False,
+    rig: Annotated[
+        str | None,
+        typer.Option("--rig", help="virtual:FOLDER of 'hide', or the folder into which new records are put."),
+    ] = None,
+    budget: Annotated[str, typer.Option("--budget", help="Rig time that experiments may take.")] = "30 min",
+    wait: Annotated[str, typer.Option("--wait", help="Longest time to wait for a record.")] = "8 h",
     report: WithReport = True,
     *,
     page: PageOptions,
@@ -104,13 +116,23 @@ def diagnose(
         _self_test(machine, records, mapping, as_json)
         return
     page.check(report)
-    if not records:
+    if not records and not until_decided:
         raise DataError("diagnose: no records; name files or a folder, or give --self-test")
     if not 0 < tolerance < 1:
         raise DataError(f"--tolerance: {tolerance:g} is not a fraction; give a number between 0 and 1, e.g. 0.004")
-    if allow is not None and not plan_next:
-        raise DataError("--allow: is about a plan; give --plan-next too")
-    allowed = check_allowed([] if allow is None else [name.strip() for name in allow.split(",")]) if plan_next else None
+    if allow is not None and not (plan_next or until_decided):
+        raise DataError("--allow: is about a plan; give --plan-next or --until-decided too")
+    allowed = check_allowed([] if allow is None else [name.strip() for name in allow.split(",")])
+    if until_decided:
+        asked = Asked(_rig(rig, held_out, untouched), budget, wait, allowed)
+        found, paths = run_loop(
+            machine, records or [], mapping, effect, asked, out, force, report, Stages().show, as_json
+        )
+        _show(found, paths, as_json)
+        raise typer.Exit(found.exit_code)
+    assert records
+    if rig is not None:
+        raise DataError("--rig: makes the experiments of a loop; give --until-decided too")
     with (
         results(out, "diagnosis", tuple(RESULTS.values()), force) as folder,
         _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished,
@@ -118,16 +140,30 @@ def diagnose(
         page.begin(folder / RESULTS["report"], force)
         diagnosis = find(
             machine, records, held_out, untouched, effect, seed, tolerance, mapping, progress=Stages().show,
-            resume=unfinished, plan_next=allowed,
+            resume=unfinished, plan_next=allowed if plan_next else None,
         )  # fmt: skip
         files = save_diagnosis(diagnosis, folder, report)
         if report:
             files |= page.finish(files["report"])
+    _show(diagnosis, files, as_json)
+    raise typer.Exit(diagnosis.exit_code)
+
+
+def _rig(rig: str | None, held_out: list[Path] | None, untouched: list[Path] | None) -> str:
+    """The rig of a loop; raises DataError where there is none, or roles are given that new records cannot have."""
+    if rig is None:
+        raise DataError("--until-decided: needs --rig: virtual:FOLDER of rotorsim hide, or a folder for new records")
+    if held_out or untouched:
+        raise DataError("--until-decided: takes no --held-out and --untouched; state the attribute role in the records")
+    return rig
+
+
+def _show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
+    """The diagnosis as JSON or as text."""
     if as_json:
         typer.echo(json.dumps(diagnosis.as_dict() | {"files": files}, indent=2, default=float))
     else:
         _print(diagnosis, files)
-    raise typer.Exit(diagnosis.exit_code)
 
 
 class Stages:
@@ -170,8 +206,9 @@ def _kept(*asked: Any) -> Iterator[Path]:
 
 def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
     end_line()
+    print_steps(diagnosis)
     typer.echo(diagnosis.sentence)
-    for one in diagnosis.odds[:4]:
+    for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
             typer.echo(f"  probability {shown_share(one.probability)}: {one.name}")
     for found in diagnosis.effects:
@@ -200,8 +237,8 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
             f"  next experiment: {n['experiment']} ({n['speed_hz']:.0f} Hz, {n['pressure_mpa']:.2g} MPa): chi-square "
             f"{n['chi2_after_refit']:.3g} after re-fitting the rival"
         )
-    if diagnosis.plan is not None:
-        _print_plan(diagnosis.plan)
+    if diagnosis.planned is not None:
+        _print_plan(diagnosis.planned)
     for note in diagnosis.notes:
         typer.echo(f"  note: {note}")
     for kind, path in files.items():

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
+from rotorsim.discrepancy.data.run_ups import is_table, with_tables
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.sweeps import Sweep, rate_notes
 from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
-from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
+from rotorsim.discrepancy.runup_diagnosis import vector_trials
 from rotorsim.machine import Machine, load_machine
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def diagnose(
@@ -41,8 +47,9 @@ def diagnose(
     machine : Machine, name or path
         The machine as it is believed to be.
     records : Datasets or paths
-        Records at constant operating points. Where `held_out` and `untouched` are not given, their attribute `role`
-        states their use; without one they are fitted.
+        Records at constant operating points, tables of run-up vectors, and run-ups or coast-downs over time with an
+        angle, which become such tables; of one kind or of several. Where `held_out` and `untouched` are not given,
+        their attribute `role` states their use; without one records are fitted, and a table has rows for each use.
     held_out, untouched :
         Records at other operating points that choose the effect, and that only show the gap.
     effects : names
@@ -76,15 +83,23 @@ def diagnose(
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     allow = None if plan_next is None else check_allowed(plan_next)
-    opened = open_records(records, mapping)
     cache = None if resume is None else Cache(Path(resume))
-    if opened and all("speed" in record.dims for _, record in opened):
-        if allow is not None:
-            raise DataError("plan: needs records over time; of vectors alone no next experiment is planned")
-        return diagnose_vectors(machine, opened, effects, tolerance, progress, cache)
-    kept, last = open_records(held_out or (), mapping), open_records(untouched or (), mapping)
-    trials = make_trials(machine, opened, None if held_out is None and untouched is None else "fit")
-    trials += make_trials(machine, kept, "held_out")
-    trials += make_trials(machine, last, "untouched")
+    parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
+             (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
+    if allow is not None and parts["fit"] and all(is_table(record) for _, record in parts["fit"]):
+        raise DataError("plan: needs records over time; of vectors alone no next experiment is planned")
+    stated = held_out is None and untouched is None
+    trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
+    if any(not t.orders for t in trials):
+        trials = [replace(t, alone=False) if isinstance(t, Sweep) else t for t in trials]
     found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache, allow)
-    return replace(found, notes=(*record_notes([*opened, *kept, *last]), *found.notes))
+    every = [one for part in parts.values() for one in part]
+    tables = [(name, record) for name, record in every if is_table(record)]
+    return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
+
+
+def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
+    """Trials of records over time and of tables of vectors, all of one role, or of the roles that they state."""
+    tables = [(name, record) for name, record in opened if is_table(record)]
+    others = [(name, record) for name, record in opened if not is_table(record)]
+    return [*make_trials(machine, others, role), *vector_trials(machine, tables, role)]

@@ -22,16 +22,18 @@ from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.odds import odds
+from rotorsim.discrepancy.odds.thresholds import by_odds, joined_classes
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.outcome.findings import CLOCK, Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis, Planner
 from rotorsim.discrepancy.plan.plan import Plan, plan_next, rivals_of
 from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
+from rotorsim.discrepancy.residuals.floor import unknown_sources
 from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
 from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
 from rotorsim.discrepancy.search.candidates import Form, candidates
@@ -148,7 +150,7 @@ class Work:
         workshop = self.workshop
         base = recalibrate(self.fitted, workshop.fine, self.tolerance, lambda: self.progress("calibrate"), workshop.law)
         sweeps = any(t.orders for t in self.fitted.trials)
-        notes = [] if sweeps else limits(self.fitted.trials, self.machine.film is not None)
+        notes = limits(self.fitted.trials, self.machine.film is not None)
         notes += self._scatter_note() + notes_on_changes({t.name: t.changes for t in self.trials})
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
@@ -174,6 +176,10 @@ class Work:
         except NoAnswerError:
             verdict, search = Verdict("unknown"), None
             notes.append(NO_ANSWER)
+        judged = self._odds(base, flags, verdict, search)
+        if search is not None:
+            judged = joined_classes(judged, verdict)
+            verdict = by_odds(verdict, judged, {f.key for f in search.forms})
         verdict, refused = self._confirmed(base, verdict)
         notes += refused
         if verdict.status == "no_disagreement" and not self.fitted.scatter_known:
@@ -183,7 +189,7 @@ class Work:
             notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
         if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
             verdict = replace(verdict, status="unknown", best=None, rivals=())
-        return self._result(base, flags, verdict, search, notes)
+        return self._result(base, flags, verdict, search, judged, notes)
 
     def _confirmed(self, base: Fit, verdict: Verdict) -> tuple[Verdict, list[str]]:
         """The verdict, refused where untouched records do not bear it out, with the sentence of the refusal."""
@@ -197,9 +203,7 @@ class Work:
     def _scatter_note(self) -> list[str]:
         if self.fitted.scatter_known:
             return []
-        source = (
-            "neighbouring rows" if any(t.orders for t in self.fitted.trials) else "the quiet lines within the records"
-        )
+        source = " and ".join(unknown_sources(self.fitted.trials))
         return [f"no repeats and no periods: the floor comes from {source}"]
 
     def _unsteady(self, base: Fit) -> list[Flag]:
@@ -239,8 +243,9 @@ class Work:
         return found
 
     def _result(
-        self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None, notes: list[str]
-    ) -> Diagnosis:
+        self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None,
+        judged: tuple[Explanation, ...], notes: list[str],
+    ) -> Diagnosis:  # fmt: skip
         self.progress("show")
         best = verdict.best
         final = base if best is None else best.fit
@@ -257,7 +262,7 @@ class Work:
         stages: list[Point | None] = [Point(), base.point, None if best is None else best.fit.point]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
-        judged = self._odds(base, flags, verdict, search)
+        planner = self._planner(base, verdict, search, judged)
         return Diagnosis(
             status=verdict.status,
             machine=self.machine,
@@ -274,8 +279,9 @@ class Work:
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
-            odds=judged,
-            plan=self._plan(base, verdict, search, judged),
+            explanations=judged,
+            planned=None if self.allow is None else planner(self.allow, np.inf),
+            planner=planner,
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(
@@ -300,18 +306,20 @@ class Work:
         except NoAnswerError:
             return ()
 
-    def _plan(
+    def _planner(
         self, base: Fit, verdict: Verdict, search: Search | None, judged: tuple[Explanation, ...]
-    ) -> Plan | None:  # fmt: skip
-        """The next experiment, if it was asked for."""
-        if self.allow is None:
-            return None
-        tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
-        fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
-        others = [e.effects[0] for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
-        if search is not None and others:
-            fits |= {(key,): fit for key, fit in search.tangents(others).items()}
-        return plan_next(self.fitted, fits, judged, self.allow, lambda: self.progress("plan"))
+    ) -> Planner:  # fmt: skip
+        """What plans the next experiment: a function of what may change and of the longest experiment [min]."""
+
+        def planned(allow: Iterable[str], longest: float) -> Plan:
+            tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
+            fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
+            others = [e.effects[0] for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
+            if search is not None and others:
+                fits |= {(key,): fit for key, fit in search.tangents(others).items()}
+            return plan_next(self.fitted, fits, judged, allow, lambda: self.progress("plan"), longest)
+
+        return planned
 
     def _clocks(self, point: Point) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation of every record that states how far its clock may be off."""

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
+from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.odds import evidence, model_form
-from rotorsim.discrepancy.odds.evidence import log_evidence, unexplained_gain
+from rotorsim.discrepancy.odds.evidence import log_evidence, one_sided, unexplained_gain
 from rotorsim.discrepancy.odds.explanation import shown_share
 from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
 
@@ -25,10 +27,51 @@ def test_the_evidence_of_a_linear_model_is_its_marginal_likelihood():
     rng = np.random.default_rng(1)
     form, J, sd = directions(rng, 60, 7), rng.normal(size=(60, 4)), rng.uniform(0.1, 10.0, 4)
     origin = 3 * rng.normal(size=60)
-    found, size = log_evidence(form, origin, J, sd)
+    found = log_evidence(form, origin, J, sd)
     each = np.array([exact(form, origin, J, sd, tau) for tau in SIZES])
-    assert found == pytest.approx(np.log(np.sum(np.exp(each - each.max()) * weights())) + each.max(), rel=1e-10)
-    assert size == SIZES[np.argmax(each + np.log(weights()))]
+    assert found.log == pytest.approx(np.log(np.sum(np.exp(each - each.max()) * weights())) + each.max(), rel=1e-10)
+    assert found.error == SIZES[np.argmax(each + np.log(weights()))]
+
+
+def test_a_power_of_the_likelihood_is_that_of_a_wider_floor():
+    """Of T lines one is independent: as T times the variance of floor and form error, but for the floor's own norm."""
+    rng = np.random.default_rng(5)
+    form, J, sd, T = directions(rng, 60, 7), rng.normal(size=(60, 3)), np.full(3, 2.0), 4.0
+    origin = 3 * rng.normal(size=60)
+
+    def by_quadrature_free_form(tau):
+        U = form.directions * np.sqrt(form.variances)
+        C = np.eye(60) + tau**2 * U @ U.T
+        whole = T * C + (J * sd**2) @ J.T
+        norm = np.linalg.slogdet(whole)[1] - np.linalg.slogdet(T * C)[1] + np.linalg.slogdet(C)[1] / T
+        return -0.5 * (norm + origin @ np.linalg.solve(whole, origin))
+
+    each = np.array([by_quadrature_free_form(tau) for tau in SIZES])
+    expected = np.log(np.sum(np.exp(each - each.max()) * weights())) + each.max()
+    assert log_evidence(form, origin, J, sd, T).log == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("pull", [-4.0, 0.0, 3.0])
+def test_a_size_that_cannot_be_negative_has_half_a_prior(pull):
+    """One number, one size a >= 0 with a half-normal prior: the evidence by quadrature."""
+    none = ModelForm(np.zeros((1, 1)), np.zeros(1))
+    slope, sd = 2.0, 1.5
+    found = log_evidence(none, np.array([pull]), np.array([[slope]]), np.array([sd]))
+    size = FitParameter("weak.0.blocked", 1.0, low=0.0)
+
+    def integrand(a):
+        return 2 * np.exp(-0.5 * ((pull - slope * a) ** 2 + (a / sd) ** 2)) / (sd * np.sqrt(2 * np.pi))
+
+    exact = np.log(quad(integrand, 0, np.inf)[0])
+    assert found.log + one_sided(found, [size]) == pytest.approx(exact, abs=1e-6)
+
+
+def test_an_effect_without_response_is_as_likely_as_nothing():
+    none = ModelForm(np.zeros((3, 1)), np.zeros(1))
+    r = np.array([1.0, -2.0, 0.5])
+    bare = log_evidence(none, r, np.zeros((3, 0)), np.zeros(0))
+    mute = log_evidence(none, r, np.zeros((3, 1)), np.ones(1))
+    assert mute.log == pytest.approx(bare.log) and mute.sd[0] == pytest.approx(1.0)
 
 
 def test_the_size_of_the_form_error_is_inferred():
@@ -36,7 +79,7 @@ def test_the_size_of_the_form_error_is_inferred():
     form, J = directions(rng, 400, 40), np.zeros((400, 1))
     for tau in (1e-3, 0.02, 0.2):
         z = tau * np.sqrt(form.variances) * rng.normal(size=40)
-        _, size = log_evidence(form, rng.normal(size=400) + form.directions @ z, J, np.ones(1))
+        size = log_evidence(form, rng.normal(size=400) + form.directions @ z, J, np.ones(1)).error
         assert size <= 2e-2 if tau < 1e-2 else 0.5 * tau < size < 2 * tau
 
 
@@ -61,7 +104,7 @@ def test_probabilities_are_right_as_often_as_they_say():
         tau = rng.choice(SIZES, p=weights())
         data = rng.normal(size=n) + form.directions @ (tau * np.sqrt(form.variances) * rng.normal(size=3))
         data += columns[k] @ rng.normal(size=1) * 2.0
-        z = np.array([log_evidence(form, data, J, np.array([2.0]))[0] for J in columns])
+        z = np.array([log_evidence(form, data, J, np.array([2.0])).log for J in columns])
         p = np.exp(z - z.max()) / np.exp(z - z.max()).sum()
         given += list(p)
         true += [j == k for j in range(kinds)]

@@ -1,5 +1,7 @@
 """Plan of the next experiment: what a new record should leave of the odds, and the experiments that are allowed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,13 @@ from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.sweeps import empty_sweep
 from rotorsim.discrepancy.odds.explanation import Explanation
-from rotorsim.discrepancy.plan.expected import Outlook, Predicted, entropy, outlook
-from rotorsim.discrepancy.plan.options import ALLOWED, check_allowed, options
-from rotorsim.discrepancy.plan.plan import Plan, Proposal, _unbreakable
-from rotorsim.experiments import Impact, Multisine
+from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+from rotorsim.discrepancy.plan.expected import Outlook, Predicted, entropy, outlook, separation
+from rotorsim.discrepancy.plan.options import options
+from rotorsim.discrepancy.plan.plan import Plan, Proposal, _of_class
+from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
 from rotorsim.machine import load_machine
 
 N = 200
@@ -72,44 +76,91 @@ def trials(machine):
 def test_only_what_is_allowed_changes():
     rig = load_machine("dtu_gas_bearing")
     louder = options(rig, trials(rig), ("amplitude",))
-    assert {(o.speed, o.pressure) for o in louder} == {(200.0, 0.4e6)} and len({o.amplitude for o in louder}) == 3
+    assert {(o.speed, o.pressure) for o in louder} == {(200.0, 0.4e6)}
+    assert len({o.experiment.amplitude for o in louder}) == 3
     faster = options(rig, trials(rig), ("speed",))
-    assert {o.pressure for o in faster} == {0.4e6} and len({o.speed for o in faster}) == 6
-    assert len(options(rig, trials(rig), ALLOWED)) > 40
-    assert all(isinstance(o.experiment(), Multisine) and o.minutes > 2 for o in louder)
+    assert {o.pressure for o in faster} == {0.4e6} and len({o.speed for o in faster}) == 7
+    assert all(isinstance(o.experiment, Multisine) and o.minutes > 2 for o in louder)
+
+
+def test_everything_allowed_is_two_hundred_experiments_and_each_has_a_trial():
+    rig = load_machine("dtu_gas_bearing")
+    found = options(rig, trials(rig), ALLOWED)
+    assert 190 < len(found) < 230 and len({o.name for o in found}) == len(found)
+    assert {type(o.experiment).__name__ for o in found} == {"Multisine", "Staircase", "Steady", "Coastdown"}
+    assert {o.experiment.axis for o in found if isinstance(o.experiment, Multisine)} == {"both", "x", "y"}
+    weighed = next(o for o in found if o.weight is not None)
+    assert weighed.minutes > 12 and "trial weight" in weighed.name
+    changed = weighed.trial(rig).changes
+    assert set(changed) <= {"unbalance.0.me~phase.c", "unbalance.0.me~phase.s"} and changed
+    assert next(o for o in found if isinstance(o.experiment, Coastdown)).trial(rig).orders == (1, 2, 3)
 
 
 def test_a_machine_without_actuators_is_hit_and_has_no_pressure():
     kit = load_machine("bently_rk4")
-    found = options(kit, trials(kit), ALLOWED)
-    assert all(isinstance(o.experiment(), Impact) and o.pressure == 0 for o in found)
+    found = options(kit, trials(kit), ())
+    assert {type(o.experiment) for o in found} == {Impact, Steady, Coastdown}
+    assert all(o.pressure == 0 for o in found)
     highest = kit.drive.highest_speed or np.inf
     assert max(o.speed for o in found) <= highest
 
 
 def test_what_cannot_change_is_refused_with_the_choice():
-    assert check_allowed(()) == ALLOWED
-    with pytest.raises(DataError, match=r"--allow: 'coast-down' is nothing that a plan can change; choose among speed"):
-        check_allowed(("speed", "coast-down"))
+    assert check_allowed(()) == tuple(ALLOWED)
+    with pytest.raises(
+        DataError, match=r"'coast-dwn' is nothing that a plan can change; did you mean 'coast-"
+    ):
+        check_allowed(("speed", "coast-dwn"))
+    rotor = load_machine("plain_rotor")
+    with pytest.raises(
+        DataError, match=r"'bias' cannot be changed, plain_rotor has no injectors with moving"
+    ):
+        options(rotor, trials(rotor), ("bias",))
+    with pytest.raises(DataError, match=r"'pressure' cannot be changed, plain_rotor has no injection pressure"):
+        options(rotor, trials(rotor), ("speed", "pressure"))
+
+
+def test_vectors_of_a_run_up_are_followed_by_other_run_ups():
+    kit = load_machine("bently_rk4")
+    speeds = np.linspace(50.0, 250.0, 20)
+    like = replace(empty_sweep(speeds, 0.0, (1,)), probe_angle=np.deg2rad(45.0))
+    found = options(kit, [like], ())
+    assert {type(o.experiment) for o in found} == {Runup, Coastdown}
+    assert {round(np.degrees(o.probe_angle)) for o in found} == {0, 45, 90, 135}
+    assert any(o.weight for o in found)
+    trial = found[0].trial(kit)
+    assert trial.spectra.shape == (1, 2, 21) and trial.turns == like.turns
+    with pytest.raises(DataError, match=r"'amplitude' cannot be changed, the records are vectors of run-ups"):
+        options(kit, [like], ("amplitude",))
 
 
 @pytest.mark.parametrize("name", ["dtu_gas_bearing", "plain_rotor"])
-def test_the_plan_is_one_that_a_campaign_runs(name, tmp_path):
+def test_every_kind_of_experiment_is_a_plan_that_a_campaign_runs(name, tmp_path):
     machine = load_machine(name)
-    best = Proposal(options(machine, trials(machine), ("speed",))[0], Outlook(0.1, 0.9, np.array([0.9, 0.9])))
-    plan = Plan(1.0, ("a", "b"), (best,))
-    (tmp_path / "next.toml").write_text(plan.campaign(name))
-    loaded = load_plan(tmp_path / "next.toml")
-    assert len(list(loaded.cases())) == 1
-    assert "90 % chance" in plan.sentence
+    kinds = {(type(o.experiment), o.weight is None): o for o in options(machine, trials(machine), ())}
+    for number, option in enumerate(kinds.values()):
+        best = Proposal(option, Outlook(0.1, 0.9, np.array([0.9, 0.9])))
+        plan = Plan(1.0, ("a", "b"), (best,), odds=(0.5, 0.5))
+        (tmp_path / f"{number}.toml").write_text(plan.campaign(machine, name))
+        loaded = load_plan(tmp_path / f"{number}.toml")
+        assert len(list(loaded.cases())) == 1
+        assert "90 % chance" in plan.sentence
     assert campaign(machine)
 
 
-def test_what_no_experiment_separates_is_said_with_the_reason():
+def test_what_no_experiment_separates_is_stated_with_the_reason():
     tie = Explanation(("shaft_bow.bow",), False, 10.0, 0.0, True, 0.9, (("runout.amplitude_1x",),))
     sentence = "no experiment separates shaft_bow.bow from runout.amplitude_1x: vector that turns with the shaft"
-    assert _unbreakable(tie) == sentence
+    assert _of_class(tie) == sentence
     dull = Proposal(options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())[0],
                     Outlook(0.99, 0.0, EVEN))  # fmt: skip
     assert Plan(1.0, ("a", "b"), (dull,)).sentence == "No allowed experiment separates a from b."
     assert Plan(0.0, ("a",), ()).sentence.startswith("No next experiment")
+
+
+def test_separation_is_the_distance_that_re_fitting_leaves():
+    column = np.linspace(0, 1, N)[:, None]
+    far = [Predicted(np.zeros(N), 1e4 * column), Predicted(3.0 * column[:, 0], STILL)]
+    assert separation(far, np.ones(N))[0, 1] == pytest.approx(float(np.sum((3.0 * column) ** 2)))
+    both = [Predicted(np.zeros(N), 1e4 * column), Predicted(3.0 * column[:, 0], 1e4 * column)]
+    assert separation(both, np.ones(N))[0, 1] < 1e-3

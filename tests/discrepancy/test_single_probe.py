@@ -22,7 +22,7 @@ from rotorsim.discrepancy.outcome.missed_bands import missed_bands
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
 from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.runup_diagnosis import diagnose_vectors
+from rotorsim.discrepancy.runup_diagnosis import vector_trials
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import load_machine
@@ -148,7 +148,7 @@ def test_bands_that_a_model_misses_are_told():
 
 def test_vectors_of_another_plane_are_refused():
     with pytest.raises(DataError, match="its probes stand at 400 mm"):
-        diagnose_vectors(load_machine("bently_rk4"), [("t", single(disc_position=0.4))], None, 0.01, print)
+        vector_trials(load_machine("bently_rk4"), [("t", single(disc_position=0.4))])
 
 
 def of_one_probe(record, degrees):

@@ -25,7 +25,7 @@ CASES = {
     "injector": small_diagnosis("dtu_gas_bearing", effects=[blocked()]),
     "tie": small_diagnosis(status="tie", ties=(("shaft_bow.bow", "coupling.force_2x"),)),
     "unknown": small_diagnosis(status="unknown", effects=[]),
-    "planned": small_diagnosis(plan=StoredPlan(PLAN, 'name = "next"\n')),
+    "planned": small_diagnosis(planned=StoredPlan(PLAN, 'name = "next"\n')),
 }
 
 
@@ -46,7 +46,7 @@ def test_a_loaded_diagnosis_has_the_same_numbers_machine_and_page(case, tmp_path
     save_diagnosis(found, tmp_path)
     again = load_diagnosis(tmp_path)
     assert same(again, found) and reduction(again.gap) == reduction(found.gap)
-    assert repr(again.odds) == repr(found.odds) and again.effects == found.effects  # with a NaN, unlike itself
+    assert repr(again.explanations) == repr(found.explanations) and again.effects == found.effects  # with a NaN, unlike itself
     assert again.apply() == found.apply() and again.apply()._source == found.apply()._source
     again.report(tmp_path / "again.html")
     assert text_of(tmp_path / "again.html") == text_of(tmp_path / "report.html")
@@ -195,5 +195,5 @@ def test_a_page_in_other_units_and_its_figures_are_made_from_the_folder(stored, 
 def test_a_new_field_of_an_explanation_is_stored_with_it(tmp_path):
     """Explanations are stored field by field."""
     odds = (replace(CASES["named"].odds[0], alike=(("a", "b"), ("c",))),)
-    save_diagnosis(replace(CASES["named"], odds=odds), tmp_path)
+    save_diagnosis(replace(CASES["named"], explanations=odds), tmp_path)
     assert load_diagnosis(tmp_path).odds == odds

@@ -108,7 +108,7 @@ STEPS = {
     "named": (small_diagnosis(), "Inspect the probes at 300 mm; the new machine file holds the effect."),
     "nothing": (small_diagnosis(status="no_disagreement", effects=[]), "Use the re-calibrated machine file"),
     "tie": (small_diagnosis(status="tie", next_experiment=EXPERIMENT), "Record impact at 300 rpm (slow roll, strong"),
-    "plan": (small_diagnosis(plan=STORED), "Next: impact."),
+    "plan": (small_diagnosis(planned=STORED), "Next: impact."),
     "partial": (small_diagnosis(status="partial", unknown=UNKNOWN), "Do not use the effect as found"),
     "unknown": (small_diagnosis(status="unknown", effects=[], unknown=UNKNOWN), "Look on the machine"),
     "accuracy": (COARSE, "Nothing states"),
@@ -127,7 +127,7 @@ def test_the_first_screen_states_the_next_step_of_every_verdict(case):
 
 
 def test_without_odds_and_effects_the_page_has_a_sketch_without_marks():
-    found = replace(small_diagnosis(status="no_disagreement", effects=[]), odds=(), localisation=())
+    found = replace(small_diagnosis(status="no_disagreement", effects=[]), explanations=(), localisation=())
     assert "Nothing is marked" in page(found) and "How probable" not in page(found)
 
 

@@ -51,7 +51,7 @@ def small_diagnosis(machine="plain_rotor", status="named", effects=None, **more)
         spectra={role: [_spectrum(name, rng) for name, own in POINTS.items() if own == role]
                  for role in ("fit", "held_out", "untouched")},
         tried=({"effects": list(keys), "gone": 0.98, "cost": np.float64(1e3), "held_out": 0.0, "failed": False},),
-        odds=(Explanation(keys, False, 100.0, 1e-4, True, 0.95, (("shaft_bow.bow",),)),
+        explanations=(Explanation(keys, False, 100.0, 1e-4, True, 0.95, (("shaft_bow.bow",),)),
               Explanation((), True, 50.0, np.nan, False, 0.04), Explanation((), False, -np.inf, 1e-2, True, 0.01)),
     )  # fmt: skip
     return replace(made, **more)

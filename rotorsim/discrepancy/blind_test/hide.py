@@ -5,7 +5,8 @@ The truth goes to a folder of its own next to the records, which `diagnose` neve
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,9 +63,33 @@ class Truth:
             "effects": [f.effect for f in self.forms],
             "forms": [f.label for f in self.forms],
             "fit_parameters": {k.name: v for k, v in self.point.values.items()},
+            "fixed": dict(self.point.fixed),
             "parameters": own,
             "seed": self.seed,
         }
+
+
+@dataclass(frozen=True)
+class Sealed:
+    """What of a sealed truth makes further records of the same machine: point and seed."""
+
+    point: Point
+    seed: int
+
+
+def read_truth(path: Path) -> Sealed:
+    """The machine of a sealed truth; raises DataError where it cannot be read."""
+    try:
+        table = json.loads(path.read_text(encoding="utf-8"))
+        values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}
+        fixed = {str(name): float(v) for name, v in table["fixed"].items()}
+        return Sealed(Point(values, fixed), int(table["seed"]))
+    except OSError as error:
+        raise DataError(
+            f"{path}: cannot be read ({error.strerror}); give the folder that rotorsim hide has made"
+        ) from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise DataError(f"{path}: is not the truth of hidden records; make them anew with rotorsim hide") from error
 
 
 def truth_twin(machine: Machine, effects: Sequence[str] | None = None) -> Twin:
@@ -113,16 +138,18 @@ def _amplitude(form: Form, size: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def record_of(
-    twin: Twin, planned: Planned, point: Point, seed: int, disturb: Disturb | None = None, tiled: bool = False
-) -> xr.Dataset:
+    twin: Twin, planned: Planned, point: Point, seed: int, disturb: Disturb | None = None, tiled: bool = False,
+    changes: Mapping[str, float] | None = None,
+) -> xr.Dataset:  # fmt: skip
     """Record of the hidden machine with measured channels only; raises NoLiftOffError.
 
     A record that is `tiled` is one period of the response of a machine that has been running, again and again, with
-    noise drawn outside the plant: equal to the whole run if no state lasts longer, at a third of its cost.
+    noise drawn outside the plant: equal to the whole run if no state lasts longer, at a third of its cost. `changes`
+    are made on purpose, by key of `fit.parameters`.
     """
     speed, pressure = planned.experiment.initial()
     rows = planned.experiment.rows(0, planned.experiment.samples)
-    own = setting(twin, contributions(point.values, speed, pressure), point.fixed)
+    own = setting(twin, contributions(point.values, speed, pressure, changes), point.fixed)
     tiled = tiled and disturb is None and find_period(rows[:, 2:4]) == TILE
     tiled = tiled and not twin.lingers(own, True)
     if tiled:

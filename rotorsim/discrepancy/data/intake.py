@@ -100,17 +100,20 @@ def check_units(machine: Machine, trial: Trial) -> None:
 
 
 def limits(trials: Sequence[Trial], film: bool) -> list[str]:
-    """Sentences on effects that this set of records cannot distinguish."""
+    """Sentences on effects that this set of records cannot distinguish; none for tables of vectors alone."""
+    swept = any(t.orders for t in trials)
+    if all(t.orders for t in trials):
+        return []
     notes = []
     speeds = {round(t.speed) for t in trials}
     points = {(round(t.speed), round(t.pressure, -4)) for t in trials}
     sizes = {round(t.amplitude, 3) for t in trials if t.amplitude > 0}
-    if len(points) < FEWEST_POINTS:
+    if len(points) < FEWEST_POINTS and not swept:
         notes.append(
             f"{len(points)} operating points: a smooth trend of the calibration is indistinguishable from a missing "
             f"effect whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
         )
-    if len(speeds) < 2:
+    if len(speeds) < 2 and not swept:
         notes.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
     if len(sizes) < 2:
         notes.append(

@@ -113,6 +113,21 @@ class Trial:
         return self.speed
 
     @property
+    def least_tolerance(self) -> float:
+        """Tolerance of the model, as a share of a line, that these data allow at best."""
+        return 0.0
+
+    @property
+    def has_mean(self) -> bool:
+        """Whether the zeros of the displacement sensors show in the data."""
+        return True
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether a rotor on linear bearings is in its periodic motion when the rows begin."""
+        return True
+
+    @property
     def frequencies(self) -> np.ndarray:
         """Frequencies (lines,) [Hz]."""
         return np.arange(self.spectra.shape[2]) / (self.length * RIG_SAMPLE)
@@ -290,7 +305,7 @@ def _check_constant(record: xr.Dataset, name: str) -> None:
     if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
         raise DataError(
             f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
-            "give records at constant speed, or a run-up as vectors (rotorsim data)"
+            "give records at constant speed, or a run-up with its angle and without excitation"
         )
 
 

@@ -32,6 +32,12 @@ FEWEST = 12
 SETTLING = 0.5
 TURNS = 8.0
 """Revolutions that a vector is taken to be fitted over where the table does not state them."""
+RECORDED = "recorded"
+"""Attribute of a table that was made here of a record over time."""
+TOLERANCE = 0.01
+"""Tolerance of vectors: how they were tracked is not known."""
+ROLES = ("fit", "fit", "held_out", "fit", "fit", "untouched")
+"""Use of each of six rows, unless the whole table has one use."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +47,20 @@ class Sweep(Trial):
     speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
     turns: float = TURNS
     """Revolutions that a vector is fitted over."""
+    recorded: bool = False
+    """Whether the table was made here, of a record over time: the rotor was in motion before it."""
+    alone: bool = True
+    """Whether no records at constant speed are diagnosed with it, whose means show the zeros of the sensors."""
+
+    @property
+    def has_mean(self) -> bool:
+        """Whether the sensors' zeros are fitted to the means of the table, which are 0, for want of others."""
+        return self.alone
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether a rotor on linear bearings is in its periodic motion when the rows begin."""
+        return self.recorded
 
     @property
     def point(self) -> str:
@@ -51,12 +71,20 @@ class Sweep(Trial):
     def inputs(self) -> str:
         """Every part of a table is tracked at its own speeds."""
         return hashlib.sha256(
-            self.rows.tobytes() + self.speeds.tobytes() + repr((self.orders, self.turns, self.probe_angle)).encode()
+            self.rows.tobytes()
+            + self.speeds.tobytes()
+            + repr((self.orders, self.turns, self.probe_angle)).encode()
+            + (b"recorded" if self.recorded else b"")
         ).hexdigest()
 
     def speed_at(self, line: int) -> float:
         """Shaft speed [rad/s] of the row that a line of `spectra` is of."""
         return float(self.speeds[max(line - 1, 0) % len(self.speeds)])
+
+    @property
+    def least_tolerance(self) -> float:
+        """Tolerance of the model, as a share of a vector, that these data allow at best."""
+        return TOLERANCE
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -85,8 +113,11 @@ def track(
     return out
 
 
-def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
-    """Trials from a table of vectors: fitted, held-out and untouched rows; raises DataError if it is too small."""
+def make_sweeps(vectors: xr.Dataset, name: str, film: bool, whole: str = "") -> list[Sweep]:
+    """Trials from a table of vectors: fitted, held-out and untouched rows; raises DataError if it is too small.
+
+    Where the `whole` table has one use, that of all rows.
+    """
     speeds = np.asarray(vectors["speed"].values, float)
     orders = tuple(int(n) for n in vectors["order"].values)
     if len(speeds) < FEWEST:
@@ -101,15 +132,17 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool) -> list[Sweep]:
     rate = stated_rate(vectors, name) or assumed_rate(speeds)
     accuracy = stated_accuracy(vectors, name)
     turns = stated_turns(vectors, name)
-    rows = ramp(speeds, rate, pressure, turns)
-    role = np.array([("fit", "fit", "held_out", "fit", "fit", "untouched")[k % 6] for k in range(len(speeds))])
+    recorded = bool(vectors.attrs.get(RECORDED, False))
+    rows = ramp(speeds, rate, pressure, turns, recorded)
+    role = np.array([whole or ROLES[k % 6] for k in range(len(speeds))])
     return [
         replace(
             _part(name, which, rows, pressure, speeds[role == which], measured[role == which], orders, accuracy),
             probe_angle=angle,
             turns=turns,
+            recorded=recorded,
         )
-        for which in ("fit", "held_out", "untouched")
+        for which in ((whole,) if whole else ("fit", "held_out", "untouched"))
     ]
 
 
@@ -156,14 +189,19 @@ def rate_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
     ]
 
 
-def ramp(speeds: np.ndarray, rate: float, pressure: float, turns: float = TURNS) -> np.ndarray:
+def ramp(
+    speeds: np.ndarray, rate: float, pressure: float, turns: float = TURNS, settled: bool = False
+) -> np.ndarray:  # fmt: skip
     """Input rows (n, 6) of a run-up over the speeds [rad/s] at a rate [rad/s2], with time to settle before.
 
-    At either end it holds the window of `turns` revolutions about the last speed.
+    At either end it holds the window of `turns` revolutions about the last speed. That time comes before the lowest
+    speed, or with `settled` before the first one, which in a coast-down is the highest.
     """
     low, high = min(speeds), max(speeds)
     window = 0.6 * max(turns, TURNS) * 2 * np.pi * rate
     begin, end = max(low - window / max(low, 1.0) - SETTLING * rate, 1.0), high + window / max(high, 1.0)
+    if settled and speeds[-1] < speeds[0]:
+        begin, end = max(low - window / max(low, 1.0), 1.0), end + SETTLING * rate
     n = int((end - begin) / rate / RIG_SAMPLE)
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = begin + rate * RIG_SAMPLE * np.arange(1, n + 1), pressure

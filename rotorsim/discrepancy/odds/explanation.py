@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 BEYOND = "something that is not in the catalogue"
 NOTHING = "nothing is missing"
+NOT_IN_CATALOGUE = "not in the catalogue"
+"""Name of all explanations together that hold something which is not in the catalogue."""
 LEAST_SHOWN = 1e-3
 """Probability below which an explanation is not listed."""
 
@@ -19,6 +21,7 @@ class Explanation:
     alike : explanations that no record distinguishes from it; their probabilities are in this one
     evidence : logarithm, above that of nothing missing
     error : relative error of the model's form that it leaves, most probable value
+    shown : whether the records narrow its size down; otherwise it cannot be told from nothing
     refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
     """
 
@@ -29,6 +32,7 @@ class Explanation:
     refitted: bool
     probability: float = 0.0
     alike: tuple[tuple[str, ...], ...] = ()
+    shown: bool = True
 
     @property
     def name(self) -> str:

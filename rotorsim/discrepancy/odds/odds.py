@@ -1,10 +1,12 @@
 r"""Odds of a diagnosis: probability of every explanation, of nothing missing, and of something beyond the catalogue.
 
-.. math:: P_k \propto p_k\, e^{\ln Z_k / T}
+.. math:: P_k \propto p_k\, Z_k
 
-p_k are the prior probabilities stated here; Z_k is the evidence of explanation k. Where it was re-fitted with the plant
-the evidence is taken there, otherwise from the sensitivities at the re-calibrated point. The temperature T makes up for
-what the evidence takes for certain (independent lines, the tangent); it is fitted on hidden cases, not derived.
+p_k are the prior probabilities stated here; Z_k is the evidence of explanation k with a likelihood to the power 1/T.
+Where it was re-fitted with the plant the evidence is taken there, otherwise from the sensitivities at the re-calibrated
+point. The temperature T makes up for what the evidence takes for certain (independent lines, the tangent); it is fitted
+on hidden cases, not derived. An effect whose size the records do not narrow down cannot be told from nothing, and is
+counted with it.
 
 Cites: mackay_2003, kennedy_2001.
 """
@@ -12,13 +14,20 @@ Cites: mackay_2003, kennedy_2001.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
 
 from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.odds.evidence import likely_sizes, log_evidence, prior_sizes, settled, unexplained_gain
+from rotorsim.discrepancy.odds.evidence import (
+    likely_sizes,
+    log_evidence,
+    one_sided,
+    prior_sizes,
+    settled,
+    unexplained_gain,
+)
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
 from rotorsim.discrepancy.residuals.comparison import Comparison
@@ -36,6 +45,10 @@ LESS_EXACT = 10.0
 crack or a rub is within 10 %."""
 
 
+NARROWED = 0.3
+"""Standard deviation of a size, in prior ones, from which on the records do not show it."""
+
+
 def odds(
     comparison: Comparison, base: Fit, search: Search | None, tried: Iterable[Hypothesis], unsteady: float = 0.0,
     temperature: float = TEMPERATURE,
@@ -47,20 +60,18 @@ def odds(
     """
     whole = whitened_size(comparison.layout, comparison.predict(base.point), comparison.sigma)
     form = model_form(comparison.layout, comparison.trials, whole)
-    lines = _line_numbers(comparison)
-    none, *unknown = _of_fit(form, base, (), lines, unsteady)
+    rest = Rest(_line_numbers(comparison), unsteady, temperature)
+    none, *unknown = _of_fit(form, base, (), rest)
     known = {f.key for f in search.forms} if search is not None else set()
     fitted = {h.keys: h for h in sorted(tried, key=lambda h: -h.fit.cost) if h.forms and not h.failed}
     found: list[Explanation] = []
     for keys, h in fitted.items():
         own = whitened_size(comparison.layout, base.residual - h.fit.residual, np.ones(len(whole)))
-        found += _of_fit(
-            model_form(comparison.layout, comparison.trials, whole + LESS_EXACT * own), h.fit, keys, lines, unsteady
-        )
-    linear = _linear(form, base, search, {e.effects for e in found}, none) if search is not None else []
+        wider = model_form(comparison.layout, comparison.trials, whole + LESS_EXACT * own)
+        found += _of_fit(wider, h.fit, keys, rest)
+    linear = _linear(form, base, search, {e.effects for e in found}, temperature) if search is not None else []
     everything = [none, *unknown, *found, *linear]
-    shares = np.array([_prior(e, len(known)) for e in everything])
-    logs = np.log(shares) + np.array([e.evidence - none.evidence for e in everything]) / temperature
+    logs = np.array([np.log(_prior(e, len(known))) + e.evidence - none.evidence for e in everything])
     p = np.exp(logs - logs.max())
     p /= p.sum()
     judged = [
@@ -70,30 +81,47 @@ def odds(
     return _merged(judged, known)
 
 
-def _of_fit(form: ModelForm, fit: Fit, keys: tuple[str, ...], lines: np.ndarray, unsteady: float) -> list[Explanation]:
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What tells something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
+
+    lines: np.ndarray
+    unsteady: float
+    temperature: float
+
+
+def _of_fit(form: ModelForm, fit: Fit, keys: tuple[str, ...], rest: Rest) -> list[Explanation]:
     """A fitted explanation, and the same with something else on top of it."""
     origin, sd = fit.residual + fit.J @ fit.vector, prior_sizes(fit.parameters, fit.vector)
-    value, error = log_evidence(form, origin, fit.J, sd)
-    more = unexplained_gain(settled(form, origin, fit.J, sd, error), lines) + 0.5 * unsteady
-    return [Explanation(keys, False, value, error, True), Explanation(keys, True, value + more, error, True)]
+    found = log_evidence(form, origin, fit.J, sd, rest.temperature)
+    value = found.log + one_sided(found, fit.parameters)
+    left = settled(form, origin, fit.J, sd, found)
+    more = unexplained_gain(left, rest.lines, rest.temperature) + 0.5 * rest.unsteady / rest.temperature
+    return [
+        Explanation(keys, False, value, found.error, True),
+        Explanation(keys, True, value + more, found.error, True),
+    ]
 
 
 def _linear(
-    form: ModelForm, base: Fit, search: Search, done: set[tuple[str, ...]], none: Explanation
+    form: ModelForm, base: Fit, search: Search, done: set[tuple[str, ...]], temperature: float
 ) -> list[Explanation]:
     """Single effects that were not re-fitted, by their sensitivities; of an effect and its options the mean."""
-    view, origin = search.screened(), base.residual + base.J @ base.vector
-    values: dict[str, list[tuple[float, float]]] = {}
-    for i, one in enumerate(search.forms):
+    origin = base.residual + base.J @ base.vector
+    values: dict[str, list[tuple[float, float, bool]]] = {}
+    for one in search.forms:
         if (one.key,) in done:
-            continue
-        if view.drop(i)[0] <= 0:
-            values.setdefault(one.key, []).append((none.evidence, none.error))
             continue
         J, parameters = np.concatenate([base.J, search.columns[one.label]], axis=1), (*base.parameters, *one.parameters)
         sd = prior_sizes(parameters, likely_sizes(origin, J, parameters))
-        values.setdefault(one.key, []).append(log_evidence(form, origin, J, sd))
-    return [Explanation((key,), False, *_mean(found), False) for key, found in values.items()]
+        found = log_evidence(form, origin, J, sd, temperature)
+        narrowed = float(found.sd[len(base.parameters) :].min()) < NARROWED
+        values.setdefault(one.key, []).append((found.log + one_sided(found, parameters), found.error, narrowed))
+    return [
+        Explanation((key,), False, *_mean([(z, error) for z, error, _ in found]), False,
+                    shown=any(narrowed for *_, narrowed in found))
+        for key, found in values.items()
+    ]  # fmt: skip
 
 
 def _mean(found: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -120,11 +148,14 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
     """Explanations of the same classes as one, the most probable first."""
     classes: dict[tuple[object, ...], list[Explanation]] = {}
     for e in sorted(found, key=lambda e: (-e.probability, e.name)):
-        key = (e.beyond, *sorted(class_of(k, known) for k in e.effects))
+        key = (e.beyond, *sorted(class_of(k, known) for k in e.effects)) if e.shown else (False,)
         classes.setdefault(key, []).append(e)
-    out = [
-        replace(first, probability=sum(e.probability for e in own), alike=tuple(e.effects for e in own[1:]))
-        for own in classes.values()
-        for first in own[:1]
-    ]
+    out = [_joined(own) for own in classes.values()]
     return tuple(sorted(out, key=lambda e: (-e.probability, e.name)))
+
+
+def _joined(own: list[Explanation]) -> Explanation:
+    """Explanations of one class as one, named after the most probable that the records show."""
+    first = min(own, key=lambda e: not e.shown)
+    alike = tuple(e.effects for e in own if e is not first)
+    return replace(first, probability=sum(e.probability for e in own), alike=alike)

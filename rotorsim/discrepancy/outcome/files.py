@@ -52,9 +52,9 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
             after.save(part / RESULTS["machine"])
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
         planned = ""
-        if diagnosis.plan is not None and diagnosis.plan.as_dict()["proposals"]:
+        if diagnosis.planned is not None and diagnosis.planned.as_dict()["proposals"]:
             known = RESULTS["machine"] if (part / RESULTS["machine"]).exists() else diagnosis.machine.name
-            planned = diagnosis.plan.campaign(known)
+            planned = diagnosis.planned.campaign(diagnosis.machine, known)
             write_text(part / RESULTS["plan"], planned)
         if report:
             diagnosis.report(part / RESULTS["report"])

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, Explanation, shown_share
+from rotorsim.discrepancy.loop.steps import Steps
+from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, Explanation, shown_share
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import extended
+from rotorsim.discrepancy.plan.allowed import check_allowed
+from rotorsim.discrepancy.plan.expected import entropy
 from rotorsim.discrepancy.plan.plan import Plan
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.machine import Machine
@@ -30,6 +35,8 @@ WORDS = {
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }
 
+Planner = Callable[[Iterable[str], float], Plan]
+"""Plans experiments by what may change and the minutes that one may take."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
@@ -50,10 +57,53 @@ class Diagnosis(Shown, Findings, Reported):
     notes: tuple[str, ...]
     spectra: dict[str, Any] = field(default_factory=dict, repr=False)
     tried: tuple[dict[str, Any], ...] = ()
-    odds: tuple[Explanation, ...] = ()
-    """Explanations with their probabilities, the most probable first."""
-    plan: Plan | None = None
+    explanations: tuple[Explanation, ...] = ()
+    """Explanations with their probabilities and evidence, the most probable first."""
+    planned: Plan | None = None
     """The next experiments, where they were asked for."""
+    planner: Planner | None = field(default=None, repr=False)
+    """What plans further experiments; a diagnosis that was stored has none."""
+    steps: Steps | None = None
+    """Odds after each step of a loop of diagnoses and experiments."""
+
+    @property
+    def odds(self) -> dict[str, float]:
+        """Probability of every explanation, of nothing missing and of something that is not in the catalogue."""
+        out: dict[str, float] = {}
+        for e in self.explanations:
+            name = NOT_IN_CATALOGUE if e.beyond else e.name
+            out[name] = out.get(name, 0.0) + e.probability
+        return dict(sorted(out.items(), key=lambda one: -one[1]))
+
+    @property
+    def entropy(self) -> float:
+        """Entropy [bit] of the odds."""
+        return float(entropy(np.array(list(self.odds.values())))) if self.explanations else 0.0
+
+    def plan(self, allow: Iterable[str] = (), budget: float = np.inf) -> Plan:
+        """Experiments that may come next, the best first.
+
+        Parameters
+        ----------
+        allow : names
+            What may differ from the records (`plan.allowed.ALLOWED`); all that the machine can do for none.
+        budget : float
+            Minutes of rig time that an experiment may take.
+
+        Raises
+        ------
+        DataError
+            For a diagnosis that was read from files, and where nothing that is allowed can be done.
+
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> found = rs.diagnose("dtu_gas_bearing", "puzzle/records")  # doctest: +SKIP
+        >>> found.plan(allow=["speed"], budget=10.0).sentence  # doctest: +SKIP
+        """
+        if self.planner is None:
+            raise DataError("plan: a stored diagnosis has no plant; diagnose the records again with plan_next")
+        return self.planner(check_allowed(allow), budget)
 
     def card(self) -> Card:
         """Verdict, sizes of the effects, next experiment."""
@@ -62,7 +112,7 @@ class Diagnosis(Shown, Findings, Reported):
             for found in self.effects
         ]
         rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
-        rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.odds[:3]]
+        rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.explanations[:3]]
         if self.next_experiment:
             rows.append(("next experiment", str(self.next_experiment["experiment"])))
         rows.append(("machine", self.machine.name))
@@ -112,16 +162,18 @@ class Diagnosis(Shown, Findings, Reported):
             "calibration": {k: {"value": v, "sd": s} for k, (v, s) in self.calibration.items()},
             "evidence": self.evidence,
             "notes": list(self.notes),
-            "odds": [
+            "odds": self.odds,
+            "explanations": [
                 {
                     "effects": list(e.effects), "beyond_catalogue": e.beyond, "name": e.name,
                     "probability": e.probability, "log_evidence": e.evidence, "form_error": e.error,
                     "refitted": e.refitted,
                     "alike": [list(keys) for keys in e.alike],
                 }
-                for e in self.odds if e.probability >= LEAST_SHOWN
+                for e in self.explanations if e.probability >= LEAST_SHOWN
             ],
-            **({} if self.plan is None else {"plan": self.plan.as_dict()}),
+            **({} if self.planned is None else {"plan": self.planned.as_dict()}),
+            **({} if self.steps is None else {"steps": self.steps.as_dict()}),
             "tried": list(self.tried),
             "data_hash": self.data_hash,
         }  # fmt: skip

@@ -28,7 +28,7 @@ from rotorsim.machine import Machine
 VERSION = 1
 """Version of the format."""
 KIND = "stored diagnosis"
-OWN = ("machine", "gap", "plan")
+OWN = ("machine", "gap", "planned", "planner")
 """Fields with a form of their own."""
 BROKEN = (zipfile.BadZipFile, zlib.error, NotImplementedError)
 """Raised for archives that are damaged."""
@@ -38,7 +38,7 @@ AGAIN = "run 'rotorsim diagnose' again"
 def to_bytes(diagnosis: Diagnosis, verdict: str, toml: str = "") -> bytes:
     """The npz file of a diagnosis; `verdict` is the JSON text next to it, `toml` the plan of the next experiment."""
     arrays: dict[str, np.ndarray] = {}
-    machine, plan = diagnosis.machine, diagnosis.plan
+    machine, plan = diagnosis.machine, diagnosis.planned
     content = {
         "kind": KIND,
         "version": VERSION,
@@ -119,7 +119,7 @@ def _diagnosis(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> 
             raise ValueError(f"{field.name} is missing")
     if content["plan"] is not None:
         plan = from_plain(StoredPlan, content["plan"], arrays, "plan")
-        given["plan"] = cast(Plan, plan)  # has all of a plan that is shown
+        given["planned"] = cast(Plan, plan)  # has all of a plan that is shown
     return Diagnosis(**given)
 
 

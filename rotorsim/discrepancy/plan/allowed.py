@@ -34,7 +34,7 @@ def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
 
 def obstacles(machine: Machine, vectors: bool = False) -> dict[str, str]:
     """Why a machine cannot change something, by name; `vectors` where all records are vectors of run-ups."""
-    found = {}
+    found: dict[str, str] = {}
     if not machine.injectors or machine.actuators is None:
         found |= dict.fromkeys(("bias", "step"), f"{machine.name} has no injectors with moving pins")
     if not machine.fed:

@@ -84,6 +84,19 @@ def outlook(
     return Outlook(float(odds @ entropies), float(odds @ decided), truths)
 
 
+def separation(predicted: Sequence[Predicted], sigma: np.ndarray) -> np.ndarray:
+    """Sums of squares (k, k) between the responses of explanations, each re-fitted to the other's mean."""
+    out = np.zeros((len(predicted), len(predicted)))
+    for k, p in enumerate(predicted):
+        S = p.spread / sigma[:, None]
+        M = np.eye(S.shape[1]) + S.T @ S
+        for i, other in enumerate(predicted):
+            d = (other.mean - p.mean) / sigma
+            a = S.T @ d
+            out[i, k] = max(float(d @ d - a @ answer(np.linalg.solve, M, a)), 0.0)
+    return np.maximum(out, out.T)
+
+
 def _log_density(drawn: np.ndarray, p: Predicted, root: np.ndarray) -> np.ndarray:
     """Logarithm of the density of draws (d, n), less n ln 2 pi / 2."""
     r = drawn - p.mean

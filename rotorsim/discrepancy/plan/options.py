@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -18,9 +18,10 @@ from rotorsim.discrepancy.data.sweeps import Sweep, empty_sweep, planned_sweep
 from rotorsim.discrepancy.plan.allowed import allowed_here
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
 from rotorsim.experiments.experiment import reference_range
+from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
 
-SPEEDS = (0.0, 20.0, 50.0, 80.0, 110.0)
+SPEEDS = (0.0, 15.0, 30.0, 50.0, 70.0, 90.0, 110.0)
 """Shaft speeds [Hz] that a plan tries."""
 SLOW_ROLL = 5.0
 """Shaft speed [Hz] of a slow roll."""
@@ -30,7 +31,7 @@ AMPLITUDES = (0.25, 1.0, 2.0)
 """Amplitudes that a plan tries, relative to 1 V or a hit of 20 N."""
 BIASES = ((1.0, 0.0), (0.0, 1.0), (-1.0, -1.0))
 """Constant parts [V] of the reference of x and y."""
-HIT, WIDTH, LEAD, APART, DIRECTION = 20.0, 2e-3, 0.4, 1.0, 0.6
+HIT, WIDTH, LEAD, APART, DIRECTION = 20.0, 2e-3, 0.4, 1.0, float(np.deg2rad(35.0))
 """A hit of the hammer [N, s], the time before the first and between hits [s], its direction [rad]."""
 HOLD = 0.8
 """Time [s] that a step of the reference is held."""
@@ -46,6 +47,8 @@ COAST = 2 * np.pi * 10.0
 """Rate [rad/s^2] of a coast-down: 600 rpm/s."""
 SET_UP, MOUNT = 2.0, 10.0
 """Minutes in which a rig comes to a new operating point, and in which a weight or a probe is mounted."""
+ALWAYS = ("speed", "pressure", "amplitude", "peak")
+"""Parameters that a plan states even where they are the usual ones."""
 NEAR = 0.02
 """Distance [Hz] within which speeds are one."""
 
@@ -112,17 +115,11 @@ class Option:
     def table(self) -> dict[str, Any]:
         """Parameters of the experiment as a plan of a campaign has them; what is usual is left out."""
         one, out = self.experiment, {"kind": self.experiment.name}
-        for item in fields(one):
+        for item, known in parameters(one):
             value = getattr(one, item.name)
-            if item.name != "Ts" and value != item.default and value is not None:
-                out[item.name] = _written(item, value)
+            if value is not None and (value != item.default or item.name in ALWAYS):
+                out[item.name] = show(value, known.unit) if isinstance(value, float) and known.unit != "1" else value
         return out
-
-
-def _written(item: Any, value: Any) -> Any:
-    """A parameter's value with its unit."""
-    unit = item.metadata.get("unit", "1")
-    return show(value, unit) if isinstance(value, float) and unit != "1" else value
 
 
 def _what(one: Experiment) -> str:
@@ -162,14 +159,18 @@ def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]
             yield from (_timed(replace(one, mean_x=x, mean_y=y)) for x, y in BIASES)
         if "trial-weight" in allowed and one.speed > 0:
             yield from _weighed(machine, _timed(one))
-    for (speed, pressure), axis in product(points if "step" in allowed else (), ("x", "y")):
-        yield _timed(Staircase(speed, pressure, axis, 1.0, 1.0, HOLD))
-    if "slow-roll" in allowed:
-        slow = sorted({p for _, p in points})
-        yield from (_timed(Steady(2 * np.pi * SLOW_ROLL, p, 2.5)) for p in slow)
-    if "coast-down" in allowed:
-        highest = max(s for s, _ in points)
-        for pressure in sorted({p for _, p in points}) if highest > 4 * np.pi * SLOW_ROLL else ():
+    yield from _of_pressures(points, allowed)
+
+
+def _of_pressures(points: Sequence[tuple[float, float]], allowed: Sequence[str]) -> Iterator[Option]:
+    """Runs at every pressure: steps of the reference at the lowest speed, slow rolls, coast-downs from the highest."""
+    slowest, highest = min(s for s, _ in points), max(s for s, _ in points)
+    for pressure in sorted({p for _, p in points}):
+        if "step" in allowed:
+            yield from (_timed(Staircase(slowest, pressure, axis, 1.0, 1.0, HOLD)) for axis in "xy")
+        if "slow-roll" in allowed:
+            yield _timed(Steady(2 * np.pi * SLOW_ROLL, pressure, 2.5))
+        if "coast-down" in allowed and highest > 4 * np.pi * SLOW_ROLL:
             yield _timed(Coastdown(highest, 2 * np.pi * SLOW_ROLL, COAST, pressure))
 
 

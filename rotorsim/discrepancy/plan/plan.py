@@ -1,8 +1,12 @@
-"""Ranking of the experiments that a rig can do next by what they should leave of the odds."""
+"""Ranking of the experiments that a rig can do next by what they should leave of the odds.
+
+Every experiment that is allowed gets a first look; those that promise most get a close one, until none that is left
+promises more than the best one seen closely, or `CLOSE` have been.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,50 +15,74 @@ import tomlkit
 
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.fit.uncertainty import scaled
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.odds import TEMPERATURE
-from rotorsim.discrepancy.plan.expected import Outlook, Predicted, entropy, outlook
-from rotorsim.discrepancy.plan.options import Option, options
-from rotorsim.discrepancy.residuals.comparison import Comparison, simulate
+from rotorsim.discrepancy.plan.expected import Outlook, entropy, outlook, separation
+from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion
+from rotorsim.discrepancy.plan.options import Option, options, written_changes
+from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.search.indistinguishable import signature_of
+from rotorsim.machine import Machine
 
 LEAST = 0.01
 """Probability below which an explanation is no rival."""
-RIVALS = 5
+RIVALS = 4
 """Rivals that are followed into a new run, at most."""
 ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
+CLOSE = 10
+"""Experiments that get a close look, at most."""
+APART = 9.0
+"""Sum of squares between two explanations, after re-fitting, below which an experiment does not separate them."""
+A_MINUTE = 0.002
+"""Entropy [bit] that a minute of rig time is worth: of runs that leave about the same the shorter one is better."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """An experiment with what it should leave of the odds."""
+    """An experiment with what it should leave of the odds; `close` where sensitivities were taken in it."""
 
     option: Option
     outlook: Outlook
+    close: bool = True
+
+    @property
+    def rank(self) -> float:
+        """Entropy [bit] that is left, with the price of the rig time."""
+        return self.outlook.entropy + A_MINUTE * self.option.minutes
 
     def as_dict(self) -> dict[str, Any]:
         """As plain numbers and text."""
         one = self.option
         return {
-            "experiment": one.name, "kind": one.kind, "speed_rpm": one.speed * TO_RPM,
-            "pressure_mpa": one.pressure / MPA, "amplitude": one.amplitude, "minutes": one.minutes,
+            "experiment": one.name, "kind": one.experiment.name, "speed_rpm": one.speed * TO_RPM,
+            "pressure_mpa": one.pressure / MPA, "minutes": one.minutes, "close_look": self.close,
             "entropy_bit": self.outlook.entropy, "chance_of_95_percent": self.outlook.decided,
+            "probability_if_true": list(map(float, self.outlook.truths)),
         }  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Experiments, the best first; entropy [bit] of today's odds; what no experiment separates, in words."""
+    """Experiments, the best first; entropy [bit] of today's odds; what no experiment separates, in words.
+
+    `odds` are the rivals' probabilities today, `tried` the number of experiments that were looked at.
+    """
 
     entropy: float
     rivals: tuple[str, ...]
     proposals: tuple[Proposal, ...]
     unbreakable: tuple[str, ...] = ()
+    odds: tuple[float, ...] = ()
+    tried: int = 0
+
+    @property
+    def settles(self) -> bool:
+        """Whether the best experiment should take away a part of the entropy that is worth its time."""
+        return bool(self.proposals) and self.proposals[0].outlook.entropy < (1 - ENOUGH) * self.entropy
 
     @property
     def sentence(self) -> str:
@@ -62,7 +90,7 @@ class Plan:
         if len(self.rivals) < 2 or not self.proposals:
             return "No next experiment: one explanation is left, or none was re-fitted."
         best = self.proposals[0]
-        if best.outlook.entropy > (1 - ENOUGH) * self.entropy:
+        if not self.settles:
             return f"No allowed experiment separates {' from '.join(self.rivals[:2])}."
         return (
             f"Next: {best.option.name} ({best.option.minutes:.0f} min): {100 * best.outlook.decided:.0f} % chance that "
@@ -72,20 +100,20 @@ class Plan:
     def as_dict(self) -> dict[str, Any]:
         """As plain numbers and text."""
         return {
-            "sentence": self.sentence, "entropy_bit": self.entropy, "rivals": list(self.rivals),
+            "sentence": self.sentence, "entropy_bit": self.entropy, "experiments_tried": self.tried,
+            "rivals": [{"name": n, "probability": p} for n, p in zip(self.rivals, self.odds, strict=False)],
             "proposals": [p.as_dict() for p in self.proposals], "unbreakable": list(self.unbreakable),
         }  # fmt: skip
 
-    def campaign(self, machine: str) -> str:
-        """The best experiment as the plan of a campaign; `machine` is a shipped one, or a file next to the plan."""
-        document = tomlkit.document()
+    def campaign(self, machine: Machine, name: str) -> str:
+        """The best experiment as the plan of a campaign; `name` is a shipped machine, or a file next to the plan."""
+        best, document = self.proposals[0].option, tomlkit.document()
         document.add(tomlkit.comment(self.sentence))
         document.add("name", "next")
-        document.add("machine", machine)
-        table = tomlkit.table()
-        for key, value in self.proposals[0].option.table().items():
-            table.add(key, value)
-        document.add("experiments", tomlkit.table(is_super_table=True).add("next", table))
+        document.add("machine", name)
+        for title, content in (("changes", written_changes(machine, best)), ("experiments", {"next": best.table()})):
+            if content:
+                document.add(title, tomlkit.item(content))
         return tomlkit.dumps(document)
 
 
@@ -95,8 +123,8 @@ def rivals_of(odds: Iterable[Explanation]) -> list[Explanation]:
 
 
 def plan_next(
-    comparison: Comparison, fits: dict[tuple[str, ...], Fit], odds: Iterable[Explanation], allow: Iterable[str],
-    progress: Callable[[], None] = lambda: None,
+    comparison: Comparison, fits: Mapping[tuple[str, ...], Fit], odds: Iterable[Explanation], allow: Iterable[str],
+    progress: Callable[[], None] = lambda: None, longest: float = np.inf,
 ) -> Plan:  # fmt: skip
     """Rank the experiments that are allowed.
 
@@ -108,68 +136,116 @@ def plan_next(
         Explanations by the effects that they name, re-fitted or by their sensitivities; () is nothing missing.
     odds : explanations with probabilities
     allow : names
-        What may change, of `options.ALLOWED`.
+        What may change, of `allowed.ALLOWED`.
+    longest : float
+        Minutes of rig time that an experiment may take.
+
+    Raises
+    ------
+    DataError
+        If nothing that is allowed can be done, or not in that time.
     """
     found = options(comparison.twin.machine, comparison.trials, allow)
     if not found:
         raise DataError("plan: no experiment is possible with what is allowed; allow more")
+    short = [one for one in found if one.minutes <= longest]
+    if not short:
+        least = min(one.minutes for one in found)
+        raise DataError(f"budget: {longest:.3g} min are less than the shortest experiment, {least:.3g} min; give more")
     known = [e for e in rivals_of(odds) if e.effects in fits][:RIVALS]
-    ties = tuple(_unbreakable(e) for e in known if e.alike)
-    rivals = tuple(e.name for e in known)
+    names = tuple(e.name for e in known)
     if len(known) < 2:
-        return Plan(0.0, rivals, (), ties)
+        return Plan(0.0, names, (), tuple(_of_class(e) for e in known if e.alike), tried=len(short))
     p = np.array([e.probability for e in known])
     p /= p.sum()
-    shape = max(e.error for e in known)
-    own = [fits[e.effects] for e in known]
-    proposals = []
-    for option in found:
-        progress()
+    forecast = Forecast(comparison, [fits[e.effects] for e in known], [e.error for e in known])
+    looks = Looks(forecast, p, short, progress)
+    proposals = looks.ranked()
+    never = [_of_class(e) for e in known if e.alike] + looks.inseparable(names)
+    return Plan(float(entropy(p)), names, proposals, tuple(never), tuple(map(float, p)), len(short))
+
+
+@dataclass(eq=False)
+class Looks:
+    """First and close looks at experiments."""
+
+    forecast: Forecast
+    odds: np.ndarray
+    options: Sequence[Option]
+    progress: Callable[[], None] = lambda: None
+
+    def __post_init__(self) -> None:
+        machine = self.forecast.comparison.twin.machine
+        self.trials: list[Trial] = [one.trial(machine) for one in self.options]
+        self.means = self._means()
+        self.apart = np.zeros((len(self.odds), len(self.odds)))
+        """Largest sum of squares between two explanations that a look has found, after re-fitting."""
+
+    def _means(self) -> list[list[np.ndarray]]:
+        out: list[list[np.ndarray]] = []
+        for first in range(0, len(self.trials), 8):
+            self.progress()
+            out += self.forecast.means(self.trials[first : first + 8])
+        return out
+
+    def ranked(self) -> tuple[Proposal, ...]:
+        """Proposals, the best first: those seen closely, then the others."""
+        first = self._first_looks()
+        order = sorted(first, key=lambda i: first[i].rank)
+        close: dict[int, Proposal] = {}
+        for i in order[:CLOSE]:
+            if close and min(p.rank for p in close.values()) <= first[i].rank:
+                break
+            self.progress()
+            columns = self.forecast.columns([self.trials[i]], [self.means[i]])[0]
+            if (found := self._look(i, columns, True)) is not None:
+                close[i] = found
+        rest = [first[i] for i in order if i not in close]
+        return (*sorted(close.values(), key=lambda p: p.rank), *rest)
+
+    def _first_looks(self) -> dict[int, Proposal]:
+        """Every experiment with the sensitivities of the first one at its operating point."""
+        usual: dict[tuple[float, float], int] = {}
+        for i, one in enumerate(self.options):
+            usual.setdefault((one.speed, one.pressure), i)
+        columns: dict[int, Columns] = {}
+        for i in usual.values():
+            self.progress()
+            columns[i] = self.forecast.columns([self.trials[i]], [self.means[i]])[0]
+        found = {}
+        for i, one in enumerate(self.options):
+            at = usual[one.speed, one.pressure]
+            near = columns[i] if i == at else in_proportion(columns[at], self.trials[at], self.trials[i])
+            look = self._look(i, near or {}, i == at)
+            if look is not None:
+                found[i] = look
+        return found
+
+    def _look(self, i: int, columns: Columns, close: bool) -> Proposal | None:
+        trial, means = self.trials[i], self.means[i]
+        sigma = self.forecast.floor(trial, means)
         try:
-            predicted, sigma = _predicted(comparison, option, own, shape)
-            proposals.append(Proposal(option, outlook(p, predicted, sigma, TEMPERATURE)))
+            predicted = self.forecast.predicted(trial, means, columns, sigma)
+            self.apart = np.maximum(self.apart, separation(predicted, sigma))
+            return Proposal(self.options[i], outlook(self.odds, predicted, sigma, TEMPERATURE), close)
         except NoAnswerError:
-            continue
-    proposals.sort(key=lambda one: (round(one.outlook.entropy, 3), one.option.minutes))
-    return Plan(float(entropy(p)), rivals, tuple(proposals), ties)
+            return None
+
+    def inseparable(self, names: Sequence[str]) -> list[str]:
+        """Sentences on pairs of explanations that no experiment separates."""
+        pairs = [(i, k) for i in range(len(names)) for k in range(i) if self.apart[i, k] < APART]
+        return [
+            f"no allowed experiment separates {names[k]} from {names[i]}: after re-fitting they differ by at most "
+            f"{np.sqrt(self.apart[i, k]):.1f} standard deviations in any of {len(self.options)} experiments"
+            for i, k in pairs
+        ]
 
 
-def _predicted(
-    comparison: Comparison, option: Option, fits: Sequence[Fit], shape: float
-) -> tuple[list[Predicted], np.ndarray]:
-    """Predictions of the fits in a new run, and the standard deviation (n,) [m] of its numbers.
-
-    Sensitivities that rivals share are taken at the first one's point.
-    """
-    trial = option.trial()
-    shared: dict[FitParameter, np.ndarray] = {}
-    out, largest = [], np.zeros(0)
-    for fit in fits:
-        mean = trial.vector(simulate(comparison.twin, trial, fit.point))
-        columns = []
-        for parameter in fit.parameters:
-            if parameter.key in comparison.directions or parameter.trend:
-                columns.append(np.zeros_like(mean))
-                continue
-            if parameter not in shared:
-                moved = fit.point.moved([parameter], np.array([parameter.step]))
-                shared[parameter] = (trial.vector(simulate(comparison.twin, trial, moved)) - mean) / parameter.step
-            columns.append(shared[parameter])
-        out.append(Predicted(mean, np.column_stack(columns) @ _root(fit)))
-        largest = np.abs(mean) if not len(largest) else np.maximum(largest, np.abs(mean))
-    floor = float(np.median(comparison.sigma))
-    return out, np.hypot(floor, shape * largest)
-
-
-def _root(fit: Fit) -> np.ndarray:
-    """Root (k, k) of the covariance of a fit's parameters."""
-    size, _, H = scaled(fit)
-    L = answer(np.linalg.cholesky, answer(np.linalg.inv, H))
-    return np.asarray(L / size[:, None])
-
-
-def _unbreakable(e: Explanation) -> str:
+def _of_class(e: Explanation) -> str:
     """Why no experiment separates explanations of one class."""
     others = ", ".join(" with ".join(one) for one in e.alike)
     reason = next((s for s in map(signature_of, e.effects) if s), "the same response in every record")
     return f"no experiment separates {e.name} from {others}: {reason}"
+
+
+__all__ = ["Plan", "Proposal", "plan_next", "rivals_of"]

@@ -70,6 +70,7 @@ class Comparison:
     def __post_init__(self) -> None:
         self.layout: Layout = make_layout(self.trials)
         slow = (self.layout.frequency == 0) & ~self.layout.drift
+        slow &= np.array([t.has_mean for t in self.trials])[self.layout.record]
         for i, axis in enumerate("xy"):
             self.directions[f"offset_{axis}"] = (slow & (self.layout.channel == i)).astype(float)
         self.measured = np.concatenate([t.vector(t.spectra) for t in self.trials])
@@ -280,7 +281,7 @@ def simulate(twin: Twin, trial: Trial, point: Point, whole: bool = False) -> np.
     values = setting(twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed)
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
-    table = twin.run(values, rows, trial.pressure, angle, turning=not trial.orders)[:, :2]
+    table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
     if not np.abs(table).max() < BEYOND:  # nor a number
         return np.full(trial.spectra.shape, NO_SOLUTION, complex)
     return trial.short_lines(table) if short else trial.lines(table)

@@ -42,8 +42,9 @@ def equivalent_force(
         groups = {f.group for f in flags if f.number == i}
         with suppress(*FAILURES):  # where the plant has no solution there is no force either
             if trial.orders:
-                found, growth = _of_vectors(comparison, point, residual, i, trial, groups)
+                found, own = _of_vectors(comparison, point, residual, i, trial, groups)
                 lines += found
+                growth = own if comparison.trials[flags[0].number].orders else growth
             else:
                 lines += _of_record(comparison, point, residual, i, trial, groups)
     lines.sort(key=lambda x: -x["force_n"])
@@ -170,13 +171,13 @@ def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag])
     if not flags:
         return {}
     layout, trials = comparison.layout, comparison.trials
-    group = flags[0].group
+    group, kind = flags[0].group, bool(trials[flags[0].number].orders)
     metres = residual * comparison.sigma
     rows: list[list[float]] = []
     sizes: list[float] = []
     for i, t in enumerate(trials):
         own = (layout.record == i) & (layout.group == layout.groups.index(group))
-        if own.any() and t.speed > 1:
+        if own.any() and t.speed > 1 and bool(t.orders) is kind:
             rows.append([1.0, np.log(t.speed), np.log(max(t.pressure, 1.0)), np.log(max(t.amplitude, 1e-3))])
             sizes.append(float(np.log(max(float(np.linalg.norm(metres[own])), 1e-12))))
     names = ("", "speed", "pressure", "amplitude")

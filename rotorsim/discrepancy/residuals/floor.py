@@ -25,14 +25,40 @@ NEIGHBOURS = 12
 LEAST = 1e-9
 """Smallest floor [m]: what the solver's stopping rule leaves."""
 LN2 = 0.6931471805599453
+QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
+"""Where the scatter comes from of records and of vectors that do not show it."""
 
 
 def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
     """Standard deviations from repeats: per mean line (records, 2, lines), of means and drifts (records, 2).
 
     `residuals` (blocks, 2, lines) are measured less simulated, so that what both do does not count as scatter. The last
-    value is whether there were blocks, repeats or a stated accuracy to take it from.
+    value is whether there were blocks, repeats or a stated accuracy to take it from, for records and for vectors: the
+    scatter of one kind is never that of the other.
     """
+    kinds = [[i for i, t in enumerate(trials) if bool(t.orders) is swept] for swept in (False, True)]
+    parts = [(own, _scatter([trials[i] for i in own], [residuals[i] for i in own])) for own in kinds if own]
+    scatter = np.zeros((len(trials), 2, max(r.shape[2] for r in residuals)))
+    means, drifts = np.zeros((2, len(trials), 2))
+    for own, (of_lines, of_means, of_drifts, _) in parts:
+        scatter[own, :, : of_lines.shape[2]] = of_lines
+        means[own], drifts[own] = of_means, of_drifts
+    return scatter, means, drifts, all(known for _, (*_, known) in parts)
+
+
+def unknown_sources(trials: list[Trial]) -> list[str]:
+    """Where the scatter comes from of records, and of vectors, that have no blocks, repeats or stated accuracy."""
+    kinds = (([t for t in trials if not t.orders], QUIET), ([t for t in trials if t.orders], ROWS))
+    return [source for own, source in kinds if own and not _known(own)]
+
+
+def _known(trials: list[Trial]) -> bool:
+    stated = any(t.accuracy or t.spectra.shape[0] > 1 for t in trials)
+    return stated or any(repeats(a, b) for a, b in combinations(trials, 2))
+
+
+def _scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """`repeat_scatter` of records alone, or of vectors alone: rows of a table are not lines of a spectrum."""
     squares = [_within(r) for r in residuals]
     measured = known = any(s is not None for s in squares)
     pooled = _pooled([(t, s) for t, s in zip(trials, squares, strict=True) if s is not None], trials, residuals)
@@ -138,7 +164,8 @@ def floor(
             sigma[own] = np.concatenate([[means[i, channel], drifts[i, channel]], lines, lines])
     size, error = modulus(layout, response), modulus(layout, solver)
     size[layout.drift] = 0.0
-    total = sigma**2 + (tolerance * size) ** 2 + (SOLVER_SHARE * error) ** 2 + LEAST**2
+    share = np.array([max(tolerance, t.least_tolerance) for t in trials])[layout.record]
+    total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + LEAST**2
     return np.asarray(np.sqrt(total))
 
 

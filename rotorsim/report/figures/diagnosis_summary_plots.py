@@ -25,8 +25,8 @@ ROLES = {"fit": "fitted", "held_out": "held out", "untouched": "untouched"}
 
 def leading_odds(diagnosis: Diagnosis) -> go.Figure:
     """Probability [%] of the leading explanations; the rest together."""
-    shown = [e for e in diagnosis.odds if e.probability >= LEAST_SHOWN]
-    rest = sum(e.probability for e in diagnosis.odds) - sum(e.probability for e in shown[:MOST])
+    shown = [e for e in diagnosis.explanations if e.probability >= LEAST_SHOWN]
+    rest = sum(e.probability for e in diagnosis.explanations) - sum(e.probability for e in shown[:MOST])
     bars = [(_name(e), e.probability, NEUTRAL if e.beyond or not e.effects else COLOURS["with effect"])
             for e in shown[:MOST]]  # fmt: skip
     bars += [("all others", rest, COLOURS["nominal"])] if rest >= 0.005 else []

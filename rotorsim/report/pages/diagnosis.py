@@ -34,13 +34,13 @@ def page(diagnosis: Diagnosis) -> str:
 
 
 def _sections(d: Diagnosis) -> Iterator[str]:
-    if d.odds:
+    if d.explanations:
         yield _odds(d)
-    if d.plan is not None:
-        yield _plan(d.plan.as_dict())
+    if d.planned is not None:
+        yield _plan(d.planned.as_dict())
     if d.effects:
         yield _effects(d)
-    if d.next_experiment and d.plan is None:
+    if d.next_experiment and d.planned is None:
         yield _table("Next experiment", (("what", "value"),), [(k, _text(v)) for k, v in d.next_experiment.items()])
     yield html.figure_section(
         "The gap, record by record",
@@ -85,7 +85,7 @@ def _odds(d: Diagnosis) -> str:
     rows = [
         (" or ".join([e.name, *(" with ".join(keys) for keys in e.alike)]), shown_share(e.probability),
          f"{e.evidence:.1f}", f"{100 * e.error:.2g} %", "yes" if e.refitted else "no")
-        for e in d.odds if e.probability >= LEAST_SHOWN
+        for e in d.explanations if e.probability >= LEAST_SHOWN
     ]  # fmt: skip
     head = ("explanation", "probability", "log. evidence", "error of the form", "re-fitted")
     return html.section("Probabilities", f"<p>{text}</p>{html.table(rows, (head,))}")

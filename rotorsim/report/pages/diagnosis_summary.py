@@ -51,7 +51,7 @@ def first_screen(d: Diagnosis) -> str:
 
 def _cards(d: Diagnosis) -> str:
     cards = [(d.status.replace("_", " "), "verdict")]
-    cards += [(shown_share(e.probability), _card_name(e)) for e in d.odds[:1]]
+    cards += [(shown_share(e.probability), _card_name(e)) for e in d.explanations[:1]]
     cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
     if d.effects and np.isfinite(share):
@@ -64,7 +64,7 @@ def _card_name(e: Explanation) -> str:
 
 
 def _odds(d: Diagnosis) -> Iterator[str]:
-    if d.odds:
+    if d.explanations:
         yield html.section("How probable each explanation is", html.drawn(leading_odds(d), tools=False))
 
 
@@ -90,14 +90,14 @@ def _next(d: Diagnosis) -> str:
 
 def next_step(d: Diagnosis) -> str:
     """What to do next: the plan's sentence, else the proposed experiment, else what follows from the verdict."""
-    if d.plan is not None and d.plan.as_dict().get("proposals"):
-        return d.plan.sentence
+    if d.planned is not None and d.planned.as_dict().get("proposals"):
+        return d.planned.sentence
     if d.next_experiment:
         return _experiment(d)
     if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
         return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
     step = NEXT[d.status].format(places=_places(located(d)))
-    return f"{d.plan.sentence} {step}" if d.plan is not None else step
+    return f"{d.planned.sentence} {step}" if d.planned is not None else step
 
 
 def _experiment(d: Diagnosis) -> str:

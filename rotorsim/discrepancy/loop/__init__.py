@@ -1,0 +1,1 @@
+"""Diagnosis in a loop with experiments, until one explanation is settled."""

@@ -1,0 +1,127 @@
+"""Steps of a loop of diagnoses and experiments, kept in a file so that an interrupted loop resumes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_json
+
+FILE = "decision.json"
+VERSION = 1
+ENDS = {
+    "decided": "decided: one explanation has {sure:.0%}",
+    "budget": "the budget is spent",
+    "inseparable": "no allowed experiment separates what is left",
+    "no_record": "no record came in time",
+    "open": "not ended: the same command continues",
+}
+"""How a loop ends, as sentences."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A diagnosis of a loop: the experiment before it with its minutes and files, and the odds after it.
+
+    `expected` is the chance of a decision that the plan had given for the experiment, `entropy` [bit] that of the odds.
+    """
+
+    experiment: str
+    minutes: float
+    records: tuple[str, ...]
+    status: str
+    odds: Mapping[str, float]
+    entropy: float
+    expected: float | None = None
+
+
+@dataclass(frozen=True)
+class Steps:
+    """All steps of a loop so far; `asked` is what it was begun with."""
+
+    asked: Mapping[str, Any]
+    steps: tuple[Step, ...] = ()
+    end: str = "open"
+    pending: Mapping[str, Any] = field(default_factory=dict)
+    """The experiment that comes next; with its records once it was made."""
+    first: tuple[str, ...] = ()
+    """Files that were there before the first experiment."""
+
+    @property
+    def spent(self) -> float:
+        """Minutes of rig time."""
+        return sum(step.minutes for step in self.steps) + (self.pending["minutes"] if self.made else 0.0)
+
+    @property
+    def made(self) -> bool:
+        """Whether the experiment that comes next was made, and not diagnosed yet."""
+        return bool(self.pending.get("records"))
+
+    @property
+    def records(self) -> list[str]:
+        """Files of all experiments of the loop."""
+        return [path for step in self.steps for path in step.records] + list(self.pending.get("records", ()))
+
+    @property
+    def sentence(self) -> str:
+        """How it ended."""
+        sure = float(self.asked.get("sure", 0.95))
+        made = sum(bool(step.experiment) for step in self.steps)
+        return f"{ENDS[self.end].format(sure=sure)}; {made} experiments, {self.spent:.0f} min of rig time."
+
+    def with_step(self, step: Step) -> Steps:
+        """One step more."""
+        return replace(self, steps=(*self.steps, step), pending={})
+
+    def write(self, folder: Path) -> None:
+        """Into the folder of the loop, in one step; raises WriteError."""
+        write_json(folder / FILE, {"version": VERSION, **asdict(self)}, indent=2, default=float)
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers and text."""
+        return {
+            "end": self.end,
+            "sentence": self.sentence,
+            "minutes": self.spent,
+            "steps": list(map(asdict, self.steps)),
+        }
+
+    def table(self) -> str:
+        """Odds after each step, as text."""
+        names = dict.fromkeys(n for step in self.steps for n, p in step.odds.items() if p >= 0.01)
+        rows = [["step", "experiment", "min", "bit", *names]]
+        for number, step in enumerate(self.steps):
+            odds = [f"{100 * step.odds.get(name, 0.0):.0f} %" for name in names]
+            rows.append([f"{number}", step.experiment or "records there are", f"{step.minutes:.0f}",
+                         f"{step.entropy:.2f}", *odds])  # fmt: skip
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+
+
+def read_steps(folder: Path, asked: Mapping[str, Any]) -> Steps:
+    """Steps of a loop in a folder, none for a new one; raises DataError for a loop that was begun otherwise."""
+    path = folder / FILE
+    if not path.exists():
+        return Steps(dict(asked))
+    try:
+        table = json.loads(path.read_text(encoding="utf-8"))
+        if table.pop("version") != VERSION:
+            raise ValueError("version")
+        steps = tuple(Step(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))
+        found = Steps(**(table | {"first": tuple(table["first"])}), steps=steps)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise DataError(f"{path}: does not hold the steps of a loop; give another --out, or --force") from error
+    differs = [name for name in asked if asked[name] != found.asked.get(name)]
+    if differs:
+        raise DataError(
+            f"{path}: is of a loop with {differs[0]} = {found.asked.get(differs[0])}, not {asked[differs[0]]}; give "
+            "another --out, or --force to begin anew"
+        )
+    missing = [name for name in found.records if not Path(name).exists()]
+    if missing:
+        raise DataError(f"{missing[0]}: is a record of the loop in {path} and is gone; bring it back, or --force")
+    return found

@@ -1,0 +1,143 @@
+r"""Responses that explanations predict in an experiment yet to be made, with what their parameters leave open.
+
+.. math:: y \sim N\big(m_k,\; \Sigma + J_k V_k J_k' + \tau_k^2 U U'\big)
+
+m_k is the plant's response at the fitted point of explanation k, V_k the covariance of its parameters after the records
+there are, U the directions of the model's form error. Sensitivities J_k come from the plant in a `close` look; in a
+first look those of the usual excitation at the operating point stand for them, in proportion to the excitation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter
+from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
+from rotorsim.discrepancy.odds.posterior import posterior_root
+from rotorsim.discrepancy.plan.expected import Predicted
+from rotorsim.discrepancy.residuals.comparison import LOST, Comparison, Point, simulate
+from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor
+
+Columns = dict[tuple[int, str], np.ndarray]
+"""Sensitivities (n,) [m per unit] by number of the explanation and key; -1 is common to all."""
+
+
+@dataclass(eq=False)
+class Forecast:
+    """Explanations by their fits and the relative error of the model's form that each leaves."""
+
+    comparison: Comparison
+    fits: Sequence[Fit]
+    errors: Sequence[float]
+
+    @cached_property
+    def roots(self) -> list[np.ndarray]:
+        """Roots of the covariances of every fit's parameters."""
+        part = self.comparison
+        size = whitened_size(part.layout, part.predict(self.fits[0].point), part.sigma)
+        form: ModelForm = model_form(part.layout, part.trials, size)
+        return [posterior_root(form, fit, error) for fit, error in zip(self.fits, self.errors, strict=True)]
+
+    @cached_property
+    def turned(self) -> list[tuple[int, FitParameter]]:
+        """Parameters whose sensitivities the plant is run for: those of all fits at the first one's point."""
+        own = [{p.key: replace(p, trend="") for p in fit.parameters if p.key not in DIRECTIONS} for fit in self.fits]
+        common = [key for key in own[0] if all(key in other for other in own)]
+        found = [(-1, own[0][key]) for key in common]
+        return found + [(k, p) for k, one in enumerate(own) for key, p in one.items() if key not in common]
+
+    def means(self, trials: Sequence[Trial]) -> list[list[np.ndarray]]:
+        """Responses (n,) [m] of every explanation in every trial."""
+        flat = self._run([(trial, fit.point) for trial in trials for fit in self.fits])
+        return [flat[i : i + len(self.fits)] for i in range(0, len(flat), len(self.fits))]
+
+    def columns(self, trials: Sequence[Trial], means: Sequence[Sequence[np.ndarray]]) -> list[Columns]:
+        """Sensitivities of every trial; those of a parameter without solution a step away are zero."""
+        points = {k: self.fits[max(k, 0)].point for k, _ in self.turned}
+        moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in self.turned]
+        flat = iter(self._run([(trial, point) for trial in trials for point in moved]))
+        out = []
+        for own in means:
+            found: Columns = {}
+            for k, p in self.turned:
+                change = (next(flat) - own[max(k, 0)]) / self._step(points[k], p)
+                found[k, p.key] = change if np.abs(change).max() * p.step < LOST else np.zeros_like(change)
+            out.append(found)
+        return out
+
+    @staticmethod
+    def _step(point: Point, p: FitParameter) -> float:
+        value = point.values.get(p, 0.0)
+        return p.step if value + p.step <= p.high else -p.step
+
+    def _run(self, jobs: Sequence[tuple[Trial, Point]]) -> list[np.ndarray]:
+        """Responses (n,) [m] of trials at points, on all threads of the comparison."""
+        twin = self.comparison.twin
+        twin.assembly  # noqa: B018  (built once, before threads)
+        with ThreadPoolExecutor(max(self.comparison.threads, 1)) as pool:
+            return list(pool.map(lambda job: job[0].vector(simulate(twin, *job)), jobs))
+
+    def predicted(
+        self, trial: Trial, means: Sequence[np.ndarray], columns: Columns, sigma: np.ndarray
+    ) -> list[Predicted]:
+        """Predictions of all explanations in a trial whose numbers have the standard deviations sigma (n,) [m]."""
+        layout = make_layout([trial])
+        form = model_form(layout, [trial], whitened_size(layout, np.max(np.abs(means), axis=0), sigma))
+        shape = form.directions * np.sqrt(form.variances) * sigma[:, None]
+        out = []
+        for k, (fit, root, mean, error) in enumerate(zip(self.fits, self.roots, means, self.errors, strict=True)):
+            J = np.column_stack([self._column(k, p, trial, layout, columns) for p in fit.parameters])
+            out.append(Predicted(mean, np.concatenate([J @ root, error * shape], axis=1)))
+        return out
+
+    def _column(self, k: int, p: FitParameter, trial: Trial, layout: Layout, columns: Columns) -> np.ndarray:
+        if p.key in DIRECTIONS:
+            channel = {"offset_x": 0, "offset_y": 1}.get(p.key, -1)
+            slow = (layout.frequency == 0) & ~layout.drift & (layout.channel == channel)
+            return slow.astype(float)
+        found = columns.get((-1, p.key), columns.get((k, p.key), np.zeros(len(layout.record))))
+        return found * p.share(trial.speed, trial.pressure)
+
+    def floor(self, trial: Trial, means: Sequence[np.ndarray]) -> np.ndarray:
+        """Standard deviations (n,) [m] that the numbers of a trial should have, from the scatter of the records."""
+        part, layout = self.comparison, make_layout([trial])
+        assert part.scatter is not None
+        scatter, slow, drifts = part.scatter
+        alike = [i for i, t in enumerate(part.trials) if bool(t.orders) == bool(trial.orders)] or [0]
+        # what scatters is alike in every sample: a line's scatter falls with the root of their number
+        samples = np.array([part.trials[i].length * part.trials[i].blocks for i in alike])
+        each = [np.median(scatter[i][:, 1 : part.trials[i].spectra.shape[2]]) for i in alike]
+        line = float(np.median(np.array(each) * np.sqrt(samples))) / np.sqrt(trial.length * trial.blocks)
+        response = np.max(np.abs(means), axis=0)
+        return floor(
+            [trial], layout, np.full((1, 2, trial.spectra.shape[2]), line), np.median(slow[alike], axis=0)[None],
+            np.median(drifts[alike], axis=0)[None], response, self._solver_share * response, TOLERANCE,
+        )  # fmt: skip
+
+    @cached_property
+    def _solver_share(self) -> float:
+        """Solver's error relative to the response, typical of the records."""
+        part = self.comparison
+        size = np.abs(part.measured)
+        large = size > np.percentile(size, 80)
+        return float(np.median(np.abs(part.correction[large]) / np.maximum(size[large], 1e-300)))
+
+
+def in_proportion(columns: Columns, usual: Trial, other: Trial) -> Columns | None:
+    """Sensitivities of another excitation at one operating point; None where its lines are others."""
+    if usual.spectra.shape != other.spectra.shape or usual.orders or other.orders or usual.amplitude == 0:
+        return None
+    layout, size = make_layout([usual]), other.amplitude / usual.amplitude
+    driven = np.isin(layout.group, [NAMES.index(name) for name in (*EXCITED, "between")])
+    return {key: np.where(driven, size, 1.0) * column for key, column in columns.items()}
+
+
+__all__ = ["Columns", "Forecast", "in_proportion"]

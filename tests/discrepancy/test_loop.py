@@ -1,0 +1,165 @@
+"""Loop of diagnoses and experiments: steps on disk, rigs, resumption, ends, bad input; whole loops are slow."""
+
+import json
+import threading
+import time
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.netcdf import write_netcdf
+from rotorsim.bench.decide import HiddenRig, LoopCase, loop_figures
+from rotorsim.discrepancy import decide
+from rotorsim.discrepancy.blind_test.hide import read_truth
+from rotorsim.discrepancy.loop.rigs import FolderRig, VirtualRig, open_rig
+from rotorsim.discrepancy.loop.steps import FILE, Step, Steps, read_steps
+from rotorsim.discrepancy.plan.allowed import ALLOWED
+
+ASKED = {"machine": "plain_rotor", "rig": "virtual:p", "allow": list(ALLOWED), "sure": 0.95}
+OPTION = SimpleNamespace(name="impact")
+
+
+def some_steps(tmp_path):
+    """Two steps, the second after an experiment whose record is there."""
+    record = tmp_path / "next_1.nc"
+    record.write_bytes(b"x")
+    first = Step("", 0.0, (), "tie", {"a": 0.5, "b": 0.5}, 1.0)
+    second = Step("impact", 2.0, (str(record),), "named", {"a": 0.99, "b": 0.01}, 0.08, 0.9)
+    return Steps(ASKED).with_step(first).with_step(second)
+
+
+def test_steps_are_read_as_they_were_written(tmp_path):
+    steps = replace(some_steps(tmp_path), end="decided", first=("r.nc",), pending={"experiment": "x", "minutes": 3.0})
+    steps.write(tmp_path)
+    assert read_steps(tmp_path, ASKED) == steps
+    assert steps.spent == 2.0 and not steps.made
+    assert replace(steps, pending={"minutes": 3.0, "records": ("n.nc",)}).spent == 5.0
+    assert steps.sentence == "decided: one explanation has 95%; 1 experiments, 2 min of rig time."
+
+
+def test_the_table_has_the_odds_after_each_step(tmp_path):
+    lines = some_steps(tmp_path).table().splitlines()
+    assert lines[0].split() == ["step", "experiment", "min", "bit", "a", "b"]
+    assert lines[1].split() == ["0", "records", "there", "are", "0", "1.00", "50", "%", "50", "%"]
+    assert lines[2].split() == ["1", "impact", "2", "0.08", "99", "%", "1", "%"]
+
+
+@pytest.mark.parametrize(("text", "sentence"), [
+    ("[]", "does not hold the steps of a loop"), ('{"version": 7}', "does not hold the steps of a loop"),
+    ("{", "does not hold the steps of a loop"),
+])  # fmt: skip
+def test_a_file_that_holds_no_steps_is_refused(tmp_path, text, sentence):
+    (tmp_path / FILE).write_text(text)
+    with pytest.raises(DataError, match=sentence):
+        read_steps(tmp_path, ASKED)
+
+
+def test_a_loop_that_was_begun_otherwise_or_lost_a_record_is_refused(tmp_path):
+    some_steps(tmp_path).write(tmp_path)
+    with pytest.raises(DataError, match=r"is of a loop with rig = virtual:p, not virtual:q; give another --out"):
+        read_steps(tmp_path, ASKED | {"rig": "virtual:q"})
+    (tmp_path / "next_1.nc").unlink()
+    with pytest.raises(DataError, match=r"next_1.nc: is a record of the loop in .* and is gone; bring it back"):
+        read_steps(tmp_path, ASKED)
+
+
+def test_rigs_that_are_not_there_are_refused(tmp_path, machine):
+    with pytest.raises(DataError, match=r"'vrtual:x' is no rig; give virtual:FOLDER"):
+        open_rig("vrtual:x", machine)
+    with pytest.raises(DataError, match=r"gone is not a folder; make it"):
+        open_rig(str(tmp_path / "gone"), machine).begin([])
+    with pytest.raises(DataError, match=r"truth.json: cannot be read .* give the folder that rotorsim hide has made"):
+        open_rig(f"virtual:{tmp_path / 'gone'}", machine).begin([])
+    (tmp_path / "sealed").mkdir()
+    (tmp_path / "sealed" / "truth.json").write_text('{"seed": 1}')
+    with pytest.raises(DataError, match=r"is not the truth of hidden records; make them anew"):
+        VirtualRig(tmp_path, machine).begin([])
+    with pytest.raises(DataError, match="budget: 0 min; give minutes of rig time above 0"):
+        decide(machine, tmp_path, budget=0.0)
+
+
+def test_a_folder_gives_what_is_new_once_it_does_not_grow(tmp_path):
+    (tmp_path / "old.nc").write_bytes(b"old")
+    rig = FolderRig(tmp_path, longest=20.0)
+    assert rig.begin(["given"]) == ["given", tmp_path / "old.nc"]
+    stop = time.monotonic() + 2.5
+
+    def grow():
+        with (tmp_path / "new.nc").open("ab") as file:
+            while time.monotonic() < stop:
+                file.write(b"more")
+                file.flush()
+                time.sleep(0.1)
+
+    writer = threading.Thread(target=grow)
+    writer.start()
+    found = rig.run(OPTION, 1, lambda: None)
+    writer.join()
+    assert found == [tmp_path / "new.nc"] and time.monotonic() >= stop
+    assert FolderRig(tmp_path, longest=1.0, taken={*found, tmp_path / "old.nc"}).run(OPTION, 2, lambda: None) == []
+
+
+def test_a_sealed_truth_makes_the_same_machine_again(tmp_path, machine, truth_plant, recorded):
+    records, truth = recorded(("coupling.force_2x",), 4)
+    (tmp_path / "truth.json").write_text(json.dumps(truth.as_dict(truth_plant), default=float))
+    again = read_truth(tmp_path / "truth.json")
+    assert {k.name: v for k, v in again.point.values.items()} == {k.name: v for k, v in truth.point.values.items()}
+    assert again.point.fixed == truth.point.fixed and again.seed == truth.seed
+    assert records
+
+
+def test_figures_of_loops():
+    done = LoopCase(1, ("a",), 5.0, (("b", 0.6, False), ("a", 0.97, True)), (0.4, 0.97), (np.nan, 0.9), ("", "x"),
+                    "decided", "named")  # fmt: skip
+    open_ = replace(done, tops=(("b", 0.6, False), ("b", 0.96, False)), truths=(0.4, 0.04))
+    found = {f.name: f.value for f in loop_figures([done, open_])}
+    assert found["loops not decided within three experiments"] == 0.5
+    assert found["loops with a wrong explanation at 95 %"] == 1
+    assert found["ties not broken by 1 experiments, of 2"] == 0.5
+    assert found["promised chance of a decision, mean"] == pytest.approx(0.9)
+
+
+@pytest.mark.slow
+def test_a_loop_decides_between_effects_that_tie_at_first(tmp_path, machine, workshop, truth_plant, recorded):
+    """One operating point shows too little; the planned experiment on the hidden machine settles it, once."""
+    records, truth = recorded(("coupling.force_2x",), 4)
+    few = [r for r in records if r.attrs["record"].startswith("fit_1")]
+    told: list[Steps] = []
+    rig = HiddenRig(machine, truth_plant, truth, few)
+    found = decide(machine, rig, 30.0, effects=("coupling", "runout"), workshop=workshop, out=tmp_path,
+                   told=told.append)  # fmt: skip
+    assert found.steps.end == "decided"
+    assert max(found.odds, key=found.odds.get) == "coupling.force_2x"
+    assert told[-1] == found.steps and read_steps(tmp_path, found.steps.asked).steps == found.steps.steps
+    again = decide(machine, rig, 30.0, effects=("coupling", "runout"), workshop=workshop, out=tmp_path)
+    assert again.steps.steps == found.steps.steps and again.odds == found.odds
+
+
+@pytest.mark.slow
+def test_a_plan_says_what_is_then_seen(machine, workshop, truth_plant, recorded, tmp_path):
+    """Budget below every experiment: refused with the shortest one's time, and the steps so far are kept."""
+    records, truth = recorded(("runout.amplitude_1x",), 6)
+    few = [r for r in records if r.attrs["record"].startswith("fit_1")]
+    with pytest.raises(DataError, match=r"budget: 0.5 min; the shortest experiment takes 2.\d+ min"):
+        decide(machine, HiddenRig(machine, truth_plant, truth, few), 0.5, workshop=workshop, out=tmp_path, sure=0.9999)
+    assert (tmp_path / FILE).exists()
+
+
+@pytest.mark.slow
+def test_records_put_into_a_folder_are_taken_for_the_planned_experiment(machine, workshop, recorded, tmp_path):
+    records, _ = recorded(("coupling.force_2x",), 4)
+    folder, out = tmp_path / "rig", tmp_path / "out"
+    folder.mkdir()
+    for record in (r for r in records if r.attrs["record"].startswith("fit_1")):
+        write_netcdf(folder / f"{record.attrs['record']}.nc", record)
+    waits = FolderRig(folder, longest=0.5)
+    first = decide(machine, waits, 30.0, workshop=workshop, out=out, sure=0.9999)
+    assert first.steps.end == "no_record" and (out / "next.toml").exists()
+    new = next(r for r in records if r.attrs["record"] == "fit_2")
+    write_netcdf(folder / "measured.nc", new)
+    second = decide(machine, FolderRig(folder, longest=0.5), 30.0, workshop=workshop, out=out, sure=0.9999)
+    assert [s.records for s in second.steps.steps] == [(), (str(folder / "measured.nc"),)]
+    assert second.steps.spent > 2
