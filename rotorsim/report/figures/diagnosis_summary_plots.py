@@ -40,7 +40,7 @@ def leading_odds(diagnosis: Diagnosis) -> go.Figure:
     )  # fmt: skip
     lines = sum(max(2, 1 + name.count("<br>")) for name in names)
     style(figure, max(170, 65 + 20 * lines))
-    figure.update_layout(margin={"r": 52, "t": 8, "b": 42}, dragmode=False)
+    figure.update_layout(margin={"r": 72, "t": 8, "b": 42}, dragmode=False)
     figure.update_yaxes(autorange="reversed", automargin=True, ticks="", fixedrange=True)
     figure.update_xaxes(title="probability [%]", range=[0, 100], fixedrange=True)
     return figure

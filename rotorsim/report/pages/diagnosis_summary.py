@@ -60,7 +60,10 @@ def _cards(d: Diagnosis) -> str:
 
 
 def _card_name(e: Explanation) -> str:
-    return f"that {e.name}" if e.name == NOTHING else e.name
+    if e.name == NOTHING:
+        return f"that {e.name}"
+    others = [" with ".join(keys) for keys in e.alike]
+    return " or ".join([e.name, *(others if len(others) == 1 else [f"{len(others)} others"] if others else [])])
 
 
 def _odds(d: Diagnosis) -> Iterator[str]:
