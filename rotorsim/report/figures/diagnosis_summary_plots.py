@@ -79,7 +79,7 @@ def gap_by_role(diagnosis: Diagnosis) -> go.Figure:
         y=names, x=compact(size[:, 3]), name="scatter", mode="markers",
         marker={"symbol": "line-ns", "size": 34, "line": {"width": 2, "color": INK}},
     )  # fmt: skip
-    style(figure, 72 + 50 * len(names), barmode="group", bargap=0.12, dragmode=False)
+    style(figure, 66 + 47 * len(names), barmode="group", bargap=0.12, dragmode=False)
     figure.update_layout(margin={"r": 45, "t": 6, "b": 42}, showlegend=False)
     figure.update_yaxes(autorange="reversed", automargin=True, ticks="", fixedrange=True)
     figure.update_xaxes(title="gap [µm rms]", rangemode="tozero", fixedrange=True)

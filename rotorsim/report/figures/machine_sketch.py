@@ -50,7 +50,7 @@ def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -
     _probes(figure, machine)
     _names(figure, machine)
     room = MARGIN * (end - start)
-    style(figure, 205, hovermode="closest", dragmode=False)
+    style(figure, 192, hovermode="closest", dragmode=False)
     figure.update_xaxes(title="position along the shaft [mm]", range=[start - room, end + room], showgrid=False)
     figure.update_yaxes(visible=False, range=[-1.05, 1.02], fixedrange=True)
     figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)

@@ -99,7 +99,7 @@ def _plan(plan: dict[str, Any]) -> str:
         (p["experiment"], f"{p['minutes']:.0f}", f"{p['entropy_bit']:.2f}", f"{100 * p['chance_of_95_percent']:.0f} %")
         for p in plan["proposals"][:8]
     ]
-    return _table("What to record next", heads, rows, text)
+    return _table("What to record next", heads, rows, text) if rows else html.section("What to record next", text)
 
 
 def _largest(d: Diagnosis) -> str:
