@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.cache import Cache
-from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
 from rotorsim.discrepancy.data.run_ups import is_table, with_tables
 from rotorsim.discrepancy.data.spectra import Trial
@@ -63,8 +62,8 @@ def diagnose(
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
-        Rank the experiments that may come next: what may differ from the records, of "speed", "pressure", "amplitude",
-        "slow-roll"; all of them for an empty one. `Diagnosis.plan` has them.
+        Rank the experiments that may come next: what may differ from the records, of `plan.allowed.ALLOWED`; all that
+        the machine can do for an empty one. `Diagnosis.planned` has them.
 
     Returns
     -------
@@ -86,8 +85,6 @@ def diagnose(
     cache = None if resume is None else Cache(Path(resume))
     parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
              (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
-    if allow is not None and parts["fit"] and all(is_table(record) for _, record in parts["fit"]):
-        raise DataError("plan: needs records over time; of vectors alone no next experiment is planned")
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):

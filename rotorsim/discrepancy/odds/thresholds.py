@@ -1,8 +1,9 @@
 """Verdict by thresholds on the odds, among the explanations that the search has accepted.
 
 A name or a tie of the search is named where one explanation has `SURE`, a tie where several share it, and partial where
-something beyond the catalogue is more likely than not. Where the search knows nothing, or not enough, `no_disagreement`
-follows if nothing missing has `SURE`: what is flagged is within the model's inferred form error then.
+something beyond the catalogue is more likely than not. A partial explanation is the most probable one that helps. Where
+the search knows nothing, or not enough, `no_disagreement` follows if nothing missing has `SURE`: what is flagged is
+within the model's inferred form error then.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import replace
 
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.search.search import Hypothesis
+from rotorsim.discrepancy.search.search import A_FIFTH, Hypothesis
 from rotorsim.discrepancy.search.verdict import Verdict
 
 SURE = 0.95
@@ -33,11 +34,22 @@ def by_odds(verdict: Verdict, odds: Sequence[Explanation], known: Iterable[str])
     nothing = sum(e.probability for e in odds if not e.effects and not e.beyond)
     if verdict.status in ("unknown", "partial") and nothing >= SURE:
         return replace(verdict, status="no_disagreement", best=None, rivals=(), classes=())
-    return verdict
+    return _most_probable_part(verdict, odds, set(known)) if verdict.status == "partial" else verdict
 
 
 def _partial(verdict: Verdict) -> Verdict:
     return replace(verdict, status="partial", rivals=())
+
+
+def _most_probable_part(verdict: Verdict, odds: Sequence[Explanation], known: set[str]) -> Verdict:
+    """A partial explanation by the effects that are most probable, with something beyond the catalogue or without."""
+    first = max((e for e in odds if e.effects), key=lambda e: e.probability, default=None)
+    own = () if first is None else (first.effects, *first.alike)
+    helps = [h for h in verdict.tried if h.keys in own and not h.failed and h.gone >= A_FIFTH]
+    if not helps:
+        return verdict
+    best = min(helps, key=lambda h: h.fit.cost)
+    return replace(verdict, best=best, rivals=(), classes=tuple(class_of(key, known) for key in best.keys))
 
 
 def _of_names(verdict: Verdict, best: Hypothesis, odds: Sequence[Explanation], known: set[str]) -> Verdict:
