@@ -1,6 +1,6 @@
-"""Loops of diagnoses and experiments on machines with one hidden effect: `rotorsim bench decide`.
+"""Loops of diagnoses and experiments on machines with one hidden effect: `rotorsim bench decide` and `bench ties`.
 
-A loop begins with the records of two operating points, so that many explanations tie, and makes the experiments that
+A loop begins with the record of one operating point, so that many explanations tie, and makes the experiments that
 are planned on the hidden machine. Seeds from `diagnose.REPORTING` on are for the figures that are reported.
 """
 
@@ -20,7 +20,7 @@ from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.diagnose import STEP
 from rotorsim.bench.hidden_case import hidden_case
 from rotorsim.bench.result import Figure
-from rotorsim.discrepancy.blind_test.hide import Truth, truth_twin
+from rotorsim.discrepancy.blind_test.hide import Truth, hide, scaled, truth_twin
 from rotorsim.discrepancy.diagnosis import Workshop
 from rotorsim.discrepancy.loop.decide import decide
 from rotorsim.discrepancy.loop.rigs import record_on
@@ -36,8 +36,10 @@ BUDGET = 6.5
 """Minutes of rig time: three experiments."""
 LEAST = 2.0
 """Times its detectable size that a hidden effect has at least."""
-POINTS = 2
+POINTS = 1
 """Operating points of the records that a loop begins with."""
+FAINT = (1.0, 3.0)
+"""Times its detectable size that a hidden effect has where ties are looked for."""
 SURE = 0.95
 
 
@@ -94,8 +96,12 @@ class HiddenRig:
         return [record_on(self.machine, self.twin, self.truth.point, self.truth.seed, option, number)]
 
 
-def loops(count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing") -> Iterator[LoopCase]:
+def loops(
+    count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing", faint: bool = False
+) -> Iterator[LoopCase]:
     """Loops from seed on, whose hidden effect is large enough; those in the file `path` are not run again.
+
+    Those of `faint` effects are taken that tie at first.
 
     Examples
     --------
@@ -109,8 +115,8 @@ def loops(count: int, seed: int, path: Path | None = None, machine: str = "dtu_g
     found, number = 0, seed
     while found < count:
         if number not in done:
-            case = run_loop(number, loaded, truth_plant, workshop, seen)
-            if case is not None:
+            case = run_loop(number, loaded, truth_plant, workshop, seen, faint)
+            if case is not None and (case.tie or not faint):
                 done[number] = case
                 _keep(done, path)
         if number in done:
@@ -119,11 +125,17 @@ def loops(count: int, seed: int, path: Path | None = None, machine: str = "dtu_g
         number += 1
 
 
-def run_loop(number: int, machine: Machine, truth_plant: Twin, workshop: Workshop, seen: Detectable) -> LoopCase | None:
+def run_loop(
+    number: int, machine: Machine, truth_plant: Twin, workshop: Workshop, seen: Detectable, faint: bool = False
+) -> LoopCase | None:
     """One loop; none for an effect that is too small."""
     _, truth, records = hidden_case(number, "single", machine, truth_plant)
     times = seen.times(truth)
-    if times < LEAST:
+    if faint and times > 0:
+        wanted = float(np.random.default_rng([number, 29]).uniform(*FAINT))
+        truth, times = scaled(truth, wanted / times), wanted
+        records = hide(machine, (), truth.seed, truth=truth, twin=truth_plant, tiled=True)
+    elif times < LEAST:
         return None
     rng = np.random.default_rng([number, 23])
     fitted = sorted({r.attrs["record"].removesuffix("_repeat") for r in records if r.attrs["role"] == "fit"})

@@ -37,20 +37,24 @@ def bench(
     cold: Annotated[bool, typer.Option("--cold", help="Also time what starts with an empty cache.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Also run what takes many minutes.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Figures as JSON.")] = False,
-    cases: Annotated[int, typer.Option("--cases", min=1, help="diagnose, decide: number of hidden cases.")] = 200,
+    cases: Annotated[int, typer.Option("--cases", min=1, help="diagnose, decide, ties: number of hidden cases.")] = 200,
     seed: Annotated[
-        int, typer.Option("--seed", min=0, help="diagnose, decide: first seed; 100000 and on report.")
+        int, typer.Option("--seed", min=0, help="diagnose, decide, ties: first seed; 100000 and on report.")
     ] = 100_000,
     keep: Annotated[
-        Path | None, typer.Option("--keep", help="diagnose, decide: file of finished cases, from which it resumes.")
+        Path | None,
+        typer.Option("--keep", help="diagnose, decide, ties: file of finished cases; it resumes."),
     ] = None,
 ) -> None:
     """Measure speed and accuracy, each with its bound.
 
     Times depend on what else runs on the computer.
     """
-    if part in ("diagnose", "decide"):
-        (_diagnose if part == "diagnose" else _decide)(cases, seed, keep, as_json)
+    if part == "diagnose":
+        _diagnose(cases, seed, keep, as_json)
+        return
+    if part in ("decide", "ties"):
+        _decide(cases, seed, keep, as_json, part == "ties")
         return
     figures = _measure(part, cold, full)
     if as_json:
@@ -86,11 +90,11 @@ def _diagnose(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
         typer.echo(_line(figure))
 
 
-def _decide(count: int, seed: int, keep: Path | None, as_json: bool) -> None:
+def _decide(count: int, seed: int, keep: Path | None, as_json: bool, faint: bool) -> None:
     """Loops one after another, then the rates."""
     found = []
     with files(*([keep] if keep else []), force=True, another="--keep"):
-        for case in loops(count, seed, keep):
+        for case in loops(count, seed, keep, faint=faint):
             found.append(case)
             odds = " -> ".join(f"{100 * p:.0f} % {name}" for name, p, _ in case.tops)
             print(f"{case.number} {', '.join(case.hidden)}: {odds}: {case.end}", file=sys.stderr, flush=True)
