@@ -37,7 +37,7 @@ def test_steps_are_read_as_they_were_written(tmp_path):
     assert read_steps(tmp_path, ASKED) == steps
     assert steps.spent == 2.0 and not steps.made
     assert replace(steps, pending={"minutes": 3.0, "records": ("n.nc",)}).spent == 5.0
-    assert steps.sentence == "decided: one explanation has 95%; 1 experiments, 2 min of rig time."
+    assert steps.sentence == "decided: one explanation has 95 %; 1 experiment, 2 min of rig time."
 
 
 def test_the_table_has_the_odds_after_each_step(tmp_path):

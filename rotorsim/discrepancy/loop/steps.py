@@ -14,7 +14,7 @@ from rotorsim.base.files import write_json
 FILE = "decision.json"
 VERSION = 1
 ENDS = {
-    "decided": "decided: one explanation has {sure:.0%}",
+    "decided": "decided: one explanation has {sure:.3g} %",
     "budget": "the budget is spent",
     "inseparable": "no allowed experiment separates what is left",
     "no_record": "no record came in time",
@@ -69,9 +69,10 @@ class Steps:
     @property
     def sentence(self) -> str:
         """How it ended."""
-        sure = float(self.asked.get("sure", 0.95))
+        sure = 100 * float(self.asked.get("sure", 0.95))
         made = sum(bool(step.experiment) for step in self.steps)
-        return f"{ENDS[self.end].format(sure=sure)}; {made} experiments, {self.spent:.0f} min of rig time."
+        count = f"{made} experiment{'' if made == 1 else 's'}"
+        return f"{ENDS[self.end].format(sure=sure)}; {count}, {self.spent:.0f} min of rig time."
 
     def with_step(self, step: Step) -> Steps:
         """One step more."""

@@ -18,7 +18,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, Explanation
 from rotorsim.discrepancy.odds.odds import TEMPERATURE
 from rotorsim.discrepancy.plan.expected import Outlook, entropy, outlook, separation
 from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion
@@ -27,7 +27,7 @@ from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.search.indistinguishable import signature_of
 from rotorsim.machine import Machine
 
-LEAST = 0.01
+LEAST = 1e-3
 """Probability below which an explanation is no rival."""
 RIVALS = 4
 """Rivals that are followed into a new run, at most."""
@@ -35,6 +35,8 @@ ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
 CLOSE = 10
 """Experiments that get a close look, at most."""
+UNKNOWN_FORM = 0.3
+"""Relative error of the response where something beyond the catalogue is missing besides the most probable effects."""
 APART = 9.0
 """Sum of squares between two explanations, after re-fitting, below which an experiment does not separate them."""
 A_MINUTE = 0.002
@@ -123,7 +125,7 @@ def rivals_of(odds: Iterable[Explanation]) -> list[Explanation]:
 
 
 def plan_next(
-    comparison: Comparison, fits: Mapping[tuple[str, ...], Fit], odds: Iterable[Explanation], allow: Iterable[str],
+    comparison: Comparison, fits: Mapping[tuple[str, ...], Fit], odds: Sequence[Explanation], allow: Iterable[str],
     progress: Callable[[], None] = lambda: None, longest: float = np.inf,
 ) -> Plan:  # fmt: skip
     """Rank the experiments that are allowed.
@@ -153,16 +155,29 @@ def plan_next(
         least = min(one.minutes for one in found)
         raise DataError(f"budget: {longest:.3g} min are less than the shortest experiment, {least:.3g} min; give more")
     known = [e for e in rivals_of(odds) if e.effects in fits][:RIVALS]
-    names = tuple(e.name for e in known)
-    if len(known) < 2:
-        return Plan(0.0, names, (), tuple(_of_class(e) for e in known if e.alike), tried=len(short))
-    p = np.array([e.probability for e in known])
+    never = tuple(_of_class(e) for e in known if e.alike and e.effects)
+    rivals = [Rival(e.name, e.probability, fits[e.effects], e.error) for e in known]
+    if known and (beyond := sum(e.probability for e in odds if e.beyond)) >= LEAST:
+        rivals.append(Rival(NOT_IN_CATALOGUE, beyond, rivals[0].fit, UNKNOWN_FORM))
+    names = tuple(r.name for r in rivals)
+    if len(rivals) < 2:
+        return Plan(0.0, names, (), never, tried=len(short))
+    p = np.array([r.probability for r in rivals])
     p /= p.sum()
-    forecast = Forecast(comparison, [fits[e.effects] for e in known], [e.error for e in known])
-    looks = Looks(forecast, p, short, progress)
+    looks = Looks(Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals]), p, short, progress)
     proposals = looks.ranked()
-    never = [_of_class(e) for e in known if e.alike] + looks.inseparable(names)
-    return Plan(float(entropy(p)), names, proposals, tuple(never), tuple(map(float, p)), len(short))
+    never += tuple(looks.inseparable(names))
+    return Plan(float(entropy(p)), names, proposals, never, tuple(map(float, p)), len(short))
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An explanation that is followed into new runs, with its fit and the relative error of the model's form."""
+
+    name: str
+    probability: float
+    fit: Fit
+    error: float
 
 
 @dataclass(eq=False)
@@ -232,8 +247,9 @@ class Looks:
             return None
 
     def inseparable(self, names: Sequence[str]) -> list[str]:
-        """Sentences on pairs of explanations that no experiment separates."""
-        pairs = [(i, k) for i in range(len(names)) for k in range(i) if self.apart[i, k] < APART]
+        """Sentences on pairs of explanations of the catalogue that no experiment separates."""
+        own = [i for i, name in enumerate(names) if name != NOT_IN_CATALOGUE]
+        pairs = [(i, k) for i in own for k in own if k < i and self.apart[i, k] < APART]
         return [
             f"no allowed experiment separates {names[k]} from {names[i]}: after re-fitting they differ by at most "
             f"{np.sqrt(self.apart[i, k]):.1f} standard deviations in any of {len(self.options)} experiments"
