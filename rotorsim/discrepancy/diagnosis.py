@@ -22,6 +22,7 @@ from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.odds import odds
+from rotorsim.discrepancy.odds.priors import prior_sizes
 from rotorsim.discrepancy.odds.thresholds import by_odds, joined_classes
 from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
 from rotorsim.discrepancy.outcome.findings import CLOCK, Found
@@ -280,6 +281,7 @@ class Work:
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
             explanations=judged,
+            priors=prior_sizes(self.forms),
             planned=None if self.allow is None else planner(self.allow, np.inf),
             planner=planner,
             data_hash=data_hash(self.trials),

@@ -32,6 +32,7 @@ class CandidateForm:
     axes_only : known for sensors along x and y alone
     alone_of : forms of the same kind of force share this name and are not combined
     pinned : known for injectors with pins alone
+    prior : standard deviation [SI] that the size is taken to have before any record; ten steps where none is stated
     """
 
     parameter: str
@@ -47,6 +48,7 @@ class CandidateForm:
     axes_only: bool = False
     alone_of: str = ""
     pinned: bool = False
+    prior: float | None = None
 
 
 @dataclass(frozen=True)

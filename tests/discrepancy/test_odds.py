@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.odds import evidence, model_form
+from rotorsim.discrepancy.fit.parameters import STEPS, FitParameter
+from rotorsim.discrepancy.odds import model_form
 from rotorsim.discrepancy.odds.evidence import log_evidence, one_sided, unexplained_gain
 from rotorsim.discrepancy.odds.explanation import shown_share
 from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
@@ -115,4 +115,4 @@ def test_probabilities_are_right_as_often_as_they_say():
 
 def test_near_certainty_is_not_shown_as_certainty():
     assert [shown_share(p) for p in (0.99999, 0.995, 0.42, 0.004)] == ["> 99.9 %", "99.5 %", "42 %", "0.4 %"]
-    assert evidence.STEPS > 1 and model_form.USUAL < 0.05
+    assert STEPS > 1 and model_form.USUAL < 0.05

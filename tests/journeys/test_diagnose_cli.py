@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnose import _kept
+from rotorsim.commands.diagnosis.diagnose import _kept
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.blind_test.hide import draw, record_of, write
 from rotorsim.discrepancy.diagnosis import GRID
@@ -72,14 +72,34 @@ def test_an_unknown_candidate_and_a_wrong_tolerance_are_sentences(run, tmp_path)
 
 def test_a_plan_that_makes_no_sense_is_a_sentence(run, tmp_path):
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--allow", "speed")
-    assert code == 2 and "--allow: is about a plan; give --plan-next too" in err
-    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--plan-next", "--allow", "speed,bias")
-    assert code == 2 and "--allow: 'bias' is nothing that a plan can change; choose among speed, pressure" in err
-    table = tmp_path / "runup.csv"
-    table.write_text("rpm,ax,px,ay,py\n" + "".join(f"{600 + 100 * k},1,10,1,10\n" for k in range(20)))
-    (tmp_path / "map.toml").write_text(MAPPING)
-    code, _, err = run("diagnose", "plain_rotor", table, "--mapping", tmp_path / "map.toml", "--plan-next")
-    assert code == 2 and "plan: needs records over time" in err
+    assert code == 2 and "--allow: is about a plan; give --plan-next or --until-decided too" in err
+    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--plan-next", "--allow", "speed,biass")
+    assert code == 2 and "--allow: 'biass' is nothing that a plan can change; did you mean 'bias'?" in err
+
+
+LOOP = ("diagnose", "plain_rotor", "--until-decided")
+
+
+@pytest.mark.parametrize(("rest", "sentence"), [
+    ((), "--until-decided: needs --rig: virtual:FOLDER of rotorsim hide, or a folder for new records"),
+    (("--rig", "virtual:gone"), "gone/sealed/truth.json: cannot be read"),
+    (("--rig", "gone"), "--rig: gone is not a folder; make it"),
+    (("--rig", "vrtual:gone"), "'vrtual:gone' is no rig; give virtual:FOLDER"),
+    (("--rig", ".", "--budget", "30"), "--budget: '30' has no unit; write e.g."),
+    (("--rig", ".", "--budget", "0 min"), "--budget: '0 min' is no time above 0"),
+    (("--rig", ".", "--held-out", "a.nc"), "--until-decided: takes no --held-out and --untouched"),
+    (("--rig", ".", "--allow", "bias"), "cannot be changed, plain_rotor has no injectors with moving pins"),
+])  # fmt: skip
+def test_a_loop_that_makes_no_sense_is_a_sentence(run, tmp_path, monkeypatch, rest, sentence):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run(*LOOP, *rest)
+    assert code == 2 and sentence in err and err.count("\n") == 1
+    assert not list(tmp_path.rglob("*.json"))
+
+
+def test_a_rig_without_a_loop_is_a_sentence(run, tmp_path):
+    code, _, err = run("diagnose", "plain_rotor", tmp_path, "--rig", "virtual:x")
+    assert code == 2 and "--rig: makes the experiments of a loop; give --until-decided too" in err
 
 
 def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):
@@ -113,7 +133,7 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
 @pytest.mark.parametrize(
     ("command", "work"),
     [
-        (("diagnose", "plain_rotor", "x.nc"), "rotorsim.commands.diagnose.find"),
+        (("diagnose", "plain_rotor", "x.nc"), "rotorsim.commands.diagnosis.diagnose.find"),
         (("study", "whole"), "rotorsim.reproduction.whole.whole_study"),
         (("study", "identification-vs-physics"), "rotorsim.commands.study.identification_vs_physics.run"),
     ],

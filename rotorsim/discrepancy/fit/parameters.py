@@ -19,6 +19,8 @@ import numpy as np
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import Effect
 
+STEPS = 10.0
+"""Prior standard deviation of an effect's size in steps; one moves a response by a few tenths of a micrometre."""
 REFERENCE_PRESSURE = 0.5e6
 REFERENCE_SPEED = 2 * np.pi * 100
 DIRECTIONS = ("offset_x", "offset_y", "mesh", "law")
@@ -35,6 +37,13 @@ class FitParameter:
     low: float = -1e300
     high: float = 1e300
     trend: str = ""
+    usual: float = 0.0
+    """Prior standard deviation of an effect's size in the odds; `STEPS` steps where none is stated."""
+
+    @property
+    def prior_size(self) -> float:
+        """Standard deviation of the size of an effect before any record, for the odds."""
+        return self.usual or STEPS * self.step
 
     @property
     def name(self) -> str:

@@ -17,7 +17,7 @@ from rotorsim.discrepancy.loop.rigs import Rig, open_rig
 from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
 from rotorsim.discrepancy.outcome.files import RESULTS
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.allowed import check_allowed
+from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
 from rotorsim.discrepancy.plan.expected import SURE
 from rotorsim.discrepancy.plan.options import Option
 from rotorsim.machine import Machine, load_machine
@@ -90,6 +90,7 @@ def decide(
         raise DataError(f"sure: {sure:g} is no probability between 0.5 and 1; give e.g. 0.95")
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
     allowed = check_allowed(allow)
+    allowed_here(machine, allowed)
     asked = {"machine": machine.name, "rig": there.name, "allow": list(allowed), "sure": sure}
     with TemporaryDirectory() as scratch:
         folder = make_folder(Path(scratch if out is None else out))

@@ -27,8 +27,6 @@ from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
 
 WIDE = 1e290
 """Prior standard deviation from which on a parameter has none of its own."""
-STEPS = 10.0
-"""Prior standard deviation of an effect's size in steps; one moves a response by a few tenths of a micrometre."""
 SHARES, EXCESSES = np.geomspace(1e-3, 0.5, 10), np.geomspace(1.0, 300.0, 16)
 """Shares of the lines that something beyond the catalogue touches, and its size there in floors."""
 
@@ -47,12 +45,12 @@ class Evidence:
 
 
 def prior_sizes(parameters: Sequence[FitParameter], found: np.ndarray) -> np.ndarray:
-    """Prior standard deviations (k,): those of the calibration; of sizes of effects `STEPS` steps and what is found.
+    """Prior standard deviations (k,): those of the calibration; of sizes of effects what they state and what is found.
 
     A size has a prior with a long tail, a normal one whose scale is as likely large as small: its density at the size
     `found` (k,) is that of the scale that goes with it. Otherwise a large effect would count as impossible.
     """
-    own = [p.sd if p.sd < WIDE else float(np.hypot(STEPS * p.step, v)) for p, v in zip(parameters, found, strict=True)]
+    own = [p.sd if p.sd < WIDE else float(np.hypot(p.prior_size, v)) for p, v in zip(parameters, found, strict=True)]
     return np.array(own)
 
 

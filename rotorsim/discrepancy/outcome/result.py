@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +59,8 @@ class Diagnosis(Shown, Findings, Reported):
     tried: tuple[dict[str, Any], ...] = ()
     explanations: tuple[Explanation, ...] = ()
     """Explanations with their probabilities and evidence, the most probable first."""
+    priors: Mapping[str, str] = field(default_factory=dict, repr=False)
+    """Prior standard deviation of the size of every candidate, with its unit."""
     planned: Plan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
@@ -172,6 +174,7 @@ class Diagnosis(Shown, Findings, Reported):
                 }
                 for e in self.explanations if e.probability >= LEAST_SHOWN
             ],
+            "prior_sizes": dict(self.priors),
             **({} if self.planned is None else {"plan": self.planned.as_dict()}),
             **({} if self.steps is None else {"steps": self.steps.as_dict()}),
             "tried": list(self.tried),

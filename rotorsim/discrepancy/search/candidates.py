@@ -121,15 +121,27 @@ def _values(recipe: CandidateForm, parameter: str) -> tuple[float, ...]:
 
 
 def _fit_parameters(twin: Twin, name: str, table: int, recipe: CandidateForm) -> tuple[FitParameter, ...]:
+    usual = _prior(name, recipe)
     if recipe.phase:
         stem = f"{name}.{table}.{recipe.parameter}~{recipe.phase}"
-        return tuple(FitParameter(f"{stem}.{part}", recipe.step) for part in "cs")
+        return tuple(FitParameter(f"{stem}.{part}", recipe.step, usual=usual) for part in "cs")
     base = float(getattr(twin.effect(name, table), recipe.parameter))
     bounds = quantities(REGISTRY[name])[recipe.parameter].bounds
     low, high = bounds[0] - base, bounds[1] - base
     if not recipe.signed:
         low = max(low, 0.0 if base == 0 else low)
-    return (FitParameter(f"{name}.{table}.{recipe.parameter}", recipe.step, low=low, high=high),)
+    return (FitParameter(f"{name}.{table}.{recipe.parameter}", recipe.step, low=low, high=high, usual=usual),)
+
+
+def _prior(name: str, recipe: CandidateForm) -> float:
+    """Stated prior standard deviation of a size, 0 for none; raises DataError where only 0 would be possible."""
+    if recipe.step > 0 and (recipe.prior is None or 0 < recipe.prior < np.inf):
+        return float(recipe.prior or 0.0)
+    what = "step" if not recipe.step > 0 else "prior"
+    raise DataError(
+        f"{name}.{recipe.parameter}: its {what} is {getattr(recipe, what):g}, so that nothing but 0 is possible; give "
+        f"CandidateForm a {what} above 0"
+    )
 
 
 def _refine(name: str, table: int, recipe: CandidateForm, option: Mapping[str, float]) -> tuple[FitParameter, ...]:

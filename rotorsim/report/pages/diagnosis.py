@@ -34,6 +34,8 @@ def page(diagnosis: Diagnosis) -> str:
 
 
 def _sections(d: Diagnosis) -> Iterator[str]:
+    if d.steps is not None:
+        yield _steps(d.steps.as_dict())
     if d.explanations:
         yield _odds(d)
     if d.planned is not None:
@@ -66,6 +68,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         text = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
         yield f'<section id="notes"><h2>Limits of these records</h2>{text}</section>'
     yield _tried(d)
+    yield _priors(d)
     text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
     heads = (("fit parameter", "change", "standard deviation"),)
     yield _table("Re-calibration", heads, d.changes(), f"<p>{text}</p>" if d.calibration else "")
@@ -149,6 +152,26 @@ def _spectra(d: Diagnosis) -> Iterator[str]:
     yield html.figure_section(
         "What is left over the speed", "Residual spectra of all records, one scale.", plots.waterfall(d, named)
     )
+
+
+def _steps(steps: dict[str, Any]) -> str:
+    """Odds after each step of a loop of diagnoses and experiments."""
+    names = dict.fromkeys(n for step in steps["steps"] for n, p in step["odds"].items() if p >= LEAST_SHOWN)
+    rows = [
+        (str(k), step["experiment"] or "the records to begin with", f"{step['minutes']:.0f}",
+         *(shown_share(step["odds"].get(name, 0.0)) for name in names))
+        for k, step in enumerate(steps["steps"])
+    ]  # fmt: skip
+    head = (("step", "experiment", "rig time [min]", *names),)
+    return _table("Odds after each experiment", head, rows, f"<p>{escape(steps['sentence'])}</p>")
+
+
+def _priors(d: Diagnosis) -> str:
+    """Prior standard deviations of the sizes."""
+    if not d.priors:
+        return ""
+    table = html.table(sorted(d.priors.items()), (("size of an effect", "prior standard deviation"),))
+    return f"<details><summary>What sizes were taken for likely before the records</summary>{table}</details>"
 
 
 def _gap_table(d: Diagnosis) -> str:

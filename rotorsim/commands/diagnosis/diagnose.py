@@ -19,7 +19,7 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.completion import parameters
-from rotorsim.commands.decide import Asked, print_steps, run_loop
+from rotorsim.commands.diagnosis.loop import Asked, print_steps, run_loop
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
 from rotorsim.commands.page_options import PageOptions

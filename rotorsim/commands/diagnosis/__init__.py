@@ -1,0 +1,1 @@
+"""`rotorsim diagnose` and `rotorsim hide`."""
