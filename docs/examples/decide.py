@@ -24,7 +24,7 @@ left = [0.0] * len(steps)
 for name in names:
     share = [100 * step.odds.get(name, 0.0) for step in steps]
     axes.barh(range(len(steps)), share, left=left, label=name)
-    left = [a + b for a, b in zip(left, share)]
+    left = [a + b for a, b in zip(left, share, strict=True)]
 labels = ["\nat ".join((step.experiment or "the first record").rsplit(" at ", 1)) for step in steps]
 axes.set(xlabel="probability [%]", yticks=range(len(steps)), yticklabels=labels, xlim=(0, 100))
 axes.set_title(found.steps.sentence)

@@ -31,7 +31,7 @@ from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine, load_machine
 
-ALLOW = ("speed", "pressure", "amplitude", "bias")
+ALLOW = ("speed", "pressure", "amplitude")
 BUDGET = 6.5
 """Minutes of rig time: three experiments."""
 LEAST = 2.0

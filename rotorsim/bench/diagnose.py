@@ -12,6 +12,7 @@ import json
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from rotorsim.base.files import write_text
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.hidden_case import KINDS, hidden_case
 from rotorsim.bench.odds_score import scored
-from rotorsim.bench.verdicts import VERDICTS, Case, apart, judged
+from rotorsim.bench.verdicts import VERDICTS, Case, apart, calibrated, judged
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import truth_twin
 from rotorsim.discrepancy.diagnosis import Workshop
@@ -65,6 +66,7 @@ def run_case(
     return Case(
         number, kind, hidden, steps, times, d.status, named, verdict, seconds, reduction(d.gap), inside, cpu,
         len(d.ties), scored(d.explanations, kind, hidden, {f.key for f in candidates(workshop.twin)}), away,
+        calibrated(d, truth) if verdict in ("right", "class") else (),
     )  # fmt: skip
 
 
@@ -95,6 +97,20 @@ def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_g
         yield done[number]
 
 
+def reported_cases() -> list[Case]:
+    """Cases for reporting that are stored with the package, of the commit that its docs state.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.bench.reported_cases()
+    >>> rs.bench.brier(case.odds for case in found) < 0.3
+    True
+    """
+    with as_file(files("rotorsim.bench") / "data" / "odds.jsonl") as path:
+        return list(kept_cases(path).values())
+
+
 def keep(found: Iterable[Case], path: Path | None) -> None:
     """Write cases, a line each, all in one step; raises WriteError."""
     if path is not None:
@@ -110,7 +126,8 @@ def kept_cases(path: Path | None) -> dict[int, Case]:
         try:
             row: dict[str, Any] = json.loads(line)
             row["hidden"], row["named"] = tuple(row["hidden"]), tuple(row["named"])
-            row["odds"], row["apart"] = tuple(map(tuple, row.get("odds", ()))), tuple(row.get("apart", ()))
+            row["odds"] = tuple(map(tuple, row.get("odds", ())))
+            row |= {name: tuple(row.get(name, ())) for name in ("apart", "calibrated")}
             if row["verdict"] not in VERDICTS:
                 raise ValueError(row["verdict"])
             done[row["number"]] = Case(**row)

@@ -22,6 +22,8 @@ from rotorsim.discrepancy.search.indistinguishable import class_of
 
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0)
 """Edges of the bins of probability; finer where most cases are."""
+BEYOND_ALL = "beyond the catalogue"
+"""Name of all explanations that hold something beyond the catalogue, where such a thing is hidden."""
 LEAST = 1e-4
 """Probability below which an explanation is not kept."""
 
@@ -45,6 +47,8 @@ class Case(Protocol):
     def odds(self) -> Odds: ...
     @property
     def apart(self) -> tuple[float, ...]: ...
+    @property
+    def calibrated(self) -> tuple[float, ...]: ...
 
 
 class Bin(NamedTuple):
@@ -71,7 +75,7 @@ def scored(odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], know
             beyond += one.probability
         elif one.probability >= LEAST:
             out.append((one.name, one.probability, own == target and not one.beyond and not out_of_reach))
-    return tuple([*out, ("beyond the catalogue", beyond, True)] if beyond else out)
+    return tuple([*out, (BEYOND_ALL, beyond, True)] if beyond else out)
 
 
 def from_verdict(case: Case) -> Odds:
@@ -84,7 +88,14 @@ def from_verdict(case: Case) -> Odds:
 
 
 def brier(rows: Iterable[Odds]) -> float:
-    """Mean Brier score of cases; what is right and has no probability counts as 0."""
+    """Mean Brier score of cases; what is right and has no probability counts as 0.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> round(rs.bench.brier([(("a", 0.8, True), ("b", 0.2, False))]), 3)
+    0.08
+    """
     scores = []
     for own in rows:
         found = any(right for _, _, right in own)
@@ -93,7 +104,14 @@ def brier(rows: Iterable[Odds]) -> float:
 
 
 def reliability(found: Iterable[Case]) -> tuple[Bin, ...]:
-    """Bins of the most probable explanations, the empty ones left out."""
+    """Bins of the most probable explanations, the empty ones left out.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sum(b.cases for b in rs.bench.reliability(rs.bench.reported_cases())) > 0
+    True
+    """
     tops = [max(case.odds, key=lambda one: one[1]) for case in found if case.odds]
     p = np.array([one[1] for one in tops])
     right = np.array([one[2] for one in tops], float)
@@ -105,15 +123,29 @@ def reliability(found: Iterable[Case]) -> tuple[Bin, ...]:
 
 
 def calibration_error(bins: Iterable[Bin]) -> float:
-    """Expected calibration error of bins."""
+    """Expected calibration error of bins.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.bench.calibration_error(rs.bench.reliability(rs.bench.reported_cases())) < 0.2
+    True
+    """
     rows = list(bins)
     total = sum(b.cases for b in rows)
     return sum(b.cases * abs(b.right - b.stated) for b in rows) / total if total else float("nan")
 
 
-def coverage(found: Iterable[Case], share: float) -> float:
-    """Share of the hidden sizes within the interval that should hold them with probability `share`."""
-    apart = np.array([z for case in found for z in case.apart])
+def coverage(found: Iterable[Case], share: float, of: str = "apart") -> float:
+    """Share of hidden sizes ('apart') or 'calibrated' parameters within the interval of a probability `share`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> 0 <= rs.bench.coverage(rs.bench.reported_cases(), 0.9) <= 1
+    True
+    """
+    apart = np.array([z for case in found for z in getattr(case, of)])
     return float(np.mean(apart < np.sqrt(2) * erfinv(share))) if apart.size else float("nan")
 
 
@@ -124,7 +156,11 @@ def sure_and_wrong(found: Iterable[Case], kinds: tuple[str, ...], least: float =
 
 
 def beyond_left_out(found: Iterable[Case]) -> Iterator[float]:
-    """Probability of something beyond the catalogue, in cases whose effect was taken out of it."""
+    """Probability of something beyond the catalogue, in cases whose effect was taken out of it.
+
+    Without those that a candidate is indistinguishable from, in which nothing is beyond it.
+    """
     for case in found:
-        if case.kind == "left_out" and case.odds:
-            yield sum(p for name, p, _ in case.odds if name == "beyond the catalogue")
+        beyond = [p for name, p, _ in case.odds if name == BEYOND_ALL]
+        if case.kind == "left_out" and beyond:
+            yield sum(beyond)

@@ -12,8 +12,8 @@ from rotorsim.bench.hidden_case import KINDS
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.blind_test.hide import Truth
-from rotorsim.discrepancy.fit.parameters import contributions, setting
-from rotorsim.discrepancy.search.indistinguishable import class_of
+from rotorsim.discrepancy.fit.parameters import DIRECTIONS, contributions, setting
+from rotorsim.discrepancy.search.indistinguishable import class_of, signature_of
 from rotorsim.discrepancy.twin.twin import Twin
 
 INJECTOR = " of injector "
@@ -47,6 +47,8 @@ class Case:
     """Explanations with their probability and whether they are the hidden one."""
     apart: tuple[float, ...] = ()
     """How far the hidden parameters are from what was found, in standard deviations."""
+    calibrated: tuple[float, ...] = ()
+    """How far the hidden calibration is from what was found, in standard deviations; of right verdicts alone."""
 
 
 def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) -> str:
@@ -86,6 +88,21 @@ def apart(d: Diagnosis, truth: Truth, twin: Twin) -> tuple[float, ...]:
                     away = _apart(found.parameters[parameter] - value, parameter, hidden, key)
                     found_apart.append(float(away / found.sd[parameter]))
     return tuple(found_apart)
+
+
+def calibrated(d: Diagnosis, truth: Truth) -> tuple[float, ...]:
+    """How far the hidden calibration is from what was found, in standard deviations.
+
+    Without the directions of mesh and law, which no machine has, and the unbalance where what turns with the shaft is
+    found, which is in part the same.
+    """
+    hidden = {parameter.name: value for parameter, value in truth.point.values.items()}
+    turning = any("vector that turns" in signature_of(found.form) for found in d.effects)
+    return tuple(
+        abs(value - hidden.get(name, 0.0)) / sd
+        for name, (value, sd) in d.calibration.items()
+        if name not in DIRECTIONS[2:] and not (turning and name.startswith("unbalance.")) and sd > 0
+    )
 
 
 def _apart(difference: float, parameter: str, hidden: dict[str, float], key: str) -> float:
@@ -181,3 +198,5 @@ def _of_odds(found: list[Case]) -> Iterator[Figure]:
         yield Figure("odds: left out, 1 - mean probability of beyond", 1 - float(np.mean(left)), "1", 0.4)
     for share, bound in ((0.5, None), (0.9, 0.15)):
         yield Figure(f"sizes beyond the {share:.0%} interval", 1 - score.coverage(stated, share), "1", bound)
+        beyond = 1 - score.coverage(stated, share, "calibrated")
+        yield Figure(f"calibration beyond the {share:.0%} interval", beyond, "1", bound)

@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.fit.parameters import STEPS, FitParameter
 from rotorsim.discrepancy.odds import model_form
 from rotorsim.discrepancy.odds.evidence import log_evidence, one_sided, unexplained_gain
 from rotorsim.discrepancy.odds.explanation import shown_share
 from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
+from rotorsim.discrepancy.odds.priors import prior_sizes
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.effects import REGISTRY
+from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.machine import load_machine
 
 
 def directions(rng, n, m):
@@ -116,3 +123,21 @@ def test_probabilities_are_right_as_often_as_they_say():
 def test_near_certainty_is_not_shown_as_certainty():
     assert [shown_share(p) for p in (0.99999, 0.995, 0.42, 0.004)] == ["> 99.9 %", "99.5 %", "42 %", "0.4 %"]
     assert STEPS > 1 and model_form.USUAL < 0.05
+
+
+@pytest.mark.parametrize(("form", "sentence"), [
+    (CandidateForm("mean_free_path", 1e-8, prior=0.0), "slip.mean_free_path: its prior is 0, so that nothing but 0 is"),
+    (CandidateForm("mean_free_path", 0.0), "slip.mean_free_path: its step is 0, so that nothing but 0 is possible"),
+])  # fmt: skip
+def test_a_size_that_could_only_be_0_is_refused(form, sentence, monkeypatch):
+    monkeypatch.setattr(REGISTRY["slip"], "forms", (form,))
+    with pytest.raises(DataError, match=sentence):
+        candidates(Twin(load_machine("dtu_gas_bearing")), ["slip"])
+
+
+def test_an_effect_states_its_own_prior_or_has_ten_steps(monkeypatch):
+    twin = Twin(load_machine("dtu_gas_bearing"))
+    assert prior_sizes(candidates(twin, ["unequal_pressure"])) == {"unequal_pressure.deviation": "0.4"}
+    stated = CandidateForm("deviation", 0.04, prior=0.1)
+    monkeypatch.setattr(REGISTRY["unequal_pressure"], "forms", (stated,))
+    assert prior_sizes(candidates(twin, ["unequal_pressure"])) == {"unequal_pressure.deviation": "0.1"}

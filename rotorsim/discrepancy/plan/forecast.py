@@ -56,8 +56,10 @@ class Forecast:
 
     def means(self, trials: Sequence[Trial]) -> list[list[np.ndarray]]:
         """Responses (n,) [m] of every explanation in every trial."""
-        flat = self._run([(trial, fit.point) for trial in trials for fit in self.fits])
-        return [flat[i : i + len(self.fits)] for i in range(0, len(flat), len(self.fits))]
+        points = list({id(fit.point): fit.point for fit in self.fits}.values())  # of some explanations it is the same
+        flat = iter(self._run([(trial, point) for trial in trials for point in points]))
+        found = [{id(point): next(flat) for point in points} for _ in trials]
+        return [[own[id(fit.point)] for fit in self.fits] for own in found]
 
     def columns(self, trials: Sequence[Trial], means: Sequence[Sequence[np.ndarray]]) -> list[Columns]:
         """Sensitivities of every trial; those of a parameter without solution a step away are zero."""

@@ -1,0 +1,25 @@
+"""How far odds can be trusted
+
+Of hidden cases whose most probable explanation had about 80 %, eight of ten should be right. The cases that the docs
+report are stored with the package; `rotorsim bench diagnose` runs others.
+"""
+
+import matplotlib.pyplot as plt
+
+import rotorsim as rs
+
+found = rs.bench.reported_cases()
+bins = rs.bench.reliability(found)
+error, score = rs.bench.calibration_error(bins), rs.bench.brier(case.odds for case in found)
+print(f"{len(found)} cases: expected calibration error {error:.3f}, Brier score {score:.3f}")
+
+figure, axes = plt.subplots(figsize=(6, 5))
+axes.plot([0, 100], [0, 100], "k:", lw=1, label="as often right as stated")
+axes.plot([100 * b.stated for b in bins], [100 * b.right for b in bins], "o-")
+for b in bins:
+    axes.annotate(f"{b.cases}", (100 * b.stated, 100 * b.right), (-14, -12), textcoords="offset points")
+axes.set(xlabel="stated probability of the first explanation [%]", ylabel="share of cases in which it is right [%]")
+axes.set(xlim=(0, 104), ylim=(0, 104), title=f"{len(found)} hidden cases; numbers of cases at the points")
+axes.legend(loc="upper left")
+axes.grid(alpha=0.3)
+figure.savefig("reliability.png", dpi=100, bbox_inches="tight")
