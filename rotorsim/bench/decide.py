@@ -144,7 +144,7 @@ def run_loop(
     seen_steps: list[Steps] = []
     try:
         d = decide(machine, HiddenRig(machine, truth_plant, truth, own), BUDGET, allow=ALLOW, workshop=workshop,
-                   told=seen_steps.append)  # fmt: skip
+                   shown=seen_steps.append)  # fmt: skip
     except RotorsimError as error:
         return LoopCase(number, tuple(f.key for f in truth.forms), times, (), (), (), (), f"error: {error}", "error")
     hidden = tuple(f.key for f in truth.forms)

@@ -127,13 +127,13 @@ def test_a_loop_decides_between_effects_that_tie_at_first(tmp_path, machine, wor
     """One operating point shows too little; the planned experiment on the hidden machine settles it, once."""
     records, truth = recorded(("coupling.force_2x",), 4)
     few = [r for r in records if r.attrs["record"].startswith("fit_1")]
-    told: list[Steps] = []
+    shown: list[Steps] = []
     rig = HiddenRig(machine, truth_plant, truth, few)
     found = decide(machine, rig, 30.0, effects=("coupling", "runout"), workshop=workshop, out=tmp_path,
-                   told=told.append)  # fmt: skip
+                   shown=shown.append)  # fmt: skip
     assert found.steps.end == "decided"
     assert max(found.odds, key=found.odds.get) == "coupling.force_2x"
-    assert told[-1] == found.steps and read_steps(tmp_path, found.steps.asked).steps == found.steps.steps
+    assert shown[-1] == found.steps and read_steps(tmp_path, found.steps.asked).steps == found.steps.steps
     again = decide(machine, rig, 30.0, effects=("coupling", "runout"), workshop=workshop, out=tmp_path)
     assert again.steps.steps == found.steps.steps and again.odds == found.odds
 

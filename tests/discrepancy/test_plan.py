@@ -107,14 +107,10 @@ def test_a_machine_without_actuators_is_hit_and_has_no_pressure():
 
 def test_what_cannot_change_is_refused_with_the_choice():
     assert check_allowed(()) == tuple(ALLOWED)
-    with pytest.raises(
-        DataError, match=r"'coast-dwn' is nothing that a plan can change; did you mean 'coast-"
-    ):
+    with pytest.raises(DataError, match=r"'coast-dwn' is nothing that a plan can change; did you mean 'coast-"):
         check_allowed(("speed", "coast-dwn"))
     rotor = load_machine("plain_rotor")
-    with pytest.raises(
-        DataError, match=r"'bias' cannot be changed, plain_rotor has no injectors with moving"
-    ):
+    with pytest.raises(DataError, match=r"'bias' cannot be changed, plain_rotor has no injectors with moving"):
         options(rotor, trials(rotor), ("bias",))
     with pytest.raises(DataError, match=r"'pressure' cannot be changed, plain_rotor has no injection pressure"):
         options(rotor, trials(rotor), ("speed", "pressure"))
@@ -125,7 +121,9 @@ def test_vectors_of_a_run_up_are_followed_by_other_run_ups():
     speeds = np.linspace(50.0, 250.0, 20)
     like = replace(empty_sweep(speeds, 0.0, (1,)), probe_angle=np.deg2rad(45.0))
     found = options(kit, [like], ())
-    assert {type(o.experiment) for o in found} == {Runup, Coastdown}
+    assert {type(o.experiment) for o in found} == {Runup, Coastdown, Steady}
+    slow = next(o for o in found if isinstance(o.experiment, Steady))
+    assert slow.trial(kit).probe_angle == like.probe_angle and not slow.trial(kit).orders
     assert {round(np.degrees(o.probe_angle)) for o in found} == {0, 45, 90, 135}
     assert any(o.weight for o in found)
     trial = found[0].trial(kit)

@@ -60,7 +60,7 @@ def run_loop(
     with results(folder, str(FOLDER), names, again) as place:
         found = decide(
             loaded, rig, budget, records, asked.allow, effect, out=place, mapping=mapping, progress=progress,
-            told=Shown(place / RESULTS["plan"], as_json).show,
+            shown=Shown(place / RESULTS["plan"], as_json).show,
         )  # fmt: skip
         files = save_diagnosis(found, place, report)
     return found, files | {"steps": str(place / FILE)}

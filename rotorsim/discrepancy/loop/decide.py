@@ -22,7 +22,7 @@ from rotorsim.discrepancy.plan.expected import SURE
 from rotorsim.discrepancy.plan.options import Option
 from rotorsim.machine import Machine, load_machine
 
-Told = Callable[[Steps], None]
+Shown = Callable[[Steps], None]
 
 
 def decide(
@@ -36,7 +36,7 @@ def decide(
     out: str | Path | None = None,
     mapping: Any = None,
     progress: Progress = lambda stage: None,
-    told: Told = lambda steps: None,
+    shown: Shown = lambda steps: None,
     workshop: Workshop | None = None,
 ) -> Diagnosis:
     """Diagnose and make the experiment that should tell most, until one explanation has a probability of `sure`.
@@ -62,7 +62,7 @@ def decide(
         Where steps and records are kept, so that the same call resumes.
     mapping :
         Columns of records that are not netCDF files.
-    progress, told : functions
+    progress, shown : functions
         Called with each stage of the work, and with all steps after each of them.
     workshop : Workshop, optional
         Compiled twins of the machine.
@@ -94,7 +94,7 @@ def decide(
     asked = {"machine": machine.name, "rig": there.name, "allow": list(allowed), "sure": sure}
     with TemporaryDirectory() as scratch:
         folder = make_folder(Path(scratch if out is None else out))
-        wanted = Loop(machine, there, budget, allowed, effects, sure, folder, mapping, progress, told, workshop)
+        wanted = Loop(machine, there, budget, allowed, effects, sure, folder, mapping, progress, shown, workshop)
         return wanted.run(there.begin(list(records)), read_steps(folder, asked))
 
 
@@ -111,7 +111,7 @@ class Loop:
     folder: Path
     mapping: Any
     progress: Progress
-    told: Told
+    shown: Shown
     workshop: Workshop | None
 
     def run(self, first: list[Any], steps: Steps) -> Diagnosis:
@@ -193,7 +193,7 @@ class Loop:
 
     def _keep(self, steps: Steps) -> None:
         steps.write(self.folder)
-        self.told(steps)
+        self.shown(steps)
 
 
 def _with_files(steps: Steps, first: Sequence[Any]) -> Steps:

@@ -21,7 +21,7 @@ class Explanation:
     alike : explanations that no record distinguishes from it; their probabilities are in this one
     evidence : logarithm, above that of nothing missing
     error : relative error of the model's form that it leaves, most probable value
-    shown : whether the records narrow its size down; otherwise it cannot be told from nothing
+    shown : whether the records narrow its size down; otherwise it cannot be distinguished from nothing
     refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
     """
 

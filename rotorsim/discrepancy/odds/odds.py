@@ -5,8 +5,8 @@ r"""Odds of a diagnosis: probability of every explanation, of nothing missing, a
 p_k are the prior probabilities stated here; Z_k is the evidence of explanation k with a likelihood to the power 1/T.
 Where it was re-fitted with the plant the evidence is taken there, otherwise from the sensitivities at the re-calibrated
 point. The temperature T makes up for what the evidence takes for certain (independent lines, the tangent); it is fitted
-on hidden cases, not derived. An effect whose size the records do not narrow down cannot be told from nothing, and is
-counted with it.
+on hidden cases, not derived. An effect whose size the records do not narrow down cannot be distinguished from nothing,
+and is counted with it.
 
 Cites: mackay_2003, kennedy_2001.
 """
@@ -83,7 +83,7 @@ def odds(
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """What tells something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
+    """What shows something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
 
     lines: np.ndarray
     unsteady: float

@@ -109,7 +109,8 @@ class Option:
         elif isinstance(self.experiment, Coastdown):
             found = planned_sweep(_vectors(self.experiment), self.experiment.rate or COAST, None)
         else:
-            found = planned_trial("next", self.experiment.rows(0, self.experiment.samples))
+            rows = self.experiment.rows(0, self.experiment.samples)
+            found = replace(planned_trial("next", rows), probe_angle=self.probe_angle)
         return replace(found, changes=known_changes(machine, self.changes(machine), "next"))
 
     def table(self) -> dict[str, Any]:
@@ -234,6 +235,8 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
         yield _mounted(one, like)
         if "trial-weight" in allowed and faster == 1.0:
             yield from _weighed(machine, _mounted(one, like))
+    if "slow-roll" in allowed:
+        yield replace(_timed(Steady(2 * np.pi * SLOW_ROLL, like.pressure, 2.5)), probe_angle=like.probe_angle)
     if "coast-down" in allowed:
         down = Coastdown(high, low, rate, like.pressure)
         back = replace(like, speeds=np.sort(like.speeds)[::-1])

@@ -35,8 +35,9 @@ ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
 CLOSE = 10
 """Experiments that get a close look, at most."""
-UNKNOWN_FORM = 0.3
-"""Relative error of the response where something beyond the catalogue is missing besides the most probable effects."""
+UNKNOWN_FORM, WORSE = 0.3, 3.0
+"""Relative error of the response where something beyond the catalogue is missing besides the most probable effects, and
+times theirs that it is at least."""
 APART = 9.0
 """Sum of squares between two explanations, after re-fitting, below which an experiment does not separate them."""
 A_MINUTE = 0.002
@@ -158,7 +159,8 @@ def plan_next(
     never = tuple(_of_class(e) for e in known if e.alike and e.effects)
     rivals = [Rival(e.name, e.probability, fits[e.effects], e.error) for e in known]
     if known and (beyond := sum(e.probability for e in odds if e.beyond)) >= LEAST:
-        rivals.append(Rival(NOT_IN_CATALOGUE, beyond, rivals[0].fit, UNKNOWN_FORM))
+        first = rivals[0]
+        rivals.append(Rival(NOT_IN_CATALOGUE, beyond, first.fit, max(UNKNOWN_FORM, WORSE * first.error)))
     names = tuple(r.name for r in rivals)
     if len(rivals) < 2:
         return Plan(0.0, names, (), never, tried=len(short))
