@@ -25,13 +25,14 @@ from rotorsim.discrepancy.diagnosis import Workshop
 from rotorsim.discrepancy.loop.decide import decide
 from rotorsim.discrepancy.loop.rigs import record_on
 from rotorsim.discrepancy.loop.steps import Step, Steps
+from rotorsim.discrepancy.odds.explanation import SURE
 from rotorsim.discrepancy.plan.options import Option
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine, load_machine
 
-ALLOW = ("speed", "pressure", "amplitude")
+ALLOW = ("speed", "amplitude")
 BUDGET = 6.5
 """Minutes of rig time: three experiments."""
 LEAST = 2.0
@@ -40,7 +41,6 @@ POINTS = 1
 """Operating points of the records that a loop begins with."""
 FAINT = (1.0, 3.0)
 """Times its detectable size that a hidden effect has where ties are looked for."""
-SURE = 0.95
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,11 @@ from rotorsim.campaign import load_plan
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import empty_sweep
+from rotorsim.discrepancy.odds.evidence import log_evidence
 from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.model_form import ModelForm
 from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
-from rotorsim.discrepancy.plan.expected import Outlook, Predicted, entropy, outlook, separation
+from rotorsim.discrepancy.plan.expected import Density, Outlook, Predicted, entropy, outlook, separation
 from rotorsim.discrepancy.plan.options import options
 from rotorsim.discrepancy.plan.plan import Plan, Proposal, _of_class
 from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
@@ -23,9 +25,14 @@ EVEN = np.array([0.5, 0.5])
 STILL = np.zeros((N, 1))
 
 
+def predicted(mean, spread=STILL, form=STILL):
+    """A prediction without an error of the form, unless one is given."""
+    return Predicted(mean, spread, form)
+
+
 def ahead(difference, spread=STILL, odds=EVEN, temperature=1.0):
     """Outlook of two rivals whose responses differ."""
-    rivals = [Predicted(np.zeros(N), spread), Predicted(difference, spread)]
+    rivals = [predicted(np.zeros(N), spread), predicted(difference, spread)]
     return outlook(odds, rivals, np.ones(N), temperature)
 
 
@@ -58,7 +65,7 @@ def test_entropy_left_is_that_of_two_normal_numbers():
     h = -(p * np.log2(p) + (1 - p) * np.log2(1 - p))
     exact = float(np.nansum(h * np.exp(-(y**2) / 2)) * (y[1] - y[0]) / np.sqrt(2 * np.pi))
     found = np.mean([
-        outlook(EVEN, [Predicted(np.zeros(1), np.zeros((1, 1))), Predicted(np.full(1, d), np.zeros((1, 1)))],
+        outlook(EVEN, [Predicted(np.full(1, x), np.zeros((1, 1)), np.zeros((1, 1))) for x in (0.0, d)],
                 np.ones(1), 1.0, seed).entropy
         for seed in range(60)
     ])  # fmt: skip
@@ -158,7 +165,23 @@ def test_what_no_experiment_separates_is_stated_with_the_reason():
 
 def test_separation_is_the_distance_that_re_fitting_leaves():
     column = np.linspace(0, 1, N)[:, None]
-    far = [Predicted(np.zeros(N), 1e4 * column), Predicted(3.0 * column[:, 0], STILL)]
+    far = [predicted(np.zeros(N), 1e4 * column), predicted(3.0 * column[:, 0])]
     assert separation(far, np.ones(N))[0, 1] == pytest.approx(float(np.sum((3.0 * column) ** 2)))
-    both = [Predicted(np.zeros(N), 1e4 * column), Predicted(3.0 * column[:, 0], 1e4 * column)]
+    both = [predicted(np.zeros(N), 1e4 * column), predicted(3.0 * column[:, 0], 1e4 * column)]
     assert separation(both, np.ones(N))[0, 1] < 1e-3
+
+
+@pytest.mark.parametrize("temperature", [1.0, 4.0])
+def test_the_predictive_density_is_what_a_new_record_adds_to_the_evidence(temperature):
+    """Evidence of old and new records together less that of the old ones, of a linear model with one form error."""
+    rng = np.random.default_rng(3)
+    old, new, sd = rng.normal(size=(30, 2)), rng.normal(size=(20, 2)), np.array([1.5, 0.7])
+    y = np.concatenate([old, new]) @ [0.8, -0.4] + rng.normal(size=50)
+    none = ModelForm(np.zeros((30, 1)), np.zeros(1))
+    both = ModelForm(np.zeros((50, 1)), np.zeros(1))
+    before = log_evidence(none, y[:30], old, sd, temperature)
+    after = log_evidence(both, y, np.concatenate([old, new]), sd, temperature)
+    H = old.T @ old / temperature + np.diag(sd**-2.0)
+    root = np.linalg.inv(np.linalg.cholesky(H)).T
+    density = Density.of(Predicted(new @ (sd * before.value), new @ root, np.zeros((20, 1))), temperature)
+    assert density.log(y[None, 30:])[0] == pytest.approx(after.log - before.log, abs=1e-9)

@@ -15,11 +15,12 @@ from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.diagnosis import Progress, Workshop
 from rotorsim.discrepancy.loop.rigs import Rig, open_rig
 from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
+from rotorsim.discrepancy.odds.explanation import SURE
 from rotorsim.discrepancy.outcome.files import RESULTS
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
-from rotorsim.discrepancy.plan.expected import SURE
 from rotorsim.discrepancy.plan.options import Option
+from rotorsim.discrepancy.plan.plan import Proposal
 from rotorsim.machine import Machine, load_machine
 
 Shown = Callable[[Steps], None]
@@ -161,16 +162,19 @@ class Loop:
             return "budget"
         return "open"
 
-    def _next(self, found: Diagnosis, steps: Steps) -> Any:
-        """The best proposal that the budget still pays for, if it should settle something."""
-        plan = found.planned
-        left = self.budget - steps.spent
-        return next((p for p in (plan.proposals if plan else ()) if p.option.minutes <= left), None)
+    def _next(self, found: Diagnosis, steps: Steps) -> Proposal | None:
+        """The experiment that waits for its record, else the best that helps and that the budget still pays for."""
+        plan, left = found.planned, self.budget - steps.spent
+        if plan is None:
+            return None
+        waiting = steps.pending.get("experiment")
+        asked = next((p for p in plan.proposals if p.option.name == waiting and p.option.minutes <= left), None)
+        return asked or plan.first(left)
 
     def _experiment(self, found: Diagnosis, steps: Steps) -> Steps:
         """The next experiment made; pending until it is diagnosed."""
         best, number = self._next(found, steps), len(steps.steps)
-        assert found.planned is not None
+        assert found.planned is not None and best is not None
         ordered = replace(found.planned, proposals=(best, *(p for p in found.planned.proposals if p is not best)))
         write_text(self.folder / RESULTS["plan"], ordered.campaign(self.machine, self.machine.name))
         ahead = {"experiment": best.option.name, "minutes": best.option.minutes, "expected": best.outlook.decided}

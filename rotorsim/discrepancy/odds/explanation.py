@@ -8,6 +8,8 @@ BEYOND = "something that is not in the catalogue"
 NOTHING = "nothing is missing"
 NOT_IN_CATALOGUE = "not in the catalogue"
 """Name of all explanations together that hold something which is not in the catalogue."""
+SURE = 0.95
+"""Probability from which an explanation is settled."""
 LEAST_SHOWN = 1e-3
 """Probability below which an explanation is not listed."""
 

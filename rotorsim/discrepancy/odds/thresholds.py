@@ -11,13 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.explanation import SURE, Explanation
 from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.search.search import A_FIFTH, Hypothesis
 from rotorsim.discrepancy.search.verdict import Verdict
 
-SURE = 0.95
-"""Probability from which an explanation is settled."""
 RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
@@ -87,4 +85,4 @@ def probability_of(keys: tuple[str, ...], odds: Sequence[Explanation]) -> float:
     return next((e.probability for e in odds if not e.beyond and keys in (e.effects, *e.alike)), 0.0)
 
 
-__all__ = ["SURE", "by_odds", "joined_classes"]
+__all__ = ["by_odds", "joined_classes"]

@@ -1,12 +1,13 @@
 r"""Odds that a new record should leave: predictive distributions of the rivals, entropy after re-fitting them.
 
-.. math:: p(y \mid k) = N\big(y;\, m_k,\, \Sigma + J_k V_k J_k'\big), \qquad
-          E[H] = \sum_k P_k \int p(y \mid k)\, H\big[P(\cdot \mid y)\big]\, dy
+.. math:: \ln p(y \mid k) = -\tfrac12\big(\ln|C| / T + \ln|I + F' C^{-1} F / T| + r' (T C + F F')^{-1} r\big), \quad
+          C = \Sigma + U U', \quad F F' = J V J'
 
-m_k is the response of explanation k at its fitted point, V_k the covariance of its parameters after the records there
-are, J_k their sensitivities in the new run: what a rival can be re-fitted to is no difference. Sigma is the floor with
-the error of the model's form. The integral is a mean over draws; a plug-in estimate without J_k V_k J_k' is wrong by
-factors. Sources: Lindley (1956); MacKay (2003), chapter 28.
+with r = y - m_k, the same power 1/T of the likelihood as in the evidence: it is the change of its logarithm by the new
+record. m_k is the response of explanation k at its fitted point, V the covariance of its parameters after the records
+there are, J their sensitivities in the new run: what a rival can be re-fitted to is no difference. Sigma is the floor,
+U the error of the model's form. The expected entropy is a mean over draws; a plug-in estimate without J V J' is wrong
+by factors. Sources: Lindley (1956); MacKay (2003), chapter 28.
 
 Cites: lindley_1956, mackay_2003.
 """
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.discrepancy.odds.explanation import SURE
 
 DRAWS = 48
 """Draws of a new record for each explanation."""
@@ -26,10 +28,20 @@ DRAWS = 48
 
 @dataclass(frozen=True)
 class Predicted:
-    """An explanation's response (n,) in a new run, and its sensitivities times a root of the covariance (n, k)."""
+    """An explanation's response (n,) [m] in a new run and what leaves it open.
+
+    spread : sensitivities times a root of the parameters' covariance (n, k) [m]
+    form : directions of the model's form error, as large as it is (n, m) [m]
+    """
 
     mean: np.ndarray
     spread: np.ndarray
+    form: np.ndarray
+
+    @property
+    def open(self) -> np.ndarray:
+        """Everything that leaves it open (n, k + m) [m]."""
+        return np.concatenate([self.spread, self.form], axis=1)
 
 
 @dataclass(frozen=True)
@@ -41,18 +53,15 @@ class Outlook:
     truths: np.ndarray
 
 
-SURE = 0.95
-"""Probability at which an explanation is settled."""
-
-
 def entropy(p: np.ndarray) -> np.ndarray:
     """Entropy [bit] of probabilities along the last axis."""
     return np.asarray(-(p * np.log2(np.maximum(p, 1e-300))).sum(axis=-1))
 
 
 def outlook(
-    odds: np.ndarray, predicted: Sequence[Predicted], sigma: np.ndarray, temperature: float, seed: int = 0
-) -> Outlook:
+    odds: np.ndarray, predicted: Sequence[Predicted], sigma: np.ndarray, temperature: float, seed: int = 0,
+    sure: float = SURE,
+) -> Outlook:  # fmt: skip
     """What a new record should leave of the odds (k,).
 
     Parameters
@@ -66,39 +75,65 @@ def outlook(
         By which logarithms of the evidence are divided.
     seed : int
         Of the draws: the same for every run, so that plans compare.
+    sure : float
+        Probability at which an explanation is settled.
+
+    Raises
+    ------
+    NoAnswerError
+        Where a covariance has no inverse.
     """
     rng = np.random.default_rng([seed, 22])
-    scaled = [Predicted(p.mean / sigma, p.spread / sigma[:, None]) for p in predicted]
-    inner = [np.eye(p.spread.shape[1]) + p.spread.T @ p.spread for p in scaled]
-    roots = [answer(np.linalg.cholesky, M) for M in inner]
+    scaled = [Predicted(p.mean / sigma, p.spread / sigma[:, None], p.form / sigma[:, None]) for p in predicted]
+    densities = [Density.of(p, temperature) for p in scaled]
     entropies, decided, truths = np.zeros(len(odds)), np.zeros(len(odds)), np.zeros(len(odds))
     for k, truth in enumerate(scaled):
-        shape = (DRAWS, truth.spread.shape[1])
-        drawn = truth.mean + rng.normal(size=shape) @ truth.spread.T + rng.normal(size=(DRAWS, len(sigma)))
-        logs = np.stack([_log_density(drawn, p, L) for p, L in zip(scaled, roots, strict=True)], axis=1)
-        p = np.log(odds) + logs / temperature
+        whole = truth.open
+        drawn = truth.mean + rng.normal(size=(DRAWS, whole.shape[1])) @ whole.T + rng.normal(size=(DRAWS, len(sigma)))
+        p = np.log(odds) + np.stack([density.log(drawn) for density in densities], axis=1)
         p = np.exp(p - p.max(axis=1, keepdims=True))
         p /= p.sum(axis=1, keepdims=True)
         entropies[k], truths[k] = float(entropy(p).mean()), float(p[:, k].mean())
-        decided[k] = float((p[:, k] >= SURE).mean())
+        decided[k] = float((p[:, k] >= sure).mean())
     return Outlook(float(odds @ entropies), float(odds @ decided), truths)
+
+
+@dataclass(frozen=True)
+class Density:
+    """Predictive density of a whitened record: mean (n,), what leaves it open S (n, k), its constant, temperature."""
+
+    mean: np.ndarray
+    S: np.ndarray
+    inner: np.ndarray
+    constant: float
+    temperature: float
+
+    @classmethod
+    def of(cls, p: Predicted, temperature: float) -> Density:
+        """Of a prediction in standard deviations; raises NoAnswerError where it has none."""
+        S = np.concatenate([p.form, p.spread / np.sqrt(temperature)], axis=1)
+        inner = np.eye(S.shape[1]) + S.T @ S
+        m = p.form.shape[1]
+        whole = float(answer(np.linalg.slogdet, inner)[1])
+        form = float(answer(np.linalg.slogdet, inner[:m, :m])[1]) if m else 0.0
+        return cls(p.mean, S, inner, -0.5 * (form / temperature + whole - form), temperature)
+
+    def log(self, drawn: np.ndarray) -> np.ndarray:
+        """Its logarithm at records (d, n), less what n ln 2 pi adds."""
+        r = drawn - self.mean
+        a = r @ self.S
+        q = (r**2).sum(axis=1) - (a * answer(np.linalg.solve, self.inner, a.T).T).sum(axis=1)
+        return np.asarray(self.constant - 0.5 * q / self.temperature)
 
 
 def separation(predicted: Sequence[Predicted], sigma: np.ndarray) -> np.ndarray:
     """Sums of squares (k, k) between the responses of explanations, each re-fitted to the other's mean."""
     out = np.zeros((len(predicted), len(predicted)))
     for k, p in enumerate(predicted):
-        S = p.spread / sigma[:, None]
+        S = p.open / sigma[:, None]
         M = np.eye(S.shape[1]) + S.T @ S
         for i, other in enumerate(predicted):
             d = (other.mean - p.mean) / sigma
             a = S.T @ d
             out[i, k] = max(float(d @ d - a @ answer(np.linalg.solve, M, a)), 0.0)
     return np.maximum(out, out.T)
-
-
-def _log_density(drawn: np.ndarray, p: Predicted, root: np.ndarray) -> np.ndarray:
-    """Logarithm of the density of draws (d, n), less n ln 2 pi / 2."""
-    r = drawn - p.mean
-    along = answer(np.linalg.solve, root, p.spread.T @ r.T)
-    return np.asarray(-0.5 * ((r**2).sum(axis=1) - (along**2).sum(axis=0)) - np.log(np.diag(root)).sum())

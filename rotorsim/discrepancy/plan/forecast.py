@@ -21,6 +21,7 @@ from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
+from rotorsim.discrepancy.odds.odds import TEMPERATURE
 from rotorsim.discrepancy.odds.posterior import posterior_root
 from rotorsim.discrepancy.plan.expected import Predicted
 from rotorsim.discrepancy.residuals.comparison import LOST, Comparison, Point, simulate
@@ -44,10 +45,11 @@ class Forecast:
         part = self.comparison
         size = whitened_size(part.layout, part.predict(self.fits[0].point), part.sigma)
         form: ModelForm = model_form(part.layout, part.trials, size)
-        return [posterior_root(form, fit, error) for fit, error in zip(self.fits, self.errors, strict=True)]
+        pairs = zip(self.fits, self.errors, strict=True)
+        return [posterior_root(form, fit, error, TEMPERATURE) for fit, error in pairs]
 
     @cached_property
-    def turned(self) -> list[tuple[int, FitParameter]]:
+    def varied(self) -> list[tuple[int, FitParameter]]:
         """Parameters whose sensitivities the plant is run for: those of all fits at the first one's point."""
         own = [{p.key: replace(p, trend="") for p in fit.parameters if p.key not in DIRECTIONS} for fit in self.fits]
         common = [key for key in own[0] if all(key in other for other in own)]
@@ -63,13 +65,13 @@ class Forecast:
 
     def columns(self, trials: Sequence[Trial], means: Sequence[Sequence[np.ndarray]]) -> list[Columns]:
         """Sensitivities of every trial; those of a parameter without solution a step away are zero."""
-        points = {k: self.fits[max(k, 0)].point for k, _ in self.turned}
-        moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in self.turned]
+        points = {k: self.fits[max(k, 0)].point for k, _ in self.varied}
+        moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in self.varied]
         flat = iter(self._run([(trial, point) for trial in trials for point in moved]))
         out = []
         for own in means:
             found: Columns = {}
-            for k, p in self.turned:
+            for k, p in self.varied:
                 change = (next(flat) - own[max(k, 0)]) / self._step(points[k], p)
                 found[k, p.key] = change if np.abs(change).max() * p.step < LOST else np.zeros_like(change)
             out.append(found)
@@ -97,7 +99,7 @@ class Forecast:
         out = []
         for k, (fit, root, mean, error) in enumerate(zip(self.fits, self.roots, means, self.errors, strict=True)):
             J = np.column_stack([self._column(k, p, trial, layout, columns) for p in fit.parameters])
-            out.append(Predicted(mean, np.concatenate([J @ root, error * shape], axis=1)))
+            out.append(Predicted(mean, J @ root, error * shape))
         return out
 
     def _column(self, k: int, p: FitParameter, trial: Trial, layout: Layout, columns: Columns) -> np.ndarray:

@@ -46,11 +46,16 @@ A_MINUTE = 0.002
 
 @dataclass(frozen=True)
 class Proposal:
-    """An experiment with what it should leave of the odds; `close` where sensitivities were taken in it."""
+    """An experiment with what it should leave of the odds.
+
+    close : whether sensitivities were taken in it; else those of the usual excitation at its operating point stand for
+        them, or none where its lines are others (`bare`), which promises too much
+    """
 
     option: Option
     outlook: Outlook
     close: bool = True
+    bare: bool = False
 
     @property
     def rank(self) -> float:
@@ -82,10 +87,18 @@ class Plan:
     odds: tuple[float, ...] = ()
     tried: int = 0
 
+    def helps(self, proposal: Proposal) -> bool:
+        """Whether an experiment should take away a part of the entropy that is worth its time."""
+        return proposal.outlook.entropy < (1 - ENOUGH) * self.entropy
+
     @property
     def settles(self) -> bool:
-        """Whether the best experiment should take away a part of the entropy that is worth its time."""
-        return bool(self.proposals) and self.proposals[0].outlook.entropy < (1 - ENOUGH) * self.entropy
+        """Whether the best experiment helps."""
+        return bool(self.proposals) and self.helps(self.proposals[0])
+
+    def first(self, longest: float) -> Proposal | None:
+        """The best experiment that helps and takes no longer [min]."""
+        return next((p for p in self.proposals if p.option.minutes <= longest and self.helps(p)), None)
 
     @property
     def sentence(self) -> str:
@@ -217,7 +230,7 @@ class Looks:
             columns = self.forecast.columns([self.trials[i]], [self.means[i]])[0]
             if (found := self._look(i, columns, True)) is not None:
                 close[i] = found
-        rest = [first[i] for i in order if i not in close]
+        rest = [first[i] for i in order if i not in close and not first[i].bare]
         return (*sorted(close.values(), key=lambda p: p.rank), *rest)
 
     def _first_looks(self) -> dict[int, Proposal]:
@@ -233,18 +246,19 @@ class Looks:
         for i, one in enumerate(self.options):
             at = usual[one.speed, one.pressure]
             near = columns[i] if i == at else in_proportion(columns[at], self.trials[at], self.trials[i])
-            look = self._look(i, near or {}, i == at)
+            look = self._look(i, {} if near is None else near, i == at, near is None)
             if look is not None:
                 found[i] = look
         return found
 
-    def _look(self, i: int, columns: Columns, close: bool) -> Proposal | None:
+    def _look(self, i: int, columns: Columns, close: bool, bare: bool = False) -> Proposal | None:
         trial, means = self.trials[i], self.means[i]
         sigma = self.forecast.floor(trial, means)
         try:
             predicted = self.forecast.predicted(trial, means, columns, sigma)
-            self.apart = np.maximum(self.apart, separation(predicted, sigma))
-            return Proposal(self.options[i], outlook(self.odds, predicted, sigma, TEMPERATURE), close)
+            if not bare:
+                self.apart = np.maximum(self.apart, separation(predicted, sigma))
+            return Proposal(self.options[i], outlook(self.odds, predicted, sigma, TEMPERATURE), close, bare)
         except NoAnswerError:
             return None
 
@@ -254,7 +268,7 @@ class Looks:
         pairs = [(i, k) for i in own for k in own if k < i and self.apart[i, k] < APART]
         return [
             f"no allowed experiment separates {names[k]} from {names[i]}: after re-fitting they differ by at most "
-            f"{np.sqrt(self.apart[i, k]):.1f} standard deviations in any of {len(self.options)} experiments"
+            f"{np.sqrt(self.apart[i, k]):.1f} standard deviations in any experiment that was looked at"
             for i, k in pairs
         ]
 
