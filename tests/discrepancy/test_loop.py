@@ -14,6 +14,7 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.bench.decide import HiddenRig, LoopCase, loop_figures
 from rotorsim.discrepancy import decide
 from rotorsim.discrepancy.blind_test.hide import read_truth
+from rotorsim.discrepancy.loop.decide import _with_files
 from rotorsim.discrepancy.loop.rigs import FolderRig, VirtualRig, open_rig
 from rotorsim.discrepancy.loop.steps import FILE, Step, Steps, read_steps
 from rotorsim.discrepancy.plan.allowed import ALLOWED
@@ -67,18 +68,42 @@ def test_a_loop_that_was_begun_otherwise_or_lost_a_record_is_refused(tmp_path):
 
 
 def test_rigs_that_are_not_there_are_refused(tmp_path, machine):
-    with pytest.raises(DataError, match=r"'vrtual:x' is no rig; give virtual:FOLDER"):
+    with pytest.raises(DataError, match=r"'vrtual:x' is neither virtual:FOLDER"):
         open_rig("vrtual:x", machine)
     with pytest.raises(DataError, match=r"gone is not a folder; make it"):
-        open_rig(str(tmp_path / "gone"), machine).begin([])
+        open_rig(str(tmp_path / "gone"), machine).check(tmp_path)
     with pytest.raises(DataError, match=r"truth.json: cannot be read .* give the folder that rotorsim hide has made"):
-        open_rig(f"virtual:{tmp_path / 'gone'}", machine).begin([])
+        open_rig(f"virtual:{tmp_path / 'gone'}", machine).check(tmp_path)
     (tmp_path / "sealed").mkdir()
     (tmp_path / "sealed" / "truth.json").write_text('{"seed": 1}')
     with pytest.raises(DataError, match=r"is not the truth of hidden records; make them anew"):
-        VirtualRig(tmp_path, machine).begin([])
+        VirtualRig(tmp_path, machine).check(None)
     with pytest.raises(DataError, match="budget: 0 min; give minutes of rig time above 0"):
         decide(machine, tmp_path, budget=0.0)
+
+
+def test_results_in_the_folder_of_the_rig_are_refused(tmp_path, machine):
+    for rig in (FolderRig(tmp_path), VirtualRig(tmp_path, machine)):
+        for out in (tmp_path, tmp_path / "decision"):
+            with pytest.raises(DataError, match=r"is in the folder of the rig, .*; give another one"):
+                rig.check(out)
+    with pytest.raises(DataError, match="a rig that is a folder needs out"):
+        FolderRig(tmp_path).check(None)
+
+
+def test_records_of_an_experiment_that_was_not_diagnosed_stay_its_own(tmp_path):
+    """Made, then interrupted; a second file comes, or the first one is taken away again."""
+    kept, late = tmp_path / "a.nc", tmp_path / "b.nc"
+    for path in (kept, late):
+        path.write_bytes(b"x")
+    pending = {"experiment": "x", "minutes": 3.0, "expected": 0.5, "records": (str(kept),)}
+    steps = replace(some_steps(tmp_path), pending=pending)
+    assert _with_files(steps, [kept, late]).pending["records"] == (str(kept), str(late))
+    waited = replace(steps, pending={})
+    assert _with_files(waited, [late]).first == (str(late),)
+    steps.write(tmp_path)
+    kept.unlink()
+    assert read_steps(tmp_path, ASKED).pending["records"] == ()
 
 
 def test_a_folder_gives_what_is_new_once_it_does_not_grow(tmp_path):
@@ -139,7 +164,9 @@ def test_a_loop_decides_between_effects_that_tie_at_first(tmp_path, machine, wor
 
 
 @pytest.mark.slow
-def test_a_plan_says_what_is_then_seen(machine, workshop, truth_plant, recorded, tmp_path):
+def test_a_budget_below_every_experiment_is_refused_and_the_first_step_is_kept(
+    machine, workshop, truth_plant, recorded, tmp_path
+):
     """Budget below every experiment: refused with the shortest one's time, and the steps so far are kept."""
     records, truth = recorded(("runout.amplitude_1x",), 6)
     few = [r for r in records if r.attrs["record"].startswith("fit_1")]

@@ -114,7 +114,7 @@ def test_a_machine_without_actuators_is_hit_and_has_no_pressure():
 
 def test_what_cannot_change_is_refused_with_the_choice():
     assert check_allowed(()) == tuple(ALLOWED)
-    with pytest.raises(DataError, match=r"'coast-dwn' is nothing that a plan can change; did you mean 'coast-"):
+    with pytest.raises(DataError, match=r"'coast-dwn' cannot be changed by a plan; did you mean 'coast-"):
         check_allowed(("speed", "coast-dwn"))
     rotor = load_machine("plain_rotor")
     with pytest.raises(DataError, match=r"'bias' cannot be changed, plain_rotor has no injectors with moving"):

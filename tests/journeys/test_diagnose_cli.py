@@ -74,7 +74,7 @@ def test_a_plan_that_makes_no_sense_is_a_sentence(run, tmp_path):
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--allow", "speed")
     assert code == 2 and "--allow: is about a plan; give --plan-next or --until-decided too" in err
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--plan-next", "--allow", "speed,biass")
-    assert code == 2 and "--allow: 'biass' is nothing that a plan can change; did you mean 'bias'?" in err
+    assert code == 2 and "--allow: 'biass' cannot be changed by a plan; did you mean 'bias'?" in err
 
 
 LOOP = ("diagnose", "plain_rotor", "--until-decided")
@@ -84,9 +84,9 @@ LOOP = ("diagnose", "plain_rotor", "--until-decided")
     ((), "--until-decided: needs --rig: virtual:FOLDER of rotorsim hide, or a folder for new records"),
     (("--rig", "virtual:gone"), "gone/sealed/truth.json: cannot be read"),
     (("--rig", "gone"), "--rig: gone is not a folder; make it"),
-    (("--rig", "vrtual:gone"), "'vrtual:gone' is no rig; give virtual:FOLDER"),
+    (("--rig", "vrtual:gone"), "'vrtual:gone' is neither virtual:FOLDER"),
     (("--rig", ".", "--budget", "30"), "--budget: '30' has no unit; write e.g."),
-    (("--rig", ".", "--budget", "0 min"), "--budget: '0 min' is no time above 0"),
+    (("--rig", ".", "--budget", "0 min"), "--budget: '0 min' is not above 0"),
     (("--rig", ".", "--held-out", "a.nc"), "--until-decided: takes no --held-out and --untouched"),
     (("--rig", ".", "--allow", "bias"), "cannot be changed, plain_rotor has no injectors with moving pins"),
 ])  # fmt: skip
@@ -99,7 +99,7 @@ def test_a_loop_that_makes_no_sense_is_a_sentence(run, tmp_path, monkeypatch, re
 
 def test_a_rig_without_a_loop_is_a_sentence(run, tmp_path):
     code, _, err = run("diagnose", "plain_rotor", tmp_path, "--rig", "virtual:x")
-    assert code == 2 and "--rig: makes the experiments of a loop; give --until-decided too" in err
+    assert code == 2 and "--rig: is about a loop of experiments; give --until-decided too" in err
 
 
 def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):

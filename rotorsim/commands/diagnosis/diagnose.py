@@ -19,7 +19,7 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.progress import end_line, line, on_terminal
 from rotorsim.commands.completion import parameters
-from rotorsim.commands.diagnosis.loop import Asked, print_steps, run_loop
+from rotorsim.commands.diagnosis.loop import BUDGET, WAIT, Asked, print_steps, run_loop
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
 from rotorsim.commands.page_options import PageOptions
@@ -87,7 +87,7 @@ def diagnose(
         typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan."),
     ] = False,
     allow: Annotated[
-        str | None, typer.Option("--allow", help=f"What a plan may change, with commas: {', '.join(ALLOWED)}; or all.")
+        str | None, typer.Option("--allow", help=f"What experiments may change: {','.join(ALLOWED)}; all if not given.")
     ] = None,
     until_decided: Annotated[
         bool,
@@ -97,8 +97,10 @@ def diagnose(
         str | None,
         typer.Option("--rig", help="virtual:FOLDER of 'hide', or the folder into which new records are put."),
     ] = None,
-    budget: Annotated[str, typer.Option("--budget", help="Rig time that experiments may take.")] = "30 min",
-    wait: Annotated[str, typer.Option("--wait", help="Longest time to wait for a record.")] = "8 h",
+    budget: Annotated[
+        str | None, typer.Option("--budget", help=f"Rig time that experiments may take; {BUDGET}.")
+    ] = None,
+    wait: Annotated[str | None, typer.Option("--wait", help=f"Longest time to wait for a record; {WAIT}.")] = None,
     report: WithReport = True,
     *,
     page: PageOptions,
@@ -124,15 +126,16 @@ def diagnose(
         raise DataError("--allow: is about a plan; give --plan-next or --until-decided too")
     allowed = check_allowed([] if allow is None else [name.strip() for name in allow.split(",")])
     if until_decided:
-        asked = Asked(_rig(rig, held_out, untouched), budget, wait, allowed)
+        asked = Asked(_rig(rig, held_out, untouched), budget, wait, allowed, tolerance, page)
         found, paths = run_loop(
             machine, records or [], mapping, effect, asked, out, force, report, Stages().show, as_json
         )
         _show(found, paths, as_json)
         raise typer.Exit(found.exit_code)
     assert records
-    if rig is not None:
-        raise DataError("--rig: makes the experiments of a loop; give --until-decided too")
+    for option, given in (("rig", rig), ("budget", budget), ("wait", wait)):
+        if given is not None:
+            raise DataError(f"--{option}: is about a loop of experiments; give --until-decided too")
     with (
         results(out, "diagnosis", tuple(RESULTS.values()), force) as folder,
         _kept(machine, records, held_out, untouched, mapping, effect, tolerance) as unfinished,

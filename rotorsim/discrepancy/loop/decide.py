@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,21 +10,24 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import make_folder, write_text
+from rotorsim.base.files import make_folder
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.diagnosis import Progress, Workshop
 from rotorsim.discrepancy.loop.rigs import Rig, open_rig
 from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
 from rotorsim.discrepancy.odds.explanation import SURE
-from rotorsim.discrepancy.outcome.files import RESULTS
+from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
 from rotorsim.discrepancy.plan.options import Option
-from rotorsim.discrepancy.plan.plan import Proposal
+from rotorsim.discrepancy.plan.plan import Plan, Proposal
+from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.machine import Machine, load_machine
 
 Shown = Callable[[Steps], None]
+UNFINISHED = "unfinished"
+"""Folder of what was computed, by which an interrupted loop resumes."""
 
 
 def decide(
@@ -39,6 +43,8 @@ def decide(
     progress: Progress = lambda stage: None,
     shown: Shown = lambda steps: None,
     workshop: Workshop | None = None,
+    tolerance: float = TOLERANCE,
+    anew: bool = False,
 ) -> Diagnosis:
     """Diagnose and make the experiment that should tell most, until one explanation has a probability of `sure`.
 
@@ -67,6 +73,10 @@ def decide(
         Called with each stage of the work, and with all steps after each of them.
     workshop : Workshop, optional
         Compiled twins of the machine.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    anew : bool
+        Begin anew where `out` has steps already.
 
     Returns
     -------
@@ -88,15 +98,24 @@ def decide(
     if not budget > 0:
         raise DataError(f"budget: {budget:g} min; give minutes of rig time above 0")
     if not 0.5 < sure < 1:
-        raise DataError(f"sure: {sure:g} is no probability between 0.5 and 1; give e.g. 0.95")
+        raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95")
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
-    allowed = check_allowed(allow)
-    allowed_here(machine, allowed)
-    asked = {"machine": machine.name, "rig": there.name, "allow": list(allowed), "sure": sure}
+    allowed = allowed_here(machine, check_allowed(allow))
+    there.check(out)
+    only = None if effects is None else tuple(effects)
+    given = [r if not isinstance(r, (str, Path)) else Path(r).resolve() for r in records]
+    asked = {
+        "machine": machine.name, "content": machine.hash, "rig": there.name, "allow": sorted(allowed), "sure": sure,
+        "effects": None if only is None else sorted(only), "records": [str(r) for r in given if isinstance(r, Path)],
+        "mapping": None if mapping is None else str(mapping),
+    }  # fmt: skip
     with TemporaryDirectory() as scratch:
-        folder = make_folder(Path(scratch if out is None else out))
-        wanted = Loop(machine, there, budget, allowed, effects, sure, folder, mapping, progress, shown, workshop)
-        return wanted.run(there.begin(list(records)), read_steps(folder, asked))
+        folder = make_folder(Path(scratch if out is None else out).resolve())
+        wanted = Loop(
+            machine, there, budget, allowed, only, sure, folder, mapping, progress, shown, workshop, tolerance
+        )
+        first = there.begin(given)
+        return wanted.run(first, Steps(asked) if anew else read_steps(folder, asked))
 
 
 @dataclass(eq=False)
@@ -107,28 +126,32 @@ class Loop:
     rig: Rig
     budget: float
     allow: Sequence[str]
-    effects: Iterable[str] | None
+    effects: tuple[str, ...] | None
     sure: float
     folder: Path
     mapping: Any
     progress: Progress
     shown: Shown
     workshop: Workshop | None
+    tolerance: float
 
     def run(self, first: list[Any], steps: Steps) -> Diagnosis:
         """All steps that are left."""
-        effects = None if self.effects is None else tuple(self.effects)
-        self.workshop = self.workshop or Workshop.of(self.machine, effects, self.progress)
+        self.workshop = self.workshop or Workshop.of(self.machine, self.effects, self.progress)
         steps = _with_files(steps, first)
         while True:
-            found = self._diagnosed([*(r for r in first if str(r) not in steps.records), *steps.records])
+            found = self._diagnosed([*(r for r in first if str(r) not in steps.records), *map(Path, steps.records)])
             if not steps.steps or steps.made:
                 steps = steps.with_step(self._step(found, steps))
-            steps = replace(steps, end=self._end(found, steps))
-            self._keep(steps)
-            if steps.end != "open":
-                return replace(found, steps=steps)
-            steps = self._experiment(found, steps)
+                self._keep(steps)
+            best, end = self._next(found, steps), self._end(found, steps)
+            steps = replace(steps, end=end)
+            if end != "open" or best is None:
+                self._keep(steps)
+                shutil.rmtree(self.folder / UNFINISHED, ignore_errors=True)
+                return replace(found, steps=steps, planned=None if end == "budget" else found.planned)
+            found = replace(found, planned=_with_first(found.planned, best))
+            steps = self._experiment(found, best, steps)
             self._keep(steps)
             if not steps.made:
                 return replace(found, steps=steps)
@@ -137,7 +160,7 @@ class Loop:
         """Diagnosis with a plan."""
         return diagnose(
             self.machine, records, effects=self.effects, mapping=self.mapping, workshop=self.workshop,
-            progress=self.progress, resume=self.folder / "unfinished", plan_next=self.allow,
+            tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED, plan_next=self.allow,
         )  # fmt: skip
 
     def _step(self, found: Diagnosis, steps: Steps) -> Step:
@@ -151,16 +174,16 @@ class Loop:
         if max(found.odds.values(), default=0.0) >= self.sure:
             return "decided"
         plan = found.planned
-        if plan is None or not plan.settles:
+        if plan is None or not plan.proposals:
+            return "no_plan"
+        if not plan.settles:
             return "inseparable"
-        if self._next(found, steps) is None:
-            if not any(step.experiment for step in steps.steps):
-                least = min(p.option.minutes for p in plan.proposals)
-                raise DataError(
-                    f"budget: {self.budget:.3g} min are less than any experiment takes; give {least:.3g} min"
-                )
-            return "budget"
-        return "open"
+        if self._next(found, steps) is not None:
+            return "open"
+        if not any(step.experiment for step in steps.steps):
+            least = min(p.option.minutes for p in plan.proposals if plan.helps(p))
+            raise DataError(f"budget: {self.budget:.3g} min; the shortest experiment takes {least:.3g} min; give more")
+        return "budget"
 
     def _next(self, found: Diagnosis, steps: Steps) -> Proposal | None:
         """The experiment that waits for its record, else the best that helps and that the budget still pays for."""
@@ -171,16 +194,13 @@ class Loop:
         asked = next((p for p in plan.proposals if p.option.name == waiting and p.option.minutes <= left), None)
         return asked or plan.first(left)
 
-    def _experiment(self, found: Diagnosis, steps: Steps) -> Steps:
+    def _experiment(self, found: Diagnosis, best: Proposal, steps: Steps) -> Steps:
         """The next experiment made; pending until it is diagnosed."""
-        best, number = self._next(found, steps), len(steps.steps)
-        assert found.planned is not None and best is not None
-        ordered = replace(found.planned, proposals=(best, *(p for p in found.planned.proposals if p is not best)))
-        write_text(self.folder / RESULTS["plan"], ordered.campaign(self.machine, self.machine.name))
+        assert found.planned is not None
+        write_plan(self.folder, found.planned, self.machine)
         ahead = {"experiment": best.option.name, "minutes": best.option.minutes, "expected": best.outlook.decided}
-        steps = replace(steps, pending=ahead | {"records": ()})
-        self._keep(steps)
-        made = self._made(best.option, number)
+        self._keep(replace(steps, pending=ahead | {"records": ()}))
+        made = self._made(best.option, len(steps.steps))
         return replace(steps, pending=ahead | {"records": tuple(made)}, end="open" if made else "no_record")
 
     def _made(self, option: Option, number: int) -> list[str]:
@@ -200,10 +220,17 @@ class Loop:
         self.shown(steps)
 
 
+def _with_first(plan: Plan | None, best: Proposal) -> Plan | None:
+    """The plan with one experiment before the others."""
+    return None if plan is None else replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
+
+
 def _with_files(steps: Steps, first: Sequence[Any]) -> Steps:
-    """Steps that know the files to begin with; what has come since the loop waited is of its pending experiment."""
-    files = tuple(str(r) for r in first if isinstance(r, (str, Path)))
+    """Steps that know the files to begin with; what has come since is of the experiment that waits for its record."""
+    files = tuple(str(r) for r in first if isinstance(r, Path))
     if not steps.steps:
         return replace(steps, first=files)
     new = tuple(name for name in files if name not in (*steps.first, *steps.records))
-    return replace(steps, pending={**steps.pending, "records": new}) if new and steps.pending else steps
+    if not steps.pending:
+        return replace(steps, first=(*steps.first, *new))
+    return replace(steps, pending={**steps.pending, "records": (*steps.pending.get("records", ()), *new)})

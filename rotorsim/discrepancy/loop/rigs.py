@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -38,8 +39,11 @@ class Rig(Protocol):
     def name(self) -> str:
         """As it is given."""
 
+    def check(self, out: str | Path | None) -> None:
+        """Raise DataError where the rig is not there, or where results in `out` would be among its records."""
+
     def begin(self, given: Sequence[Any]) -> list[Any]:
-        """Records to begin with, as Datasets or paths, where others are `given`."""
+        """Records to begin with, as Datasets or absolute paths, where others are `given`."""
 
     def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Records of an experiment, the loop's one of this number from 1; none if none came in time."""
@@ -55,16 +59,21 @@ class VirtualRig:
     @property
     def name(self) -> str:
         """As it is given."""
-        return f"{VIRTUAL}{self.folder}"
+        return f"{VIRTUAL}{self.folder.resolve()}"
+
+    def check(self, out: str | Path | None) -> None:
+        """Raise DataError where there is no truth, or where `out` is the folder of the hidden machine."""
+        refuse_same(out, self.folder)
+        self.truth  # noqa: B018  (found missing before hours of work)
 
     def begin(self, given: Sequence[Any]) -> list[Any]:
         """The records that are given, else those that were hidden with the truth."""
-        self.truth  # noqa: B018  (found missing before hours of work)
         if given:
             return list(given)
-        if not (self.folder / "records").is_dir():
+        found = sorted((self.folder / "records").resolve().glob("*.nc"))
+        if not found:
             raise DataError(f"{self.folder}: has no folder 'records'; give the folder that rotorsim hide has made")
-        return [self.folder / "records"]
+        return list(found)
 
     @cached_property
     def truth(self) -> Any:
@@ -102,31 +111,53 @@ class FolderRig:
 
     @property
     def name(self) -> str:
-        """As it is given."""
-        return str(self.folder)
+        """Its absolute path."""
+        return str(self.folder.resolve())
 
-    def begin(self, given: Sequence[Any]) -> list[Any]:
-        """The records that are given and those that are there."""
+    def check(self, out: str | Path | None) -> None:
+        """Raise DataError where there is no such folder, or where `out` is none or in it."""
         if not self.folder.is_dir():
             raise DataError(f"--rig: {self.folder} is not a folder; make it and put the records there are into it")
-        self.taken.update(self._there())
-        return [*given, *sorted(self.taken)]
+        if out is None:
+            raise DataError("decide: a rig that is a folder needs out, where the plan of the next experiment is put")
+        refuse_same(out, self.folder)
+
+    def begin(self, given: Sequence[Any]) -> list[Any]:
+        """The records that are given and those that are there and complete."""
+        self.taken.update(self._complete())
+        return [*given, *sorted(self.taken - {r for r in given if isinstance(r, Path)})]
 
     def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
         """New records, as soon as there are any that do not grow any more."""
         end = time.monotonic() + self.longest
         while time.monotonic() < end:
             waiting()
-            sizes = {path: path.stat().st_size for path in self._there() - self.taken}
-            time.sleep(LOOK)
-            complete = [p for p, size in sizes.items() if p.exists() and p.stat().st_size == size > 0]
-            if complete and len(complete) == len(sizes):
-                self.taken.update(complete)
-                return sorted(complete)
+            if new := self._complete() - self.taken:
+                self.taken.update(new)
+                return sorted(new)
         return []
 
-    def _there(self) -> set[Path]:
-        return {p for p in self.folder.rglob("*") if p.suffix.lower() in READABLE and p.is_file()}
+    def _complete(self) -> set[Path]:
+        """Absolute paths of the records, once none of them grows any more."""
+        while True:
+            before = self._sizes()
+            time.sleep(LOOK if set(before) - self.taken else 0.2 * LOOK)
+            if before == self._sizes():
+                return {path for path, size in before.items() if size > 0}
+
+    def _sizes(self) -> dict[Path, int]:
+        found = {}
+        for path in self.folder.resolve().rglob("*"):
+            with suppress(FileNotFoundError):
+                if path.suffix.lower() in READABLE and path.is_file():
+                    found[path] = path.stat().st_size
+        return found
+
+
+def refuse_same(out: str | Path | None, folder: Path) -> None:
+    """Raise DataError for results in a rig's folder, where they would be taken for records."""
+    if out is not None and Path(out).resolve().is_relative_to(folder.resolve()):
+        raise DataError(f"--out: {out} is in the folder of the rig, {folder}; give another one")
 
 
 def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> Rig:
@@ -134,7 +165,7 @@ def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> Rig:
     if text.startswith(VIRTUAL):
         return VirtualRig(Path(text.removeprefix(VIRTUAL)), machine)
     if ":" in text and not Path(text).exists():
-        raise DataError(f"--rig: '{text}' is no rig; give virtual:FOLDER (of rotorsim hide) or a folder for records")
+        raise DataError(f"--rig: '{text}' is neither virtual:FOLDER (of rotorsim hide) nor a folder; give one of these")
     return FolderRig(Path(text), longest)
 
 

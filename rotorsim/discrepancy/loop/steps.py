@@ -17,6 +17,7 @@ ENDS = {
     "decided": "decided: one explanation has {sure:.3g} %",
     "budget": "the budget is spent",
     "inseparable": "no allowed experiment separates what is left",
+    "no_plan": "no experiment can be planned: there are no odds, or only one explanation could be fitted",
     "no_record": "no record came in time",
     "open": "not ended: the same command continues",
 }
@@ -122,7 +123,8 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> Steps:
             f"{path}: is of a loop with {differs[0]} = {found.asked.get(differs[0])}, not {asked[differs[0]]}; give "
             "another --out, or --force to begin anew"
         )
-    missing = [name for name in found.records if not Path(name).exists()]
+    missing = [name for step in found.steps for name in step.records if not Path(name).exists()]
     if missing:
         raise DataError(f"{missing[0]}: is a record of the loop in {path} and is gone; bring it back, or --force")
-    return found
+    waiting = tuple(name for name in found.pending.get("records", ()) if Path(name).exists())
+    return replace(found, pending={**found.pending, "records": waiting}) if found.pending else found

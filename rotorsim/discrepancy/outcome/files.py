@@ -12,12 +12,16 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.outcome.stored import AGAIN, from_bytes, to_bytes
+from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
+from rotorsim.discrepancy.plan.plan import Plan
+from rotorsim.machine import Machine, load_machine, shipped_machines
 
 RESULTS = {
     "gap": "gap.nc",
     "machine": "machine.toml",
     "difference": "machine.diff",
     "plan": "next.toml",
+    "believed": "believed.toml",
     "report": "report.html",
     "data": "report_data.npz",
     "verdict": "diagnosis.json",
@@ -53,9 +57,7 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")
         planned = ""
         if diagnosis.planned is not None and diagnosis.planned.as_dict()["proposals"]:
-            known = RESULTS["machine"] if (part / RESULTS["machine"]).exists() else diagnosis.machine.name
-            planned = diagnosis.planned.campaign(diagnosis.machine, known)
-            write_text(part / RESULTS["plan"], planned)
+            planned = write_plan(part, diagnosis.planned, diagnosis.machine)
         if report:
             diagnosis.report(part / RESULTS["report"])
         verdict = json.dumps(diagnosis.as_dict(), indent=2, default=float) + "\n"
@@ -63,6 +65,23 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
         write_text(part / RESULTS["verdict"], verdict)
         written = {kind: name for kind, name in RESULTS.items() if (part / name).exists()}
     return {kind: str(out / name) for kind, name in written.items()}
+
+
+def write_plan(folder: Path, plan: Plan | StoredPlan, machine: Machine) -> str:
+    """Write the plan of the next experiment and return its text.
+
+    It names the new machine file where there is one, else the machine as it is believed to be: a shipped one by its
+    name, another one by a copy next to the plan.
+    """
+    name = RESULTS["machine"]
+    if not (folder / name).exists():
+        shipped = machine.name in shipped_machines() and machine == load_machine(machine.name)
+        name = machine.name if shipped else RESULTS["believed"]
+        if not shipped:
+            machine.save(folder / name)
+    text = plan.campaign(machine, name)
+    write_text(folder / RESULTS["plan"], text)
+    return text
 
 
 def load_diagnosis(folder: str | Path) -> Diagnosis:

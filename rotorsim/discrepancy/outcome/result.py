@@ -13,7 +13,13 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
 from rotorsim.discrepancy.loop.steps import Steps
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, Explanation, shown_share
+from rotorsim.discrepancy.odds.explanation import (
+    LEAST_SHOWN,
+    NOT_IN_CATALOGUE,
+    NOTHING,
+    Explanation,
+    shown_share,
+)
 from rotorsim.discrepancy.outcome.findings import Findings
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import extended
@@ -35,6 +41,13 @@ WORDS = {
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }
 
+NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
+WITHIN_FORM = (
+    "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
+    "the error of the model's form."
+)
+EXCLUDED = 0.01
+"""Probability below which an explanation counts as excluded."""
 Planner = Callable[[Iterable[str], float], Plan]
 """Plans experiments by what may change and the minutes that one may take."""
 NO_ACCURACY = (
@@ -132,8 +145,14 @@ class Diagnosis(Shown, Findings, Reported):
             return NOTHING_BEYOND
         effects = " with ".join(f.form for f in self.effects)
         alike = [key for found in self.effects for key in found.tie_class if key != found.form]
-        rivals = "; ".join([*alike, *(" with ".join(t) for t in self.ties)])
-        return WORDS[self.status].format(effects=effects, rivals=rivals)
+        rivals = [*alike, *(" with ".join(t) for t in self.ties)]
+        if self.status == "tie" and not rivals:
+            others = [f"{name} {shown_share(p)}" for name, p in self.odds.items() if name != effects and p >= EXCLUDED]
+            return NOT_SURE.format(effects=effects, others="; ".join(others[:3]) or "others")
+        if self.status == "no_disagreement" and self.localisation and self.explanations:
+            share = shown_share(self.odds.get(NOTHING, 0.0))
+            return WITHIN_FORM.format(share=share, count=len(self.localisation))
+        return WORDS[self.status].format(effects=effects, rivals="; ".join(rivals))
 
     def apply(self) -> Machine:
         """The machine with the new calibration, and the effects where they are named or tied."""

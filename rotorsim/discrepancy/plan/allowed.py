@@ -1,4 +1,4 @@
-"""What a plan may change from record to record, and what a machine can do of it."""
+"""Changes that a plan may make from record to record, and those that a machine can do."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ OF_VECTORS = ("speed", "axis", "trial-weight", "slow-roll", "coast-down")
 
 def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
     """The names, each once, all of them for none; raises DataError for one that is unknown."""
-    asked = tuple(dict.fromkeys(names))
+    asked = tuple(name for name in dict.fromkeys(names) if name != "all")
     for unknown in (name for name in asked if name not in ALLOWED):
-        raise DataError(f"--allow: '{unknown}' is nothing that a plan can change; {did_you_mean(unknown, ALLOWED)}")
+        raise DataError(f"--allow: '{unknown}' cannot be changed by a plan; {did_you_mean(unknown, ALLOWED)}")
     return asked or tuple(ALLOWED)
 
 
@@ -51,7 +51,7 @@ def allowed_here(machine: Machine, names: Iterable[str], vectors: bool = False) 
     """What is allowed and can be done; raises DataError for something named that the machine cannot do."""
     asked, against = check_allowed(names), obstacles(machine, vectors)
     can = tuple(name for name in ALLOWED if name not in against)
-    if asked == tuple(ALLOWED):
+    if set(asked) == set(ALLOWED):
         return can
     for name in asked:
         if name in against:

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 MEANING = {
     "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
-    "named": "One explanation accounts for at least 95 % of what was beyond the floor, also at held-out points, and no "
-    "other effect of the catalogue does.",
-    "tie": "Several explanations fit these records equally well; the machine file holds the first. No name is given: "
-    "choose by what is known, or record the next experiment.",
+    "named": "One explanation has 95 % and accounts for at least 95 % of what was beyond the floor, also at held-out "
+    "points.",
+    "tie": "No explanation has 95 % alone; the machine file holds the most probable effect. No name is given: choose "
+    "by what is known, or record the next experiment.",
     "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
     "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
     "explain it is given below.",
