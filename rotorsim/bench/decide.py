@@ -87,6 +87,9 @@ class HiddenRig:
     records: list[Any]
     name: str = "hidden"
 
+    def check(self, out: Any) -> None:
+        """It is there."""
+
     def begin(self, given: Any) -> list[Any]:
         """The records to begin with."""
         return self.records

@@ -33,7 +33,9 @@ def some_steps(tmp_path):
 
 
 def test_steps_are_read_as_they_were_written(tmp_path):
-    steps = replace(some_steps(tmp_path), end="decided", first=("r.nc",), pending={"experiment": "x", "minutes": 3.0})
+    steps = replace(
+        some_steps(tmp_path), end="decided", first=("r.nc",), pending={"experiment": "x", "minutes": 3.0, "records": ()}
+    )
     steps.write(tmp_path)
     assert read_steps(tmp_path, ASKED) == steps
     assert steps.spent == 2.0 and not steps.made
