@@ -29,6 +29,7 @@ NOT_RUN = (
         r"^rotorsim (campaign thesis|study)|^rotorsim bench$|my_campaign|records --model",
         "hours; tests/campaign and reproduction",
     ),
+    (r"^rotorsim diagnose rig.toml --until-decided", "waits for records that a person makes"),
     (r"^rotorsim diagnose my_rotor.toml measured", "needs the reader's records; docs/gap.md runs the command nightly"),
     (r"scheduler|^head\$|^node\$|^--tls", "needs a cluster; tests/campaign starts schedulers of its own"),
     (r"^(store\.json|index\.sqlite|cases/|campaign\.log)", "a list of files"),

@@ -14,7 +14,7 @@ from rotorsim.base.files import make_folder
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.diagnosis import Progress, Workshop
-from rotorsim.discrepancy.loop.rigs import Rig, open_rig
+from rotorsim.discrepancy.loop.rigs import FolderRig, Rig, open_rig
 from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
 from rotorsim.discrepancy.odds.explanation import SURE
 from rotorsim.discrepancy.outcome.files import write_plan
@@ -102,6 +102,8 @@ def decide(
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
     allowed = allowed_here(machine, check_allowed(allow))
     there.check(out)
+    if mapping is not None and isinstance(there, FolderRig):  # it holds for all records, a weight for one
+        allowed = tuple(name for name in allowed if name != "trial-weight")
     only = None if effects is None else tuple(effects)
     given = [r if not isinstance(r, (str, Path)) else Path(r).resolve() for r in records]
     asked = {
