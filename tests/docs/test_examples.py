@@ -16,7 +16,7 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 SCENES = ("film_pressure", "mode_shape")
 """Examples that draw in three dimensions."""
-SLOW = ("campaign", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure")
+SLOW = ("campaign", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure")
 """Examples that take longer than 20 s."""
 MOST_LINES = 60
 PRINTED = {
@@ -24,6 +24,7 @@ PRINTED = {
     "campaign": (6,),
     "campbell": (2647, 2647),
     "compare_runups": (25, 489, 2702, 10, 195, 2702),
+    "decide": ("decided: one explanation has 95 %", "coupling.force_2x"),
     "diagnose": ("verdict: named", "shaft_bow"),
     "diagnose_runup": ("verdict: partial", "runout.amplitude_1x", 5.43e-6, 2.8e-7, 0.535),
     "film_coefficients": (0.7, 7.0, 5, 10.4, 1000),
@@ -45,6 +46,7 @@ PRINTED = {
     "probes": (22.2, 26.0, 35.2, 49.0),
     "pump": (2479, 4.8, 2209, 6.0),
     "python_control": (92, 0.012, 1.34, 2, 0.61, 2),
+    "reliability": ("expected calibration error",),
     "runup": (59.7, 7805),
     "sensitivity": (23, 0.5, 17293, 25, 0.5, 16455, 27, 0.5, 15810),
     "staircase": (3.23,),

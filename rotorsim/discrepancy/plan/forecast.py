@@ -5,6 +5,9 @@ r"""Responses that explanations predict in an experiment yet to be made, with wh
 m_k is the plant's response at the fitted point of explanation k, V_k the covariance of its parameters after the records
 there are, U the directions of the model's form error. Sensitivities J_k come from the plant in a `close` look; in a
 first look those of the usual excitation at the operating point stand for them, in proportion to the excitation.
+Source: MacKay (2003), chapter 28.
+
+Cites: mackay_2003.
 """
 
 from __future__ import annotations
