@@ -89,7 +89,7 @@ def test_a_speed_that_wavers_about_an_order_is_not_called_unsteady(rng):
 def test_a_run_up_is_refused_as_a_record_at_constant_speed():
     speed = np.linspace(100, 300, 12000)
     bad = from_arrays(np.arange(12000) / RATE, None, np.zeros((12000, 2)), speed=speed, pressure=0.0)
-    with pytest.raises(DataError, match="run-up as vectors"):
+    with pytest.raises(DataError, match="a run-up with its angle"):
         make_trial(bad)
 
 
