@@ -9,7 +9,8 @@ from rotorsim.base.cache import RUNS, sources_hash
 from rotorsim.base.version import installed
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
-SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/campaign")
+KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/data")
+SOURCES = (*RUNS, *KNOWN_CHANGES, "rotorsim/analysis", "rotorsim/campaign")
 
 
 @lru_cache(maxsize=1)
