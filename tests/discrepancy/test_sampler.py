@@ -106,8 +106,8 @@ def test_the_evidence_is_that_of_importance_sampling(posterior):
     r = of.form.whitened(r0 - of.fitted.J @ (of.sd * alone.value), alone.error)
     q = r @ r / TEMPERATURE + alone.value @ alone.value
     there = -0.5 * (q - np.linalg.slogdet(of.covariance)[1])
-    # limits of the bearings cut off a part of the normal distribution; what is left, .7 to 1.7 less than Laplace's in the
-    # five cases, is as measured: its cause is not established
+    # limits of the bearings cut off a part of the normal distribution; the difference that stays, .7 to 1.7 in the five
+    # cases, is as measured: its cause is not established
     assert sampled == pytest.approx(there + within, abs=2.0)
     assert alone.log == pytest.approx(
         there - 0.5 * np.log(inflation).sum() / TEMPERATURE + np.log(weights()[at]), abs=3.0
