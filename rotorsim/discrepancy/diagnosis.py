@@ -28,7 +28,6 @@ from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, 
 from rotorsim.discrepancy.outcome.findings import CLOCK, Found
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
 from rotorsim.discrepancy.outcome.missed_bands import missed_bands
-from rotorsim.discrepancy.outcome.next_experiment import next_experiment
 from rotorsim.discrepancy.outcome.report_spectra import spectra_of
 from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis, Planner
 from rotorsim.discrepancy.plan.plan import Plan, plan_next, rivals_of
@@ -257,9 +256,6 @@ class Work:
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
             unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
-        ahead: dict[str, Any] = {}
-        if verdict.status == "tie" and best is not None and verdict.rivals:
-            ahead = next_experiment(self.fitted, best, verdict.rivals[0])
         stages: list[Point | None] = [Point(), base.point, None if best is None else best.fit.point]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
@@ -271,7 +267,6 @@ class Work:
             effects=self._found(verdict, proven, V),
             ties=tuple(r.keys for r in verdict.rivals),
             unknown=unknown,
-            next_experiment=ahead,
             gap=gap,
             notes=(
                 *notes,

@@ -19,7 +19,7 @@ def diagnosis(machine):
     found = Found("unbalance", "unbalance", {"me": 1.2e-5}, {"me": 1e-7}, ("unbalance",))
     return rs.Diagnosis(
         "named", machine, (found,), (), {}, {}, "", localisation=(), unknown={},
-        next_experiment={"experiment": "steady"}, gap=xr.Dataset(), notes=(),
+        gap=xr.Dataset(), notes=(),
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ def found(machine, effects, calibration=None):
     evidence = {"chi2_calibrated": 900.0, "chi2_with_effect": 400.0, "numbers": 420.0, "share_gone": 0.99}
     return Diagnosis(
         "named", load_machine(machine), effects, (), calibration or {}, evidence, "d1",
-        localisation=(), unknown={}, next_experiment={}, gap=gap, notes=(),
+        localisation=(), unknown={}, gap=gap, notes=(),
     )  # fmt: skip
 
 

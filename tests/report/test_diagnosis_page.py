@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from rotorsim.discrepancy.loop.steps import Steps
 from rotorsim.discrepancy.outcome.findings import Found
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT
 from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
 from rotorsim.discrepancy.outcome.where import located
 from rotorsim.effects import REGISTRY
@@ -20,14 +21,6 @@ from small_diagnosis import blocked, runout, small_diagnosis
 LINE = {"point": "2400 rpm, 10 N", "frequency_hz": 62.5, "order": None, "force_n": 2.0, "unsteady": False,
         "direction": "along 0 deg from x", "residual_um": 1.0}  # fmt: skip
 UNKNOWN = {"where": "at the disc", "lines": [LINE], "growth": {}, "groups": ["between"]}
-EXPERIMENT = {
-    "experiment": "impact: slow roll, strong excitation",
-    "speed_hz": 5.0,
-    "pressure_mpa": 0.0,
-    "amplitude": 40.0,
-    "separates": ["runout.amplitude_1x", "against", "shaft_bow.bow"],
-    "enough": False,
-}
 PROPOSAL = {"experiment": "impact of 40 N at 300 rpm", "minutes": 3.0, "entropy_bit": 0.1, "chance_of_95_percent": 0.9}
 
 
@@ -107,7 +100,7 @@ COARSE = small_diagnosis(status="unknown", effects=[], localisation=(), notes=(N
 STEPS = {
     "named": (small_diagnosis(), "Inspect the probes at 300 mm; the new machine file holds the effect."),
     "nothing": (small_diagnosis(status="no_disagreement", effects=[]), "Use the re-calibrated machine file"),
-    "tie": (small_diagnosis(status="tie", next_experiment=EXPERIMENT), "Record impact at 300 rpm (slow roll, strong"),
+    "tie": (small_diagnosis(status="tie"), "Inspect the probes at 300 mm: these records do not distinguish"),
     "plan": (small_diagnosis(planned=STORED), "Next: impact."),
     "partial": (small_diagnosis(status="partial", unknown=UNKNOWN), "Do not use the effect as found"),
     "unknown": (small_diagnosis(status="unknown", effects=[], unknown=UNKNOWN), "Look on the machine"),
@@ -124,6 +117,27 @@ def test_the_first_screen_states_the_next_step_of_every_verdict(case):
     for part in (begin, "How probable each explanation is", "Where on the machine", "Gap before and after"):
         assert part in first
     assert "Infinity" not in first and "NaN" not in re.sub(r"log\. evidence.*?</table>", "", first)
+
+
+UNSURE = tuple(replace(e, probability=p) for e, p in zip(small_diagnosis().explanations, (0.6, 0.3, 0.1), strict=True))
+ENDED = Steps({"sure": 0.95}, end="budget")
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        (small_diagnosis(status="tie"), True),
+        (small_diagnosis(status="partial", unknown=UNKNOWN, explanations=UNSURE), True),
+        (small_diagnosis(status="partial", unknown=UNKNOWN), False),  # one explanation has 95 %
+        (small_diagnosis(), False),
+        (small_diagnosis(status="tie", planned=STORED), False),
+        (small_diagnosis(status="tie", steps=ENDED), False),
+        (small_diagnosis(status="tie", explanations=()), False),  # without odds nothing can be planned
+    ],
+)
+def test_a_tie_or_unsettled_odds_without_a_plan_state_how_to_get_one(found, expected):
+    assert found.unplanned is expected
+    assert (PLAN_NEXT in next_step(found)) is expected
 
 
 def test_without_odds_and_effects_the_page_has_a_sketch_without_marks():

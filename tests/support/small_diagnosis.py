@@ -45,7 +45,6 @@ def small_diagnosis(machine="plain_rotor", status="named", effects=None, **more)
         data_hash="0123456789abcdef",
         localisation=(Flag("fit_1", "2400 rpm, 10 N", "x", "2X", 2, 5e4, 7e-7, 1e-8, 10.0, 0),),
         unknown={},
-        next_experiment={},
         gap=_gap(rng),
         notes=("no repeats",),
         spectra={role: [_spectrum(name, rng) for name, own in POINTS.items() if own == role]

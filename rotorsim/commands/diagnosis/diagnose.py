@@ -29,6 +29,7 @@ from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.result import PLAN_NEXT
 from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
 from rotorsim.discrepancy.plan.plan import Plan
 
@@ -234,12 +235,8 @@ def _print(diagnosis: Diagnosis, files: dict[str, str]) -> None:
                 f"  equivalent force {line['force_n']:.3g} N at {line['frequency_hz']:.4g} Hz, {line['direction']}, "
                 f"{line['point']}"
             )
-    if diagnosis.next_experiment:
-        n = diagnosis.next_experiment
-        typer.echo(
-            f"  next experiment: {n['experiment']} ({n['speed_hz']:.0f} Hz, {n['pressure_mpa']:.2g} MPa): chi-square "
-            f"{n['chi2_after_refit']:.3g} after re-fitting the rival"
-        )
+    if diagnosis.unplanned:
+        typer.echo(PLAN_NEXT)
     if diagnosis.planned is not None:
         _print_plan(diagnosis.planned)
     for note in diagnosis.notes:

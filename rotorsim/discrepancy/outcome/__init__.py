@@ -1,1 +1,1 @@
-"""Results of a diagnosis: estimates, the gap, the machine file, the next experiment."""
+"""Results of a diagnosis: estimates, the gap, the machine file, files to store them."""

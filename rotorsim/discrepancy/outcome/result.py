@@ -1,4 +1,4 @@
-"""Result of a diagnosis: verdict, effects with uncertainties, ties, unexplained part, gap, next experiment."""
+"""Result of a diagnosis: verdict, effects with uncertainties, ties, unexplained part, gap, plan."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from rotorsim.discrepancy.odds.explanation import (
     LEAST_SHOWN,
     NOT_IN_CATALOGUE,
     NOTHING,
+    SURE,
     Explanation,
     shown_share,
 )
@@ -54,6 +55,10 @@ NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
 )
+PLAN_NEXT = (
+    "To rank the experiments that may separate the explanations, diagnose again with --plan-next (in Python: "
+    "found.plan())."
+)
 NOTHING_BEYOND = (
     "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
 )
@@ -65,7 +70,6 @@ class Diagnosis(Shown, Findings, Reported):
 
     localisation: tuple[Flag, ...]
     unknown: dict[str, Any]
-    next_experiment: dict[str, Any]
     gap: xr.Dataset
     notes: tuple[str, ...]
     spectra: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -95,6 +99,13 @@ class Diagnosis(Shown, Findings, Reported):
         """Entropy [bit] of the odds."""
         return float(entropy(np.array(list(self.odds.values())))) if self.explanations else 0.0
 
+    @property
+    def unplanned(self) -> bool:
+        """Whether the odds are not settled and no experiment was planned that may settle them."""
+        if self.status in ("no_disagreement", "named") or self.planned is not None or self.steps is not None:
+            return False
+        return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
+
     def plan(self, allow: Iterable[str] = (), budget: float = np.inf) -> Plan:
         """Experiments that may come next, the best first.
 
@@ -121,15 +132,15 @@ class Diagnosis(Shown, Findings, Reported):
         return self.planner(check_allowed(allow), budget)
 
     def card(self) -> Card:
-        """Verdict, sizes of the effects, next experiment."""
+        """Verdict, sizes of the effects, plan."""
         rows = [
             (found.form, ", ".join(f"{name} = {value}{f' +- {sd}' if sd else ''}" for name, value, sd in found.sizes()))
             for found in self.effects
         ]
         rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
         rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.explanations[:3]]
-        if self.next_experiment:
-            rows.append(("next experiment", str(self.next_experiment["experiment"])))
+        if self.planned is not None:
+            rows.append(("plan", self.planned.sentence))
         rows.append(("machine", self.machine.name))
         return Card(f"Diagnosis: {self.sentence}", rows)
 
@@ -169,7 +180,6 @@ class Diagnosis(Shown, Findings, Reported):
             ],
             "ties": [list(t) for t in self.ties],
             "unknown": self.unknown,
-            "next_experiment": self.next_experiment,
             "flags": [
                 {
                     "record": f.record, "point": f.point, "channel": f.channel, "group": f.group,

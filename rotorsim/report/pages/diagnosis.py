@@ -42,8 +42,6 @@ def _sections(d: Diagnosis) -> Iterator[str]:
         yield _plan(d.planned.as_dict())
     if d.effects:
         yield _effects(d)
-    if d.next_experiment and d.planned is None:
-        yield _table("Next experiment", (("what", "value"),), [(k, _text(v)) for k, v in d.next_experiment.items()])
     yield html.figure_section(
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
@@ -217,9 +215,3 @@ def _tried(d: Diagnosis) -> str:
 
 def _table(title: str, head: tuple[tuple[str, ...], ...], rows: Iterable[tuple[str, ...]], after: str = "") -> str:
     return html.section(title, html.table(rows, head) + after)
-
-
-def _text(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    return " ".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -10,7 +10,7 @@ import numpy as np
 
 from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT
 from rotorsim.discrepancy.outcome.where import FORCE, Located, located
 from rotorsim.report.figures.diagnosis_summary_plots import gap_by_role, leading_odds, stages_of
 from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
@@ -24,7 +24,7 @@ MEANING = {
     "named": "One explanation has 95 % and accounts for at least 95 % of what was beyond the floor, also at held-out "
     "points.",
     "tie": "No explanation has 95 % alone; the machine file holds the most probable effect. No name is given: choose "
-    "by what is known, or record the next experiment.",
+    "by what is known, or plan and record an experiment that distinguishes them.",
     "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
     "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
     "explain it is given below.",
@@ -92,24 +92,15 @@ def _next(d: Diagnosis) -> str:
 
 
 def next_step(d: Diagnosis) -> str:
-    """What to do next: the plan's sentence, else the proposed experiment, else what follows from the verdict."""
+    """What to do next: the plan's sentence, else what follows from the verdict, with how to get a plan."""
     if d.planned is not None and d.planned.as_dict().get("proposals"):
         return d.planned.sentence
-    if d.next_experiment:
-        return _experiment(d)
     if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
         return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
     step = NEXT[d.status].format(places=_places(located(d)))
-    return f"{d.planned.sentence} {step}" if d.planned is not None else step
-
-
-def _experiment(d: Diagnosis) -> str:
-    one = d.next_experiment
-    pressure = f" and {one['pressure_mpa']:.2g} MPa" if one["pressure_mpa"] else ""
-    where = f"{one['speed_hz'] * 60:.0f} rpm{pressure}"
-    doubt = "" if one["enough"] else " It may not be enough to separate them."
-    kind, _, how = str(one["experiment"]).partition(": ")
-    return f"Record {kind} at {where} ({how}), which separates {' '.join(one['separates'])}.{doubt}"
+    if d.planned is not None:
+        return f"{d.planned.sentence} {step}"
+    return f"{step} {PLAN_NEXT}" if d.unplanned else step
 
 
 def _places(found: tuple[Located, ...]) -> str:
