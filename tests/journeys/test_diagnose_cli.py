@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnosis.diagnose import _kept
+from rotorsim.commands.diagnosis.unfinished import unfinished
 from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.blind_test.hide import draw, record_of, write
 from rotorsim.discrepancy.diagnosis import GRID
@@ -110,22 +110,22 @@ def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):
 
 def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_path, monkeypatch):
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
-    with pytest.raises(KeyboardInterrupt), _kept("rotor", ["a.nc"]) as folder:
+    with pytest.raises(KeyboardInterrupt), unfinished("rotor", ["a.nc"]) as folder:
         folder.mkdir(parents=True)
         raise KeyboardInterrupt
     assert folder.exists()
-    with pytest.raises(DataError), _kept("rotor", ["b.nc"]) as other:
+    with pytest.raises(DataError), unfinished("rotor", ["b.nc"]) as other:
         assert other != folder
         other.mkdir()
         raise DataError("b.nc: of another machine")
     assert folder.exists() and not other.exists()
     os.utime(folder, (0, 0))
-    with _kept("rotor", ["b.nc"]):
+    with unfinished("rotor", ["b.nc"]):
         assert not folder.exists()
-    with pytest.raises(KeyboardInterrupt), _kept("rotor", ["a.nc"]) as folder:
+    with pytest.raises(KeyboardInterrupt), unfinished("rotor", ["a.nc"]) as folder:
         folder.mkdir()
         raise KeyboardInterrupt
-    with _kept("rotor", ["a.nc"]) as again:
+    with unfinished("rotor", ["a.nc"]) as again:
         assert again == folder and again.exists()
     assert not folder.exists()
 
