@@ -7,7 +7,8 @@ from identification import from_arrays
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import limits
-from rotorsim.discrepancy.data.spectra import block_lines, find_period, make_trial
+from rotorsim.discrepancy.data.spectra import block_lines, make_trial
+from rotorsim.discrepancy.data.window import find_period
 from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
 from rotorsim.discrepancy.residuals.unsteady import tone, unsteady
 from rotorsim.experiments import Multisine

@@ -20,7 +20,7 @@ from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.blind_test.design import Planned, campaign
-from rotorsim.discrepancy.data.spectra import find_period
+from rotorsim.discrepancy.data.window import find_period
 from rotorsim.discrepancy.fit.calibration import MESH, calibration
 from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter, contributions, setting
 from rotorsim.discrepancy.residuals.comparison import Point

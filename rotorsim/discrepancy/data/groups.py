@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.discrepancy.data.spectra import TURNING, Trial
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.window import TURNING
 
 BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
 """Bands [Hz] of excited lines: below, about and above the first natural frequencies of a rig of this size."""

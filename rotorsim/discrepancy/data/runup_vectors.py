@@ -20,7 +20,8 @@ from identification import make_vectors
 from identification.records.notes import notes_of, with_notes
 from identification.records.prefilter import measured
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.spectra import TURNING, displacement_of, only_probe
+from rotorsim.discrepancy.data.spectra import displacement_of, only_probe
+from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.linear_algebra import answer
 
 if TYPE_CHECKING:

@@ -22,24 +22,18 @@ from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines
 from rotorsim.discrepancy.data.clocks import drift_of, stated_clock, without_drift
+from rotorsim.discrepancy.data.record_checks import check_constant, check_loop, check_turning, stated_accuracy
+from rotorsim.discrepancy.data.window import TURNING, find_period, find_window
 
 if TYPE_CHECKING:
     import xarray as xr
 
 HIGHEST = 300.0
 """Highest line [Hz] that is compared."""
-SETTLING = 0.5
-"""Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
-SHORTEST_PERIOD = 0.2
-LARGEST_ACCURACY = 1e-3
-"""Accuracy [m] from which a record shows nothing."""
 LEAD = 0.4
 """Time [s] for which the twin of a periodic record runs before the one period that is compared."""
 OFF_AXES = 0.02
 """Sine of twice an angle from which a probe stands off the axes: half a degree."""
-TURNING = 1.0
-"""Slowest speed [rad/s] that counts as turning."""
-ROLES = ("fit", "held_out", "untouched")
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,9 +211,9 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     displacement, probe_angle = displacement_of(record, name)
     n = len(displacement)
     speed, pressure = operating_point(record, Ts)
-    _check_constant(record, name)
-    _check_loop(record, name)
-    _check_turning(record, speed, n, name)
+    check_constant(record, name)
+    check_loop(record, name)
+    check_turning(record, speed, n, name)
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
     for column, channel in ((2, "reference"), (4, "disc_force")):
@@ -245,7 +239,7 @@ def _of_inputs(rows: np.ndarray, displacement: np.ndarray, angle: float, name: s
     """Trial of inputs (n, 6), displacements (n, 2) [m] and the angle [rad] at the first sample."""
     speed, n = float(rows[0, 0]), len(rows)
     period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
-    window = start, length, blocks = _window(rows, speed, n, name, period)
+    window = start, length, blocks = find_window(rows, speed, n, name, period)
     count, repeating = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2), period == length
     broken = _broken(repeating, speed, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
@@ -285,111 +279,12 @@ def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarr
     return broken_orders(speed, length, blocks, HIGHEST) if apart else np.zeros(0)
 
 
-def stated_accuracy(record: xr.Dataset, name: str) -> float:
-    """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is not a length."""
-    value = record.attrs.get("accuracy", 0.0)
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        found = -1.0
-    if not 0 <= found < LARGEST_ACCURACY:
-        raise DataError(f"{name}: the accuracy is {value!r}; give the standard deviation of an amplitude in metres")
-    return found
-
-
-def _check_constant(record: xr.Dataset, name: str) -> None:
-    speed = measured(record, "speed")
-    if speed is None or speed.ndim == 0 or len(speed) < 1000:
-        return
-    slow = speed[: len(speed) // 250 * 250].reshape(-1, 250).mean(axis=1)[1:]
-    if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
-        raise DataError(
-            f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
-            "give records at constant speed, or a run-up with its angle and without excitation"
-        )
-
-
-def _check_loop(record: xr.Dataset, name: str) -> None:
-    """Closed loop: the dither that was added must be there, and the reference that acted is what is fed."""
-    closed = "controller" in record.attrs or str(record.attrs.get("experiment", "")) == "controlled"
-    if closed and "reference_external" not in record:
-        raise DataError(
-            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well"
-        )
-
-
-TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
-"""Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
-
-
-def _check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
-    """The angle must turn as fast as the speed signal."""
-    angle = measured(record, "angle")
-    if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
-        return
-    slope = float(np.polyfit(RIG_SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
-    if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
-        return
-    ratio = abs(speed / slope) if slope else np.inf
-    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
-    way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
-    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
-
-
 def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
     """Shaft angle [rad] at the first sample of a turn at constant speed that fits the encoder best."""
     angle = measured(record, "angle")
     if angle is None or abs(speed) < TURNING:
         return 0.0
     return float(np.mod(np.median(angle - speed * RIG_SAMPLE * np.arange(n)), 2 * np.pi))
-
-
-def _window(rows: np.ndarray, speed: float, n: int, name: str, period: int | None) -> tuple[int, int, int]:
-    """Start, length and number of the blocks that are compared."""
-    least = int(SETTLING / RIG_SAMPLE)
-    if period is not None and n >= least + period:
-        blocks = (n - least) // period
-        return n - blocks * period, period, blocks
-    length = n - least
-    if length < SHORTEST_PERIOD / RIG_SAMPLE:
-        raise DataError(
-            f"{name}: lasts {n * RIG_SAMPLE:.3g} s, a diagnosis needs at least {SETTLING + SHORTEST_PERIOD} s"
-        )
-    if rows[:, 4:6].any():
-        first = int(np.argmax(rows[:, 4:6].any(axis=1)))
-        least = min(least, max(first - 1, 0))
-        length = n - least
-    if abs(speed) > TURNING:
-        turn = 2 * np.pi / abs(speed) / RIG_SAMPLE
-        turns = int(length / turn)
-        length = round(turns * turn) if turns else length
-    # two halves where they hold whole turns too, so that the record shows its own scatter
-    steady = not rows[:, 2:6].any()
-    if steady and length >= 2 * SHORTEST_PERIOD / RIG_SAMPLE:
-        half = length // 2
-        if abs(speed) > TURNING:
-            half = round(int(half / turn) * turn)
-        return n - 2 * half, half, 2
-    return n - length, length, 1
-
-
-def find_period(signal: np.ndarray) -> int | None:
-    """Period of a signal (n, 2) in samples, from the exact repetition of its end; None if there is none."""
-    n = len(signal)
-    tail = signal[n // 3 :]
-    power = np.abs(np.fft.rfft(tail - tail.mean(axis=0), 2 * len(tail), axis=0)) ** 2
-    overlap = np.arange(len(tail), 0, -1)
-    correlation = np.fft.irfft(power.sum(axis=1))[: len(tail)] / overlap
-    least = int(SHORTEST_PERIOD / RIG_SAMPLE)
-    most = int(0.6 * len(tail))
-    if most <= least or correlation[0] <= 0:
-        return None
-    peak = correlation[least:most].max()
-    for lag in least + np.flatnonzero(correlation[least:most] > 0.98 * peak):
-        moved = np.abs(tail[lag:] - tail[:-lag]).max()
-        if moved < 1e-6 * np.abs(tail).max():
-            return int(lag)
-    return None
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:

@@ -17,8 +17,9 @@ import numpy as np
 from identification.records.vectors import probe_angle
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.record_checks import stated_accuracy
 from rotorsim.discrepancy.data.runup_vectors import order_vectors
-from rotorsim.discrepancy.data.spectra import Trial, stated_accuracy
+from rotorsim.discrepancy.data.spectra import Trial
 
 if TYPE_CHECKING:
     import xarray as xr

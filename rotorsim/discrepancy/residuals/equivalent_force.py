@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.discrepancy.data.spectra import TURNING, Trial
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point

@@ -15,7 +15,8 @@ from math import sqrt
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.discrepancy.data.spectra import TURNING, Trial
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
 from rotorsim.discrepancy.residuals.localise import LEAST, SIGMAS, Flag
 
