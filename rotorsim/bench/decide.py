@@ -94,6 +94,10 @@ class HiddenRig:
         """The records to begin with."""
         return self.records
 
+    def arrived(self) -> list[Any]:
+        """None: the machine is recorded by experiments alone."""
+        return []
+
     def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Record of an experiment."""
         return [record_on(self.machine, self.twin, self.truth.point, self.truth.seed, option, number)]

@@ -3,7 +3,9 @@
 import json
 import threading
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,10 +16,12 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.bench.decide import HiddenRig, LoopCase, loop_figures
 from rotorsim.discrepancy import decide
 from rotorsim.discrepancy.blind_test.hide import read_truth
-from rotorsim.discrepancy.loop.decide import _with_files
+from rotorsim.discrepancy.loop.decide import Loop, _with_files
 from rotorsim.discrepancy.loop.rigs import FolderRig, VirtualRig, open_rig
-from rotorsim.discrepancy.loop.steps import FILE, Step, Steps, read_steps
+from rotorsim.discrepancy.loop.steps import FILE, OTHERS, Step, Steps, read_steps
+from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.plan.allowed import ALLOWED
+from small_diagnosis import small_diagnosis
 
 ASKED = {"machine": "plain_rotor", "rig": "virtual:p", "allow": list(ALLOWED), "sure": 0.95}
 OPTION = SimpleNamespace(name="impact")
@@ -101,8 +105,8 @@ def test_records_of_an_experiment_that_was_not_diagnosed_stay_its_own(tmp_path):
     pending = {"experiment": "x", "minutes": 3.0, "expected": 0.5, "records": (str(kept),)}
     steps = replace(some_steps(tmp_path), pending=pending)
     assert _with_files(steps, [kept, late]).pending["records"] == (str(kept), str(late))
-    waited = replace(steps, pending={})
-    assert _with_files(waited, [late]).first == (str(late),)
+    waited = _with_files(replace(steps, pending={}), [late]).pending
+    assert waited["experiment"] == "" and waited["records"] == (str(late),)
     steps.write(tmp_path)
     kept.unlink()
     assert read_steps(tmp_path, ASKED).pending["records"] == ()
@@ -127,6 +131,92 @@ def test_a_folder_gives_what_is_new_once_it_does_not_grow(tmp_path):
     writer.join()
     assert found == [tmp_path / "new.nc"] and time.monotonic() >= stop
     assert FolderRig(tmp_path, longest=1.0, taken={*found, tmp_path / "old.nc"}).run(OPTION, 2, lambda: None) == []
+
+
+@dataclass(frozen=True)
+class OnePlan:
+    """A plan of one experiment, of which only the loop's way is looked at."""
+
+    proposals: tuple = (SimpleNamespace(option=SimpleNamespace(name="impact", minutes=2.0),
+                                        outlook=SimpleNamespace(decided=0.9)),)  # fmt: skip
+    settles: bool = True
+
+    def first(self, longest):
+        return self.proposals[0]
+
+    def campaign(self, machine, name):
+        return ""
+
+
+@dataclass(eq=False)
+class Scripted(Loop):
+    """A loop whose diagnoses do nothing but let something happen meanwhile; the odds settle with `enough` records."""
+
+    meanwhile: Callable = print
+    enough: int = 3
+
+    def _diagnosed(self, records):
+        self.meanwhile(len(records))
+        p = 0.99 if len(records) >= self.enough else 0.6
+        odds = (Explanation(("a",), False, 1.0, 0.01, True, p), Explanation((), False, 0.0, 0.01, True, 1 - p))
+        return small_diagnosis(status="tie", explanations=odds, planned=OnePlan())
+
+
+def scripted(machine, folder, out, meanwhile, waiting=lambda stage: None, enough=3):
+    """A loop with records in `folder`; the functions are called in each diagnosis and in each wait for a record."""
+    rig = FolderRig(folder, longest=1.5)
+    loop = Scripted(machine, rig, 30.0, tuple(ALLOWED), None, 0.95, out, None, waiting, lambda steps: None,
+                    object(), 0.004, meanwhile=meanwhile, enough=enough)  # fmt: skip
+    return loop.run(rig.begin([]), read_steps(out, ASKED)).steps
+
+
+@pytest.fixture
+def folders(tmp_path) -> tuple[Path, Path]:
+    """Folder of a rig with one record, and one for the loop."""
+    for name in ("rig", "out"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "rig" / "0.nc").write_bytes(b"x")
+    return tmp_path / "rig", tmp_path / "out"
+
+
+def test_a_record_that_comes_before_an_experiment_is_proposed_is_not_that_of_the_experiment(machine, folders):
+    rig, out = folders
+
+    def early(count):
+        if count == 1:
+            (rig / "early.nc").write_bytes(b"x")
+
+    def measured(stage):
+        (rig / "measured.nc").write_bytes(b"x")
+
+    steps = scripted(machine, rig, out, early, measured)
+    made = [(s.experiment, s.minutes, tuple(Path(r).name for r in s.records)) for s in steps.steps]
+    assert made == [("", 0.0, ()), ("", 0.0, ("early.nc",)), ("impact", 2.0, ("measured.nc",))]
+    assert steps.names[1] == OTHERS and steps.end == "decided" and "1 experiment, 2 min" in steps.sentence
+
+
+def test_a_record_that_comes_while_a_resumed_loop_diagnoses_is_that_of_the_experiment_that_waits(machine, folders):
+    rig, out = folders
+    first = scripted(machine, rig, out, lambda count: None, enough=2)
+    assert first.end == "no_record" and first.pending["experiment"] == "impact"
+
+    def late(count):
+        (rig / "late.nc").write_bytes(b"x")
+
+    steps = scripted(machine, rig, out, late, enough=2)
+    assert [(s.experiment, s.records) for s in steps.steps] == [("", ()), ("impact", (str(rig / "late.nc"),))]
+    assert steps.end == "decided" and not steps.pending
+
+
+def test_records_that_came_while_nothing_ran_are_of_the_experiment_that_waits_or_a_step_of_their_own(machine, folders):
+    rig, out = folders
+    scripted(machine, rig, out, lambda count: None, enough=2)
+    (rig / "waited_for.nc").write_bytes(b"x")
+    steps = scripted(machine, rig, out, lambda count: None, enough=2)
+    assert [s.experiment for s in steps.steps] == ["", "impact"] and steps.end == "decided"
+    (rig / "more.nc").write_bytes(b"x")
+    steps = scripted(machine, rig, out, lambda count: None, enough=2)
+    assert [s.experiment for s in steps.steps] == ["", "impact", ""] and steps.spent == 2.0
 
 
 def test_a_sealed_truth_makes_the_same_machine_again(tmp_path, machine, truth_plant, recorded):

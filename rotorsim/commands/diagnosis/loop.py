@@ -59,7 +59,7 @@ class Shown:
             self.steps, last = len(steps.steps), steps.steps[-1]
             odds = sorted(last.odds.items(), key=lambda one: -one[1])[:3]
             text = ", ".join(f"{shown_share(p)} {name}" for name, p in odds)
-            print(f"step {self.steps - 1}, {last.experiment or 'records there are'}: {text}", file=stream, flush=True)
+            print(f"step {self.steps - 1}, {steps.names[-1]}: {text}", file=stream, flush=True)
         name = str(steps.pending.get("experiment", ""))
         if name and not steps.made and name != self.waited:
             self.waited = name

@@ -147,6 +147,10 @@ class Loop:
                 steps = steps.with_step(self._step(found, steps))
                 self._keep(steps)
             best, end = self._next(found, steps), self._end(found, steps)
+            if end != "decided" and (new := self.rig.arrived()):
+                steps = steps.with_new(list(map(str, new)))
+                self._keep(steps)
+                continue
             steps = replace(steps, end=end)
             if end != "open" or best is None:
                 self._keep(steps)
@@ -228,11 +232,8 @@ def _with_first(plan: Plan | None, best: Proposal) -> Plan | None:
 
 
 def _with_files(steps: Steps, first: Sequence[Any]) -> Steps:
-    """Steps that know the files to begin with; what has come since is of the experiment that waits for its record."""
-    files = tuple(str(r) for r in first if isinstance(r, Path))
+    """Steps that know the files to begin with, and those that have come since the loop was interrupted."""
+    files = [str(r) for r in first if isinstance(r, Path)]
     if not steps.steps:
-        return replace(steps, first=files)
-    new = tuple(name for name in files if name not in (*steps.first, *steps.records))
-    if not steps.pending:
-        return replace(steps, first=(*steps.first, *new))
-    return replace(steps, pending={**steps.pending, "records": (*steps.pending.get("records", ()), *new)})
+        return replace(steps, first=tuple(files))
+    return steps.with_new([name for name in files if name not in (*steps.first, *steps.records)])

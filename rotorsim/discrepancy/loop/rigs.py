@@ -45,6 +45,9 @@ class Rig(Protocol):
     def begin(self, given: Sequence[Any]) -> list[Any]:
         """Records to begin with, as Datasets or absolute paths, where others are `given`."""
 
+    def arrived(self) -> list[Any]:
+        """Absolute paths of records that have come since the last call of any of these, without being waited for."""
+
     def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Records of an experiment, the loop's one of this number from 1; none if none came in time."""
 
@@ -84,6 +87,10 @@ class VirtualRig:
     def twin(self) -> Twin:
         """Plant of the hidden machine."""
         return truth_twin(self.machine)
+
+    def arrived(self) -> list[Any]:
+        """None: the machine is recorded by experiments alone."""
+        return []
 
     def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Record of an experiment on the hidden machine."""
@@ -127,14 +134,19 @@ class FolderRig:
         self.taken.update(self._complete())
         return [*given, *sorted(self.taken - {r for r in given if isinstance(r, Path)})]
 
+    def arrived(self) -> list[Any]:
+        """New records that are complete; one that still grows is waited for."""
+        new = self._complete() - self.taken
+        self.taken.update(new)
+        return sorted(new)
+
     def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
         """New records, as soon as there are any that do not grow any more."""
         end = time.monotonic() + self.longest
         while time.monotonic() < end:
             waiting()
-            if new := self._complete() - self.taken:
-                self.taken.update(new)
-                return sorted(new)
+            if new := self.arrived():
+                return new
         return []
 
     def _complete(self) -> set[Path]:

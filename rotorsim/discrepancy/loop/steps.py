@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,15 @@ ENDS = {
     "open": "not ended: the same command continues",
 }
 """How a loop ends, as sentences."""
+FIRST, OTHERS = "records there are", "more records"
+"""Names of steps without an experiment: the first one, and those after records that came by themselves."""
 
 
 @dataclass(frozen=True)
 class Step:
     """A diagnosis of a loop: the experiment before it with its minutes and files, and the odds after it.
+
+    `experiment` is empty for the first one, and where records came that no experiment was proposed for.
 
     `expected` is the chance of a decision that the plan had given for the experiment, `entropy` [bit] that of the odds.
     """
@@ -48,7 +52,7 @@ class Steps:
     steps: tuple[Step, ...] = ()
     end: str = "open"
     pending: Mapping[str, Any] = field(default_factory=dict)
-    """The experiment that comes next; with its records once it was made."""
+    """The experiment that comes next; with its records once it was made. Without a name: other records that came."""
     first: tuple[str, ...] = ()
     """Files that were there before the first experiment."""
 
@@ -75,6 +79,18 @@ class Steps:
         count = f"{made} experiment{'' if made == 1 else 's'}"
         return f"{ENDS[self.end].format(sure=sure)}; {count}, {self.spent:.0f} min of rig time."
 
+    @property
+    def names(self) -> list[str]:
+        """What came before each step: its experiment, or records without one."""
+        return [step.experiment or (OTHERS if number else FIRST) for number, step in enumerate(self.steps)]
+
+    def with_new(self, files: Sequence[str]) -> Steps:
+        """With files that have come: records of the experiment that was proposed before, else other records."""
+        if not files:
+            return self
+        ahead = self.pending or {"experiment": "", "minutes": 0.0, "expected": None}
+        return replace(self, pending={**ahead, "records": (*ahead.get("records", ()), *files)})
+
     def with_step(self, step: Step) -> Steps:
         """One step more."""
         return replace(self, steps=(*self.steps, step), pending={})
@@ -96,10 +112,9 @@ class Steps:
         """Odds after each step, as text."""
         names = dict.fromkeys(n for step in self.steps for n, p in step.odds.items() if p >= 0.01)
         rows = [["step", "experiment", "min", "bit", *names]]
-        for number, step in enumerate(self.steps):
+        for number, (step, before) in enumerate(zip(self.steps, self.names, strict=True)):
             odds = [f"{100 * step.odds.get(name, 0.0):.0f} %" for name in names]
-            rows.append([f"{number}", step.experiment or "records there are", f"{step.minutes:.0f}",
-                         f"{step.entropy:.2f}", *odds])  # fmt: skip
+            rows.append([f"{number}", before, f"{step.minutes:.0f}", f"{step.entropy:.2f}", *odds])
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
 

@@ -15,6 +15,7 @@ from rotorsim.report.pages.diagnosis_summary import first_screen
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
+    from rotorsim.discrepancy.loop.steps import Steps
 
 INTRODUCTION = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
@@ -35,7 +36,7 @@ def page(diagnosis: Diagnosis) -> str:
 
 def _sections(d: Diagnosis) -> Iterator[str]:
     if d.steps is not None:
-        yield _steps(d.steps.as_dict())
+        yield _steps(d.steps)
     if d.explanations:
         yield _odds(d)
     if d.planned is not None:
@@ -152,16 +153,15 @@ def _spectra(d: Diagnosis) -> Iterator[str]:
     )
 
 
-def _steps(steps: dict[str, Any]) -> str:
+def _steps(steps: Steps) -> str:
     """Odds after each step of a loop of diagnoses and experiments."""
-    names = dict.fromkeys(n for step in steps["steps"] for n, p in step["odds"].items() if p >= LEAST_SHOWN)
+    names = dict.fromkeys(n for step in steps.steps for n, p in step.odds.items() if p >= LEAST_SHOWN)
     rows = [
-        (str(k), step["experiment"] or "the records to begin with", f"{step['minutes']:.0f}",
-         *(shown_share(step["odds"].get(name, 0.0)) for name in names))
-        for k, step in enumerate(steps["steps"])
-    ]  # fmt: skip
+        (str(k), before, f"{step.minutes:.0f}", *(shown_share(step.odds.get(name, 0.0)) for name in names))
+        for k, (step, before) in enumerate(zip(steps.steps, steps.names, strict=True))
+    ]
     head = (("step", "experiment", "rig time [min]", *names),)
-    return _table("Odds after each experiment", head, rows, f"<p>{escape(steps['sentence'])}</p>")
+    return _table("Odds after each experiment", head, rows, f"<p>{escape(steps.sentence)}</p>")
 
 
 def _priors(d: Diagnosis) -> str:
