@@ -1,6 +1,7 @@
 from .accuracy import rig_table as rig_table
-from .decide import LoopCase as LoopCase, loop_figures as loop_figures, loops as loops
+from .decide import loop_figures as loop_figures, loops as loops
 from .diagnose import cases as cases, reported_cases as reported_cases
+from .loop_case import LoopCase as LoopCase, Rejected as Rejected
 from .measure_parts import measure as measure
 from .odds_score import (
     brier as brier,

@@ -6,19 +6,18 @@ are planned on the hidden machine. Seeds from `diagnose.REPORTING` on are for th
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.files import write_text
+from rotorsim.base.errors import RotorsimError
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.diagnose import STEP
 from rotorsim.bench.hidden_case import hidden_case
+from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy.blind_test.hide import Truth, hide, scaled, truth_twin
 from rotorsim.discrepancy.diagnosis import Workshop
@@ -41,40 +40,6 @@ POINTS = 1
 """Operating points of the records that a loop begins with."""
 FAINT = (1.0, 3.0)
 """Times its detectable size that a hidden effect has where ties are looked for."""
-
-
-@dataclass(frozen=True)
-class LoopCase:
-    """A loop's outcome: the most probable explanation after each step, its probability and whether it is right.
-
-    truths : probability of the hidden one after each step
-    expected : chance of a decision that the plan gave for the experiment before a step; NaN for the first
-    """
-
-    number: int
-    hidden: tuple[str, ...]
-    times: float
-    tops: tuple[tuple[str, float, bool], ...]
-    truths: tuple[float, ...]
-    expected: tuple[float, ...]
-    experiments: tuple[str, ...]
-    end: str
-    status: str
-
-    @property
-    def decided(self) -> int | None:
-        """Experiments after which the hidden explanation had 95 %; None if it never had."""
-        return next((k for k, p in enumerate(self.truths) if p >= SURE), None)
-
-    @property
-    def tie(self) -> bool:
-        """Whether no explanation had 95 % before the first experiment."""
-        return bool(self.tops) and self.tops[0][1] < SURE
-
-    @property
-    def wrong(self) -> bool:
-        """Whether another explanation ever had 95 %."""
-        return any(p >= SURE and not right for _, p, right in self.tops)
 
 
 @dataclass(frozen=True)
@@ -106,9 +71,9 @@ class HiddenRig:
 def loops(
     count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing", faint: bool = False
 ) -> Iterator[LoopCase]:
-    """Loops from seed on, whose hidden effect is large enough; those in the file `path` are not run again.
+    """Loops from seed on, whose hidden effect is large enough; of `faint` effects those that tie at first.
 
-    Those of `faint` effects are taken that tie at first.
+    Seeds in the file `path` are not run again: neither loops, nor what was rejected.
 
     Examples
     --------
@@ -116,26 +81,20 @@ def loops(
     >>> for case in rs.bench.loops(1, 100_000):  # doctest: +SKIP
     ...     print(case.hidden, case.decided)
     """
-    done, loaded = _kept(path), load_machine(machine)
+    done, loaded = read_cases(path), load_machine(machine)
     truth_plant, workshop = replace(truth_twin(loaded), step=STEP), Workshop.of(loaded)
     seen = Detectable.of(loaded, truth_plant, workshop)
-    found, number = 0, seed
-    while found < count:
-        if number not in done:
-            case = run_loop(number, loaded, truth_plant, workshop, seen, faint)
-            if case is not None and (case.tie or not faint):
-                done[number] = case
-                _keep(done, path)
-        if number in done:
-            found += 1
-            yield done[number]
-        number += 1
+
+    def run(number: int) -> LoopCase | Rejected:
+        return run_loop(number, loaded, truth_plant, workshop, seen, faint)
+
+    yield from counted(run, count, seed, done, path)
 
 
 def run_loop(
     number: int, machine: Machine, truth_plant: Twin, workshop: Workshop, seen: Detectable, faint: bool = False
-) -> LoopCase | None:
-    """One loop; none for an effect that is too small."""
+) -> LoopCase | Rejected:
+    """One loop; rejected where the effect is too small, or a `faint` one does not tie at first."""
     _, truth, records = hidden_case(number, "single", machine, truth_plant)
     times = seen.times(truth)
     if faint and times > 0:
@@ -143,24 +102,25 @@ def run_loop(
         truth, times = scaled(truth, wanted / times), wanted
         records = hide(machine, (), truth.seed, truth=truth, twin=truth_plant, tiled=True)
     elif times < LEAST:
-        return None
+        return Rejected(number, f"effect of {times:.3g} times its detectable size, less than {LEAST:g}")
     rng = np.random.default_rng([number, 23])
     fitted = sorted({r.attrs["record"].removesuffix("_repeat") for r in records if r.attrs["role"] == "fit"})
     chosen = set(rng.choice(fitted, POINTS, replace=False))
     own = [r for r in records if r.attrs["record"].removesuffix("_repeat") in chosen]
-    seen_steps: list[Steps] = []
+    hidden, seen_steps = tuple(f.key for f in truth.forms), list[Steps]()
     try:
         d = decide(machine, HiddenRig(machine, truth_plant, truth, own), BUDGET, allow=ALLOW, workshop=workshop,
                    shown=seen_steps.append)  # fmt: skip
     except RotorsimError as error:
-        return LoopCase(number, tuple(f.key for f in truth.forms), times, (), (), (), (), f"error: {error}", "error")
-    hidden = tuple(f.key for f in truth.forms)
+        failed = f"error: {error}"
+        return Rejected(number, failed) if faint else LoopCase(number, hidden, times, (), (), (), (), failed, "error")
     steps, known = seen_steps[-1], {f.key for f in candidates(workshop.twin)}
     tops, truths = zip(*(_of_step(step, hidden, known) for step in steps.steps), strict=True)
-    return LoopCase(
+    case = LoopCase(
         number, hidden, times, tops, truths, tuple(np.nan if s.expected is None else s.expected for s in steps.steps),
         tuple(s.experiment for s in steps.steps), steps.end, d.status,
     )  # fmt: skip
+    return case if case.tie or not faint else Rejected(number, f"no tie before the first experiment: {tops[0][0]}")
 
 
 def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tuple[str, float, bool], float]:
@@ -171,8 +131,8 @@ def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tupl
     return (name, step.odds[name], rights[name]), sum(p for n, p in step.odds.items() if rights[n])
 
 
-def loop_figures(found: list[LoopCase]) -> Iterator[Figure]:
-    """Rates with the bounds that they should meet.
+def loop_figures(cases: Sequence[LoopCase | Rejected]) -> Iterator[Figure]:
+    """Rates with the bounds that they should meet, of the loops alone.
 
     Examples
     --------
@@ -180,6 +140,7 @@ def loop_figures(found: list[LoopCase]) -> Iterator[Figure]:
     >>> for figure in rs.bench.loop_figures(list(rs.bench.loops(10, 100_000))):  # doctest: +SKIP
     ...     print(figure.name, figure.value)
     """
+    found = [c for c in cases if isinstance(c, LoopCase)]
     decided = [c.decided is not None for c in found]
     yield Figure("loops not decided within three experiments", 1 - float(np.mean(decided)), "1", 0.10)
     yield Figure("loops with a wrong explanation at 95 %", float(sum(c.wrong for c in found)), "1", 0.0)
@@ -194,24 +155,3 @@ def loop_figures(found: list[LoopCase]) -> Iterator[Figure]:
         promised, kept = np.array(pairs, float).T
         yield Figure("promised chance of a decision, mean", float(promised.mean()), "1")
         yield Figure("decisions that came", float(kept.mean()), "1")
-
-
-def _keep(done: Mapping[int, LoopCase], path: Path | None) -> None:
-    if path is not None:
-        write_text(path, "".join(json.dumps(asdict(case)) + "\n" for case in done.values()))
-
-
-def _kept(path: Path | None) -> dict[int, LoopCase]:
-    """Loops by number that are in a file."""
-    done: dict[int, LoopCase] = {}
-    lines = path.read_text(encoding="utf-8").splitlines() if path is not None and path.exists() else []
-    for number, line in enumerate(lines, 1):
-        try:
-            row: dict[str, Any] = json.loads(line)
-            lists = {k: v for k, v in row.items() if isinstance(v, list)}
-            tuples = {k: tuple(map(tuple, v)) if k == "tops" else tuple(v) for k, v in lists.items()}
-            done[row["number"]] = LoopCase(**(row | tuples))
-        except (ValueError, KeyError, TypeError) as error:
-            text = f"{path}: line {number} is not a case of 'rotorsim bench decide'; name another file"
-            raise DataError(text) from error
-    return done

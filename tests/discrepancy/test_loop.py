@@ -13,7 +13,8 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.bench.decide import HiddenRig, LoopCase, loop_figures
+from rotorsim.bench.decide import HiddenRig, loop_figures
+from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
 from rotorsim.discrepancy import decide
 from rotorsim.discrepancy.blind_test.hide import read_truth
 from rotorsim.discrepancy.loop.decide import Loop, _with_files
@@ -232,11 +233,35 @@ def test_figures_of_loops():
     done = LoopCase(1, ("a",), 5.0, (("b", 0.6, False), ("a", 0.97, True)), (0.4, 0.97), (np.nan, 0.9), ("", "x"),
                     "decided", "named")  # fmt: skip
     open_ = replace(done, tops=(("b", 0.6, False), ("b", 0.96, False)), truths=(0.4, 0.04))
-    found = {f.name: f.value for f in loop_figures([done, open_])}
+    found = {f.name: f.value for f in loop_figures([done, Rejected(7, "no tie"), open_])}
     assert found["loops not decided within three experiments"] == 0.5
     assert found["loops with a wrong explanation at 95 %"] == 1
     assert found["ties not broken by 1 experiments, of 2"] == 0.5
     assert found["promised chance of a decision, mean"] == pytest.approx(0.9)
+
+
+TIE = LoopCase(3, ("a",), 1.5, (("b", 0.6, False), ("a", 0.97, True)), (0.4, 0.97), (0.5, 0.9), ("", "x"), "decided",
+               "named")  # fmt: skip
+
+
+def test_rejected_seeds_are_kept_and_not_run_again(tmp_path):
+    path, run = tmp_path / "ties.jsonl", []
+
+    def made(number):
+        run.append(number)
+        return TIE if number == 3 else Rejected(number, "no tie before the first experiment")
+
+    for _ in range(2):
+        assert list(counted(made, 1, 1, read_cases(path), path)) == [TIE]
+    assert run == [1, 2, 3] and list(read_cases(path)) == [1, 2, 3]
+
+
+def test_rows_of_loops_and_of_rejected_seeds_are_read_as_they_were_written(tmp_path):
+    write_cases([TIE, Rejected(4, "no tie")], tmp_path / "cases")
+    assert read_cases(tmp_path / "cases") == {3: TIE, 4: Rejected(4, "no tie")}
+    (tmp_path / "cases").write_text('{"number": 1}\n')
+    with pytest.raises(DataError, match="line 1 is not a case of 'rotorsim bench decide'"):
+        read_cases(tmp_path / "cases")
 
 
 @pytest.mark.slow
