@@ -1,4 +1,4 @@
-r"""Orders of the shaft in blocks that hold no whole number of turns, analysed on the shaft angle.
+r"""Orders of the shaft in blocks that do not hold a whole number of turns, analysed on the shaft angle.
 
 .. math:: y(t) = p(t) + \sum_n \Re\{A_n e^{i n \alpha(t)}\}
 

@@ -93,7 +93,7 @@ class Sweep(Trial):
         return np.arange(self.spectra.shape[2], dtype=float)
 
     def lines(self, displacement: np.ndarray) -> np.ndarray:
-        """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first, a spectrum's mean, is none here."""
+        """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first, for the mean, is 0 here."""
         speed = self.rows[: len(displacement), 0]
         return track(self.seen(displacement), speed, self.angle, self.speeds, self.orders, self.turns)
 
@@ -160,7 +160,7 @@ def stated_turns(vectors: xr.Dataset, name: str) -> float:
 
 
 def stated_rate(vectors: xr.Dataset, name: str) -> float:
-    """Attribute `rate` [rad/s2] of a table of vectors, 0 where there is none; raises DataError for no positive one."""
+    """Attribute `rate` [rad/s2] of a table of vectors, 0 if it has none; raises DataError if it is not positive."""
     value = vectors.attrs.get("rate")
     if value is None:
         return 0.0

@@ -65,7 +65,7 @@ class VirtualRig:
         return f"{VIRTUAL}{self.folder.resolve()}"
 
     def check(self, out: str | Path | None) -> None:
-        """Raise DataError where there is no truth, or where `out` is the folder of the hidden machine."""
+        """Raise DataError if the truth is missing, or if `out` lies in the folder of the hidden machine."""
         refuse_same(out, self.folder)
         self.truth  # noqa: B018  (found missing before hours of work)
 
@@ -122,7 +122,7 @@ class FolderRig:
         return str(self.folder.resolve())
 
     def check(self, out: str | Path | None) -> None:
-        """Raise DataError where there is no such folder, or where `out` is none or in it."""
+        """Raise DataError if the folder is missing, or if `out` is not given or lies in it."""
         if not self.folder.is_dir():
             raise DataError(f"--rig: {self.folder} is not a folder; make it and put the records there are into it")
         if out is None:

@@ -74,7 +74,7 @@ def from_bytes(data: bytes, verdict: str) -> Diagnosis:
 
 
 def digest(verdict: str) -> str:
-    """SHA-256 of a verdict's JSON, whatever its spaces and line ends; raises DataError where it is no JSON object."""
+    """SHA-256 of a verdict's JSON, whatever its spaces and line ends; raises DataError for other text."""
     try:
         content = json.loads(verdict)
     except (ValueError, RecursionError) as error:

@@ -49,7 +49,7 @@ def of_one_force(a: str, b: str) -> bool:
 
 
 def resembles(key: str) -> str:
-    """Known cause with the same signature that is no effect of the catalogue; empty if there is none."""
+    """Known cause with the same signature that is not an effect of the catalogue; empty if there is none."""
     form = _form(key)
     return form.resembles if form is not None else ""
 
