@@ -116,10 +116,9 @@ def run_loop(
         return Rejected(number, failed) if faint else LoopCase(number, hidden, times, (), (), (), (), failed, "error")
     steps, known = seen_steps[-1], {f.key for f in candidates(workshop.twin)}
     tops, truths = zip(*(_of_step(step, hidden, known) for step in steps.steps), strict=True)
-    case = LoopCase(
-        number, hidden, times, tops, truths, tuple(np.nan if s.expected is None else s.expected for s in steps.steps),
-        tuple(s.experiment for s in steps.steps), steps.end, d.status,
-    )  # fmt: skip
+    chances = tuple(np.nan if s.expected_of_effects is None else s.expected_of_effects for s in steps.steps)
+    made = tuple(s.experiment for s in steps.steps)
+    case = LoopCase(number, hidden, times, tops, truths, chances, made, steps.end, d.status)
     return case if case.tie or not faint else Rejected(number, f"no tie before the first experiment: {tops[0][0]}")
 
 

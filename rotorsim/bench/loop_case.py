@@ -10,7 +10,7 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.discrepancy.odds.explanation import SURE
+from rotorsim.discrepancy.odds.explanation import NOTHING, SURE
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,8 @@ class LoopCase:
     """A loop's outcome: the most probable explanation after each step, its probability and whether it is right.
 
     truths : probability of the hidden one after each step
-    expected : chance of a decision that the plan gave for the experiment before a step; NaN for the first
+    expected : chance of a decision, if an effect is missing, that the plan gave for the experiment before a step; NaN
+        for the first
     """
 
     number: int
@@ -43,8 +44,9 @@ class LoopCase:
 
     @property
     def wrong(self) -> bool:
-        """Whether another explanation ever had 95 %."""
-        return any(p >= SURE and not right for _, p, right in self.tops)
+        """Whether another explanation ever had 95 %; nothing missing counts at the end: records may not show it yet."""
+        ever = any(p >= SURE and not right for name, p, right in self.tops if name != NOTHING)
+        return ever or any(p >= SURE and not right for _, p, right in self.tops[-1:])
 
 
 @dataclass(frozen=True)

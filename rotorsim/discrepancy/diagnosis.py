@@ -20,7 +20,7 @@ from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.fit.uncertainty import covariance, finished
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.explanation import SURE, Explanation
 from rotorsim.discrepancy.odds.odds import odds
 from rotorsim.discrepancy.odds.priors import prior_sizes
 from rotorsim.discrepancy.odds.thresholds import by_odds, joined_classes
@@ -277,7 +277,7 @@ class Work:
             evidence=evidence_of(base, best, search),
             explanations=judged,
             priors=prior_sizes(self.forms),
-            planned=None if self.allow is None else planner(self.allow, np.inf),
+            planned=None if self.allow is None else planner(self.allow, np.inf, SURE),
             planner=planner,
             data_hash=data_hash(self.trials),
             spectra=shown,
@@ -306,15 +306,16 @@ class Work:
     def _planner(
         self, base: Fit, verdict: Verdict, search: Search | None, judged: tuple[Explanation, ...]
     ) -> Planner:  # fmt: skip
-        """What plans the next experiment: a function of what may change and of the longest experiment [min]."""
+        """What plans the next experiment, by what may change, the longest experiment [min] and what is settled."""
 
-        def planned(allow: Iterable[str], longest: float) -> Plan:
+        def planned(allow: Iterable[str], longest: float, sure: float) -> Plan:
             tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
             fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
-            others = [e.effects[0] for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
+            others = [e for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
             if search is not None and others:
-                fits |= {(key,): fit for key, fit in search.tangents(others).items()}
-            return plan_next(self.fitted, fits, judged, allow, lambda: self.progress("plan"), longest)
+                fits |= search.tangents(e.effects[0] for e in others if e.shown)
+                fits |= search.not_moved(e.effects[0] for e in others if not e.shown)
+            return plan_next(self.fitted, fits, judged, allow, lambda: self.progress("plan"), longest, sure)
 
         return planned
 

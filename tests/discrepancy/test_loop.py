@@ -139,7 +139,7 @@ class OnePlan:
     """A plan of one experiment, of which only the loop's way is looked at."""
 
     proposals: tuple = (SimpleNamespace(option=SimpleNamespace(name="impact", minutes=2.0),
-                                        outlook=SimpleNamespace(decided=0.9)),)  # fmt: skip
+                                        outlook=SimpleNamespace(decided=0.9, of_effects=0.9)),)  # fmt: skip
     settles: bool = True
 
     def first(self, longest):
@@ -160,7 +160,7 @@ class Scripted(Loop):
         self.meanwhile(len(records))
         p = 0.99 if len(records) >= self.enough else 0.6
         odds = (Explanation(("a",), False, 1.0, 0.01, True, p), Explanation((), False, 0.0, 0.01, True, 1 - p))
-        return small_diagnosis(status="tie", explanations=odds, planned=OnePlan())
+        return small_diagnosis(status="tie", explanations=odds, planner=lambda *asked: OnePlan())
 
 
 def scripted(machine, folder, out, meanwhile, waiting=lambda stage: None, enough=3):

@@ -14,14 +14,14 @@ from rotorsim.discrepancy.odds.evidence import log_evidence
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.model_form import ModelForm
 from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
-from rotorsim.discrepancy.plan.expected import Density, Outlook, Predicted, entropy, outlook, separation
+from rotorsim.discrepancy.plan.expected import Density, Outlook, Predicted, Today, entropy, outlook, separation
 from rotorsim.discrepancy.plan.options import options
-from rotorsim.discrepancy.plan.plan import Plan, Proposal, _of_class
+from rotorsim.discrepancy.plan.plan import Plan, Proposal, _of_class, rivals_of
 from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
 from rotorsim.machine import load_machine
 
 N = 200
-EVEN = np.array([0.5, 0.5])
+EVEN = Today.of(0.5, 0.5)
 STILL = np.zeros((N, 1))
 
 
@@ -37,7 +37,7 @@ def ahead(difference, spread=STILL, odds=EVEN, temperature=1.0):
 
 
 def test_rivals_that_respond_alike_stay_as_they_are():
-    left = ahead(np.zeros(N), odds=np.array([0.8, 0.2]))
+    left = ahead(np.zeros(N), odds=Today.of(0.8, 0.2))
     assert left.entropy == pytest.approx(float(entropy(np.array([0.8, 0.2]))), abs=1e-9)
     assert left.decided == 0 and left.truths == pytest.approx([0.8, 0.2])
 
@@ -55,6 +55,26 @@ def test_a_difference_that_a_rival_can_be_re_fitted_to_is_none():
     open_ = ahead(2.0 * column[:, 0], spread=1e3 * column)
     assert open_.entropy > 0.99 and open_.decided == 0
     assert ahead(2.0 * column[:, 0], spread=1e-3 * column).entropy < 0.01
+
+
+def test_what_is_not_followed_keeps_its_ratio_to_the_rival_at_its_side():
+    """Nothing missing, 12 % of faint effects beside it, and one effect that the run shows."""
+    today = Today(np.array([0.8, 0.08]), np.array([0.12, 0.0]), np.array([False, True]))
+    left = ahead(np.full(N, 1.0), odds=today)
+    assert left.truths == pytest.approx([0.8 / 0.92, 1.0], abs=1e-6)
+    assert left.chances == pytest.approx([0.0, 1.0]) and left.of_effects == 1.0
+    assert left.decided == pytest.approx(0.08 + 0.12)  # those not followed fare as the effect does
+    alone = ahead(np.full(N, 1.0), odds=Today(np.array([0.92, 0.08]), np.zeros(2), np.array([False, True])))
+    assert alone.decided == pytest.approx(1.0)
+
+
+def test_what_the_records_do_not_show_is_followed_on_its_own():
+    hidden = Explanation(("runout.roughness",), False, 0.0, 1e-3, False, 0.2, shown=False)
+    nothing = Explanation((), False, 0.0, 1e-3, True, 0.9, unseen=(hidden,))
+    beyond = Explanation((), True, 0.0, 1e-3, True, 0.1)
+    assert nothing.certain == pytest.approx(0.7)
+    found = rivals_of((nothing, beyond))
+    assert [(e.effects, e.probability) for e in found] == [((), pytest.approx(0.7)), (hidden.effects, 0.2)]
 
 
 def test_entropy_left_is_that_of_two_normal_numbers():
@@ -144,7 +164,7 @@ def test_every_kind_of_experiment_is_a_plan_that_a_campaign_runs(name, tmp_path)
     machine = load_machine(name)
     kinds = {(type(o.experiment), o.weight is None): o for o in options(machine, trials(machine), ())}
     for number, option in enumerate(kinds.values()):
-        best = Proposal(option, Outlook(0.1, 0.9, np.array([0.9, 0.9])))
+        best = Proposal(option, Outlook(0.1, 0.9, 0.9, np.array([0.9, 0.9]), np.array([0.9, 0.9])))
         plan = Plan(1.0, ("a", "b"), (best,), odds=(0.5, 0.5))
         (tmp_path / f"{number}.toml").write_text(plan.campaign(machine, name))
         loaded = load_plan(tmp_path / f"{number}.toml")
@@ -158,7 +178,7 @@ def test_what_no_experiment_separates_is_stated_with_the_reason():
     sentence = "no experiment separates shaft_bow.bow from runout.amplitude_1x: vector that turns with the shaft"
     assert _of_class(tie) == sentence
     dull = Proposal(options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())[0],
-                    Outlook(0.99, 0.0, EVEN))  # fmt: skip
+                    Outlook(0.99, 0.0, 0.0, EVEN.odds, np.zeros(2)))  # fmt: skip
     assert Plan(1.0, ("a", "b"), (dull,)).sentence == "No allowed experiment separates a from b."
     assert Plan(0.0, ("a",), ()).sentence.startswith("No next experiment")
 

@@ -16,7 +16,7 @@ from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.diagnosis import Progress, Workshop
 from rotorsim.discrepancy.loop.rigs import FolderRig, Rig, open_rig
 from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
-from rotorsim.discrepancy.odds.explanation import SURE
+from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
@@ -146,6 +146,8 @@ class Loop:
             if not steps.steps or steps.made:
                 steps = steps.with_step(self._step(found, steps))
                 self._keep(steps)
+            if not self._settled(found):
+                found = replace(found, planned=found.plan(self.allow, sure=self.sure))
             best, end = self._next(found, steps), self._end(found, steps)
             if end != "decided" and (new := self.rig.arrived()):
                 steps = steps.with_new(list(map(str, new)))
@@ -163,22 +165,32 @@ class Loop:
                 return replace(found, steps=steps)
 
     def _diagnosed(self, records: list[Any]) -> Diagnosis:
-        """Diagnosis with a plan."""
+        """Diagnosis of all records."""
         return diagnose(
             self.machine, records, effects=self.effects, mapping=self.mapping, workshop=self.workshop,
-            tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED, plan_next=self.allow,
+            tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED,
         )  # fmt: skip
 
     def _step(self, found: Diagnosis, steps: Steps) -> Step:
         """The diagnosis as a step, with the experiment that was made before it."""
-        made: dict[str, Any] = {"experiment": "", "minutes": 0.0, "records": (), "expected": None}
+        made: dict[str, Any] = {"experiment": "", "minutes": 0.0, "records": ()}
         made |= dict(steps.pending)
         return Step(**made, status=found.status, odds=found.odds, entropy=found.entropy)
 
+    def _settled(self, found: Diagnosis) -> bool:
+        """Whether one explanation is settled, and not just because the records do not show the others."""
+        return any(e.certain >= self.sure for e in found.explanations if not e.beyond) or (
+            found.odds.get(NOT_IN_CATALOGUE, 0.0) >= self.sure
+        )
+
     def _end(self, found: Diagnosis, steps: Steps) -> str:
         """How the loop ends, or 'open'."""
-        if max(found.odds.values(), default=0.0) >= self.sure:
+        if self._settled(found):
             return "decided"
+        end = self._unsettled_end(found, steps)
+        return "decided" if end != "open" and max(found.odds.values(), default=0.0) >= self.sure else end
+
+    def _unsettled_end(self, found: Diagnosis, steps: Steps) -> str:
         plan = found.planned
         if plan is None or not plan.proposals:
             return "no_plan"
@@ -204,7 +216,12 @@ class Loop:
         """The next experiment made; pending until it is diagnosed."""
         assert found.planned is not None
         write_plan(self.folder, found.planned, self.machine)
-        ahead = {"experiment": best.option.name, "minutes": best.option.minutes, "expected": best.outlook.decided}
+        ahead = {
+            "experiment": best.option.name,
+            "minutes": best.option.minutes,
+            "expected": best.outlook.decided,
+            "expected_of_effects": best.outlook.of_effects,
+        }
         self._keep(replace(steps, pending=ahead | {"records": ()}))
         made = self._made(best.option, len(steps.steps))
         return replace(steps, pending=ahead | {"records": tuple(made)}, end="open" if made else "no_record")

@@ -32,7 +32,8 @@ class Step:
 
     `experiment` is empty for the first one, and where records came that no experiment was proposed for.
 
-    `expected` is the chance of a decision that the plan had given for the experiment, `entropy` [bit] that of the odds.
+    `expected` is the chance of a decision that the plan had given for the experiment, `expected_of_effects` that if an
+    effect is missing; `entropy` [bit] is that of the odds.
     """
 
     experiment: str
@@ -42,6 +43,7 @@ class Step:
     odds: Mapping[str, float]
     entropy: float
     expected: float | None = None
+    expected_of_effects: float | None = None
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class Steps:
         """With files that have come: records of the experiment that was proposed before, else other records."""
         if not files:
             return self
-        ahead = self.pending or {"experiment": "", "minutes": 0.0, "expected": None}
+        ahead = self.pending or {"experiment": "", "minutes": 0.0}
         return replace(self, pending={**ahead, "records": (*ahead.get("records", ()), *files)})
 
     def with_step(self, step: Step) -> Steps:

@@ -25,6 +25,7 @@ class Explanation:
     error : relative error of the model's form that it leaves, most probable value
     shown : whether the records narrow its size down; otherwise it cannot be distinguished from nothing
     refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
+    unseen : explanations that are counted with it because the records do not show them; others may
     """
 
     effects: tuple[str, ...]
@@ -35,6 +36,12 @@ class Explanation:
     probability: float = 0.0
     alike: tuple[tuple[str, ...], ...] = ()
     shown: bool = True
+    unseen: tuple[Explanation, ...] = ()
+
+    @property
+    def certain(self) -> float:
+        """Probability without that of the unseen ones."""
+        return self.probability - sum(e.probability for e in self.unseen)
 
     @property
     def name(self) -> str:

@@ -158,4 +158,5 @@ def _joined(own: list[Explanation]) -> Explanation:
     """Explanations of one class as one, named after the most probable that the records show."""
     first = min(own, key=lambda e: not e.shown)
     alike = tuple(e.effects for e in own if e is not first)
-    return replace(first, probability=sum(e.probability for e in own), alike=alike)
+    unseen = tuple(e for e in own if not e.shown and e is not first)
+    return replace(first, probability=sum(e.probability for e in own), alike=alike, unseen=unseen)

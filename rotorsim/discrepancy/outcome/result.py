@@ -49,7 +49,7 @@ WITHIN_FORM = (
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float], Plan]
+Planner = Callable[[Iterable[str], float, float], Plan]
 """Plans experiments by what may change and the minutes that one may take."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
@@ -106,7 +106,7 @@ class Diagnosis(Shown, Findings, Reported):
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
 
-    def plan(self, allow: Iterable[str] = (), budget: float = np.inf) -> Plan:
+    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> Plan:
         """Experiments that may come next, the best first.
 
         Parameters
@@ -115,6 +115,8 @@ class Diagnosis(Shown, Findings, Reported):
             What may differ from the records (`plan.allowed.ALLOWED`); all that the machine can do for none.
         budget : float
             Minutes of rig time that an experiment may take.
+        sure : float
+            Probability at which an explanation is settled.
 
         Raises
         ------
@@ -129,7 +131,7 @@ class Diagnosis(Shown, Findings, Reported):
         """
         if self.planner is None:
             raise DataError("plan: a stored diagnosis has no plant; diagnose the records again with plan_next")
-        return self.planner(check_allowed(allow), budget)
+        return self.planner(check_allowed(allow), budget, sure)
 
     def card(self) -> Card:
         """Verdict, sizes of the effects, plan."""

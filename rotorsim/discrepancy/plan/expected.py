@@ -5,9 +5,10 @@ r"""Odds that a new record should leave: predictive distributions of the rivals,
 
 with r = y - m_k, the same power 1/T of the likelihood as in the evidence: it is the change of its logarithm by the new
 record. m_k is the response of explanation k at its fitted point, V the covariance of its parameters after the records
-there are, J their sensitivities in the new run: what a rival can be re-fitted to is no difference. Sigma is the floor,
+there are, J their sensitivities in the new run: a rival differs by what it cannot be re-fitted to. Sigma is the floor,
 U the error of the model's form. The expected entropy is a mean over draws; a plug-in estimate without J V J' is wrong
-by factors. Sources: Lindley (1956); MacKay (2003), chapter 28.
+by factors. Explanations that are not followed are counted at the side of the rival whose response they cannot be told
+from yet: a run leaves their ratio to it as it is. Sources: Lindley (1956); MacKay (2003), chapter 28.
 
 Cites: lindley_1956, mackay_2003.
 """
@@ -46,11 +47,43 @@ class Predicted:
 
 @dataclass(frozen=True)
 class Outlook:
-    """What a run should leave: entropy [bit], chance that the truth has `SURE`, mean probability (k,) of each truth."""
+    """What a run should leave.
+
+    entropy : bit
+    decided : chance that the truth is settled
+    of_effects : the same if one of the rivals that name effects is true; 0 if there are none
+    truths, chances : for each rival as the truth its mean probability (k,), and the chance that it is settled (k,)
+    """
 
     entropy: float
     decided: float
+    of_effects: float
     truths: np.ndarray
+    chances: np.ndarray
+
+
+@dataclass(frozen=True)
+class Today:
+    """Odds before a run; with `rest` they sum to 1.
+
+    odds : probabilities (k,) of the rivals
+    rest : probabilities (k,) of what is not followed, at the side of each rival
+    effects : which rivals (k,) name effects; what is not followed fares as those do on average
+    """
+
+    odds: np.ndarray
+    rest: np.ndarray
+    effects: np.ndarray
+
+    @classmethod
+    def of(cls, *odds: float) -> Today:
+        """Of rivals that name effects, besides which there is nothing."""
+        return cls(np.array(odds), np.zeros(len(odds)), np.ones(len(odds), bool))
+
+    @property
+    def entropy(self) -> float:
+        """Entropy [bit]."""
+        return float(entropy(np.concatenate([self.odds, self.rest])))
 
 
 def entropy(p: np.ndarray) -> np.ndarray:
@@ -59,15 +92,15 @@ def entropy(p: np.ndarray) -> np.ndarray:
 
 
 def outlook(
-    odds: np.ndarray, predicted: Sequence[Predicted], sigma: np.ndarray, temperature: float, seed: int = 0,
+    today: Today, predicted: Sequence[Predicted], sigma: np.ndarray, temperature: float, seed: int = 0,
     sure: float = SURE,
 ) -> Outlook:  # fmt: skip
-    """What a new record should leave of the odds (k,).
+    """What a new record should leave of the odds.
 
     Parameters
     ----------
-    odds : (k,)
-        Probabilities today, which sum to 1.
+    today : Today
+        Odds of k rivals, and of what is not followed.
     predicted : k explanations
     sigma : (n,)
         Standard deviation [m] of every number of the record.
@@ -86,16 +119,30 @@ def outlook(
     rng = np.random.default_rng([seed, 22])
     scaled = [Predicted(p.mean / sigma, p.spread / sigma[:, None], p.form / sigma[:, None]) for p in predicted]
     densities = [Density.of(p, temperature) for p in scaled]
-    entropies, decided, truths = np.zeros(len(odds)), np.zeros(len(odds)), np.zeros(len(odds))
+    odds, whole = today.odds, today.odds + today.rest
+    entropies, chances, truths = np.zeros(len(odds)), np.zeros(len(odds)), np.zeros(len(odds))
     for k, truth in enumerate(scaled):
-        whole = truth.open
-        drawn = truth.mean + rng.normal(size=(DRAWS, whole.shape[1])) @ whole.T + rng.normal(size=(DRAWS, len(sigma)))
-        p = np.log(odds) + np.stack([density.log(drawn) for density in densities], axis=1)
+        S = truth.open
+        drawn = truth.mean + rng.normal(size=(DRAWS, S.shape[1])) @ S.T + rng.normal(size=(DRAWS, len(sigma)))
+        p = np.log(whole) + np.stack([density.log(drawn) for density in densities], axis=1)
         p = np.exp(p - p.max(axis=1, keepdims=True))
         p /= p.sum(axis=1, keepdims=True)
-        entropies[k], truths[k] = float(entropy(p).mean()), float(p[:, k].mean())
-        decided[k] = float((p[:, k] >= sure).mean())
-    return Outlook(float(odds @ entropies), float(odds @ decided), truths)
+        own, rest = p * odds / whole, p * today.rest / whole
+        entropies[k], truths[k] = float(entropy(np.hstack([own, rest])).mean()), float(own[:, k].mean())
+        chances[k] = float((own[:, k] >= sure).mean())
+    return Outlook(_expected(today, entropies), _expected(today, chances), _of_effects(today, chances), truths, chances)
+
+
+def _expected(today: Today, values: np.ndarray) -> float:
+    """Mean over the truths (k,); what is not followed has that of the rivals which name effects."""
+    others = _of_effects(today, values) if today.effects.any() else float(today.odds @ values / today.odds.sum())
+    return float(today.odds @ values + today.rest.sum() * others)
+
+
+def _of_effects(today: Today, values: np.ndarray) -> float:
+    """Mean over the truths (k,) that name effects; 0 if there are none."""
+    named = today.odds * today.effects
+    return float(named @ values / named.sum()) if named.any() else 0.0
 
 
 @dataclass(frozen=True)

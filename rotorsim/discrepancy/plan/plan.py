@@ -7,7 +7,7 @@ promises more than the best one seen closely, or `CLOSE` have been.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,9 +18,9 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, Explanation
+from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation
 from rotorsim.discrepancy.odds.odds import TEMPERATURE
-from rotorsim.discrepancy.plan.expected import Outlook, entropy, outlook, separation
+from rotorsim.discrepancy.plan.expected import Outlook, Today, outlook, separation
 from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion
 from rotorsim.discrepancy.plan.options import Option, options, written_changes
 from rotorsim.discrepancy.residuals.comparison import Comparison
@@ -29,15 +29,18 @@ from rotorsim.machine import Machine
 
 LEAST = 1e-3
 """Probability below which an explanation is no rival."""
-RIVALS = 4
-"""Rivals that are followed into a new run, at most."""
+RIVALS, UNSEEN = 4, 8
+"""Rivals that are followed into a new run, at most: of those that the records show, and of those that they do not."""
 ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
-CLOSE = 10
+CLOSE = 6
 """Experiments that get a close look, at most."""
 UNKNOWN_FORM, WORSE = 0.3, 3.0
 """Relative error of the response where something beyond the catalogue is missing besides the most probable effects, and
 times theirs that it is at least."""
+UNEXPLAINED = 1.0
+"""Logarithm of the evidence from which on records show that something beyond the catalogue is missing, and a new run
+would show it too; below it is as good as its prior probability says and stays so."""
 APART = 9.0
 """Sum of squares between two explanations, after re-fitting, below which an experiment does not separate them."""
 A_MINUTE = 0.002
@@ -70,6 +73,7 @@ class Proposal:
             "pressure_mpa": one.pressure / MPA, "minutes": one.minutes, "close_look": self.close,
             "entropy_bit": self.outlook.entropy, "chance_of_95_percent": self.outlook.decided,
             "probability_if_true": list(map(float, self.outlook.truths)),
+            "chance_of_95_percent_if_true": list(map(float, self.outlook.chances)),
         }  # fmt: skip
 
 
@@ -134,13 +138,22 @@ class Plan:
 
 
 def rivals_of(odds: Iterable[Explanation]) -> list[Explanation]:
-    """Explanations that a new run may settle: probable ones without something that has no response to predict."""
-    return [e for e in odds if e.probability >= LEAST and not e.beyond]
+    """Explanations that a new run may settle: probable ones without something that has no response to predict.
+
+    What the records do not show is an explanation of its own here: a run may show it.
+    """
+    found = [e for e in _apart(odds) if e.probability >= LEAST and not e.beyond]
+    return sorted(found, key=lambda e: -e.probability)
+
+
+def _apart(odds: Iterable[Explanation]) -> list[Explanation]:
+    """Explanations without the unseen ones that are counted with them, and those."""
+    return [one for e in odds for one in (replace(e, probability=e.certain, unseen=()), *e.unseen)]
 
 
 def plan_next(
     comparison: Comparison, fits: Mapping[tuple[str, ...], Fit], odds: Sequence[Explanation], allow: Iterable[str],
-    progress: Callable[[], None] = lambda: None, longest: float = np.inf,
+    progress: Callable[[], None] = lambda: None, longest: float = np.inf, sure: float = SURE,
 ) -> Plan:  # fmt: skip
     """Rank the experiments that are allowed.
 
@@ -155,6 +168,8 @@ def plan_next(
         What may change, of `allowed.ALLOWED`.
     longest : float
         Minutes of rig time that an experiment may take.
+    sure : float
+        Probability at which an explanation is settled.
 
     Raises
     ------
@@ -168,27 +183,50 @@ def plan_next(
     if not short:
         least = min(one.minutes for one in found)
         raise DataError(f"budget: {longest:.3g} min are less than the shortest experiment, {least:.3g} min; give more")
-    known = [e for e in rivals_of(odds) if e.effects in fits][:RIVALS]
+    able = [e for e in rivals_of(odds) if e.effects in fits]
+    seen, unseen = [e for e in able if e.shown][:RIVALS], [e for e in able if not e.shown][:UNSEEN]
+    known = [*seen, *unseen]
     never = tuple(_of_class(e) for e in known if e.alike and e.effects)
-    rivals = [Rival(e.name, e.probability, fits[e.effects], e.error) for e in known]
-    if known and (beyond := sum(e.probability for e in odds if e.beyond)) >= LEAST:
+    rivals = [Rival(e.effects, e.name, e.probability, fits[e.effects], e.error) for e in known]
+    more = sum(e.probability for e in odds if _shows_more(e, odds))
+    if known and more >= LEAST:
         first = rivals[0]
-        rivals.append(Rival(NOT_IN_CATALOGUE, beyond, first.fit, max(UNKNOWN_FORM, WORSE * first.error)))
+        error = max(UNKNOWN_FORM, WORSE * first.error)
+        rivals.append(Rival((), NOT_IN_CATALOGUE, more, first.fit, error))
     names = tuple(r.name for r in rivals)
     if len(rivals) < 2:
         return Plan(0.0, names, (), never, tried=len(short))
-    p = np.array([r.probability for r in rivals])
-    p /= p.sum()
-    looks = Looks(Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals]), p, short, progress)
+    today = _today(rivals, [e for e in _apart(odds) if e not in known and not _shows_more(e, odds)])
+    forecast = Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals])
+    looks = Looks(forecast, today, short, progress, sure)
     proposals = looks.ranked()
     never += tuple(looks.inseparable(names))
-    return Plan(float(entropy(p)), names, proposals, never, tuple(map(float, p)), len(short))
+    return Plan(today.entropy, names, proposals, never, tuple(map(float, today.odds)), len(short))
+
+
+def _shows_more(e: Explanation, odds: Sequence[Explanation]) -> bool:
+    """Whether the records show that something beyond the catalogue is missing."""
+    alone = next((one.evidence for one in odds if one.effects == e.effects and not one.beyond), 0.0)
+    return e.beyond and e.evidence - alone > UNEXPLAINED
+
+
+def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
+    """Odds of the rivals; the others at the side of the rival with the same effects, else of nothing missing."""
+    rest, names = np.zeros(len(rivals)), [r.name for r in rivals]
+    nothing = names.index(NOTHING) if NOTHING in names else 0
+    places = {r.effects: i for i, r in enumerate(rivals) if r.effects}
+    for e in others:
+        rest[places.get(e.effects, nothing)] += e.probability
+    odds = np.array([r.probability for r in rivals])
+    whole = float(odds.sum() + rest.sum())
+    return Today(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]))
 
 
 @dataclass(frozen=True)
 class Rival:
     """An explanation that is followed into new runs, with its fit and the relative error of the model's form."""
 
+    effects: tuple[str, ...]
     name: str
     probability: float
     fit: Fit
@@ -200,15 +238,16 @@ class Looks:
     """First and close looks at experiments."""
 
     forecast: Forecast
-    odds: np.ndarray
+    today: Today
     options: Sequence[Option]
     progress: Callable[[], None] = lambda: None
+    sure: float = SURE
 
     def __post_init__(self) -> None:
         machine = self.forecast.comparison.twin.machine
         self.trials: list[Trial] = [one.trial(machine) for one in self.options]
         self.means = self._means()
-        self.apart = np.zeros((len(self.odds), len(self.odds)))
+        self.apart = np.zeros((len(self.today.odds), len(self.today.odds)))
         """Largest sum of squares between two explanations that a look has found, after re-fitting."""
 
     def _means(self) -> list[list[np.ndarray]]:
@@ -258,7 +297,8 @@ class Looks:
             predicted = self.forecast.predicted(trial, means, columns, sigma)
             if not bare:
                 self.apart = np.maximum(self.apart, separation(predicted, sigma))
-            return Proposal(self.options[i], outlook(self.odds, predicted, sigma, TEMPERATURE), close, bare)
+            found = outlook(self.today, predicted, sigma, TEMPERATURE, sure=self.sure)
+            return Proposal(self.options[i], found, close, bare)
         except NoAnswerError:
             return None
 

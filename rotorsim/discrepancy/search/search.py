@@ -226,8 +226,17 @@ class Search:
         moved = within(self.base.parameters, self.base.vector + move) - self.base.vector
         return self.base.point.holding(fixed).moved(self.base.parameters, moved).moved(own, values)
 
-    def tangents(self, keys: Iterable[str]) -> dict[str, Fit]:
-        """Fits of single forms by their sensitivities alone, without the plant; of a form's options the best."""
+    def not_moved(self, keys: Iterable[str]) -> dict[tuple[str, ...], Fit]:
+        """Fits of single forms, by their effects, at a size of zero: what the records do not show stays there."""
+        wanted, base = set(keys), self.base
+        return {
+            (one.key,): Fit((*base.parameters, *one.parameters), base.point, base.residual,
+                            np.concatenate([base.J, self.columns[one.label]], axis=1), base.cost)
+            for one in reversed(self.forms) if one.key in wanted
+        }  # fmt: skip
+
+    def tangents(self, keys: Iterable[str]) -> dict[tuple[str, ...], Fit]:
+        """Fits of single forms, by their effects and by sensitivities alone; of a form's options the best."""
         view, best = self.screened(), dict[str, tuple[float, Fit]]()
         wanted = set(keys)
         for i, one in enumerate(self.forms):
@@ -242,7 +251,7 @@ class Search:
             fit = Fit(parameters, point, self.base.residual, J, self.base.cost - gain)
             moved = fit.vector - np.concatenate([self.base.vector, np.zeros(len(steps))])
             best[one.key] = gain, replace(fit, residual=self.base.residual - J @ moved)
-        return {key: fit for key, (_, fit) in best.items()}
+        return {(key,): fit for key, (_, fit) in best.items()}
 
     def _held(self, point: Point) -> float:
         """Excess of the held-out records."""
