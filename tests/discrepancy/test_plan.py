@@ -64,6 +64,8 @@ def test_what_is_not_followed_keeps_its_ratio_to_the_rival_at_its_side():
     assert left.truths == pytest.approx([0.8 / 0.92, 1.0], abs=1e-6)
     assert left.chances == pytest.approx([0.0, 1.0]) and left.of_effects == 1.0
     assert left.decided == pytest.approx(0.08 + 0.12)  # those not followed fare as the effect does
+    beyond = ahead(np.full(N, 1.0), odds=replace(today, never=0.05))
+    assert beyond.decided == pytest.approx(0.08 + 0.12 - 0.05) and beyond.of_effects == 1.0
     alone = ahead(np.full(N, 1.0), odds=Today(np.array([0.92, 0.08]), np.zeros(2), np.array([False, True])))
     assert alone.decided == pytest.approx(1.0)
 

@@ -48,6 +48,8 @@ def _odds(diagnosis: Diagnosis) -> Iterator[str]:
     for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
             yield f"  probability {shown_share(one.probability)}: {one.name}"
+            if one.unseen:
+                yield f"    {one.unseen_sentence}"
 
 
 def _effects(diagnosis: Diagnosis) -> Iterator[str]:

@@ -10,6 +10,8 @@ NOT_IN_CATALOGUE = "not in the catalogue"
 """Name of all explanations together that hold something which is not in the catalogue."""
 SURE = 0.95
 """Probability from which an explanation is settled."""
+MOST = 6
+"""Effects that a sentence lists at most."""
 LEAST_SHOWN = 1e-3
 """Probability below which an explanation is not listed."""
 
@@ -42,6 +44,16 @@ class Explanation:
     def certain(self) -> float:
         """Probability without that of the unseen ones."""
         return self.probability - sum(e.probability for e in self.unseen)
+
+    @property
+    def unseen_sentence(self) -> str:
+        """Which effects the records do not show, with their probability; empty for none."""
+        if not self.unseen:
+            return ""
+        names = [e.name for e in self.unseen]
+        more = f" and {len(names) - MOST} others" if len(names) > MOST else ""
+        share = shown_share(self.probability - self.certain)
+        return f"{share} of it is of effects that these records do not show: {', '.join(names[:MOST])}{more}"
 
     @property
     def name(self) -> str:

@@ -202,6 +202,7 @@ class Diagnosis(Shown, Findings, Reported):
                     "probability": e.probability, "log_evidence": e.evidence, "form_error": e.error,
                     "refitted": e.refitted,
                     "alike": [list(keys) for keys in e.alike],
+                    "unseen": {one.name: one.probability for one in e.unseen},
                 }
                 for e in self.explanations if e.probability >= LEAST_SHOWN
             ],

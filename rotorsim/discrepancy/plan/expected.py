@@ -69,11 +69,13 @@ class Today:
     odds : probabilities (k,) of the rivals
     rest : probabilities (k,) of what is not followed, at the side of each rival
     effects : which rivals (k,) name effects; what is not followed fares as those do on average
+    never : the part of `rest` that no run settles, which is not in the catalogue
     """
 
     odds: np.ndarray
     rest: np.ndarray
     effects: np.ndarray
+    never: float = 0.0
 
     @classmethod
     def of(cls, *odds: float) -> Today:
@@ -130,7 +132,9 @@ def outlook(
         own, rest = p * odds / whole, p * today.rest / whole
         entropies[k], truths[k] = float(entropy(np.hstack([own, rest])).mean()), float(own[:, k].mean())
         chances[k] = float((own[:, k] >= sure).mean())
-    return Outlook(_expected(today, entropies), _expected(today, chances), _of_effects(today, chances), truths, chances)
+    of_effects = _of_effects(today, chances)
+    decided = _expected(today, chances) - today.never * of_effects
+    return Outlook(_expected(today, entropies), decided, of_effects, truths, chances)
 
 
 def _expected(today: Today, values: np.ndarray) -> float:

@@ -219,7 +219,8 @@ def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
         rest[places.get(e.effects, nothing)] += e.probability
     odds = np.array([r.probability for r in rivals])
     whole = float(odds.sum() + rest.sum())
-    return Today(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]))
+    never = sum(e.probability for e in others if e.beyond)
+    return Today(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]), never / whole)
 
 
 @dataclass(frozen=True)

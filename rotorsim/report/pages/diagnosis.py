@@ -89,8 +89,9 @@ def _odds(d: Diagnosis) -> str:
          f"{e.evidence:.1f}", f"{100 * e.error:.2g} %", "yes" if e.refitted else "no")
         for e in d.explanations if e.probability >= LEAST_SHOWN
     ]  # fmt: skip
+    unseen = "".join(f"<p>Nothing is missing: {escape(e.unseen_sentence)}.</p>" for e in d.explanations if e.unseen)
     head = ("explanation", "probability", "log. evidence", "error of the form", "re-fitted")
-    return html.section("Probabilities", f"<p>{text}</p>{html.table(rows, (head,))}")
+    return html.section("Probabilities", f"<p>{text}</p>{html.table(rows, (head,))}{unseen}")
 
 
 def _plan(plan: dict[str, Any]) -> str:
