@@ -117,7 +117,7 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
     others = sorted({f.key for f in forms if f.axes_only})
     if not others or not any(t.off_axes for t in trials):
         return forms, []
-    sentence = f"one probe that stands neither along x nor along y: no candidates are {', '.join(others)}"
+    sentence = f"one probe that stands neither along x nor along y: {', '.join(others)} cannot be candidates"
     kept = tuple(f for f in forms if not f.axes_only)
     if not kept:
         raise DataError(f"diagnose: {sentence}; give other effects")

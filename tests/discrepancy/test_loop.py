@@ -155,12 +155,17 @@ class Scripted(Loop):
 
     meanwhile: Callable = print
     enough: int = 3
+    asked: tuple = ()
 
     def _diagnosed(self, records):
         self.meanwhile(len(records))
         p = 0.99 if len(records) >= self.enough else 0.6
         odds = (Explanation(("a",), False, 1.0, 0.01, True, p), Explanation((), False, 0.0, 0.01, True, 1 - p))
-        return small_diagnosis(status="tie", explanations=odds, planner=lambda *asked: OnePlan())
+        return small_diagnosis(status="tie", explanations=odds, planner=self._plan)
+
+    def _plan(self, *asked):
+        self.asked = asked
+        return OnePlan()
 
 
 def scripted(machine, folder, out, meanwhile, waiting=lambda stage: None, enough=3):
@@ -178,6 +183,14 @@ def folders(tmp_path) -> tuple[Path, Path]:
         (tmp_path / name).mkdir()
     (tmp_path / "rig" / "0.nc").write_bytes(b"x")
     return tmp_path / "rig", tmp_path / "out"
+
+
+def test_the_probability_that_ends_a_loop_is_that_which_its_plans_forecast(machine, folders):
+    rig, out = folders
+    loop = Scripted(machine, FolderRig(rig, longest=0.1), 30.0, ("speed",), None, 0.8, out, None, lambda stage: None,
+                    lambda steps: None, object(), 0.004, meanwhile=lambda count: None)  # fmt: skip
+    loop.run(loop.rig.begin([]), Steps({}))
+    assert loop.asked == (("speed",), np.inf, 0.8)
 
 
 def test_a_record_that_comes_before_an_experiment_is_proposed_is_not_that_of_the_experiment(machine, folders):
