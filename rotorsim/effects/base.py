@@ -26,8 +26,8 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 ``actuator``  ``(w, old, new, h, volt, stroke, p) -> stroke``  stroke [m] of a piezo stack at `volt`, after a substep of
               h [s]; reads its `states` at w[old], writes them at w[new]. Chained in the machine file's order.
 ``sensor``    ``(w, reading, state, seed, sample, p)``  changes the readings in w[reading:] in place: disc x, y [m],
-              shaft angle [rad], speed [rad/s], gauge pressure [Pa]; once a sample. Chained in the machine file's order;
-              its own `states` are w[state:], 0 at the start of a run.
+              shaft angle [rad], speed [rad/s], gauge pressure [Pa], angle of the probes' ring [rad]; once a sample.
+              Chained in the machine file's order; its own `states` are w[state:], 0 at the start of a run.
 ``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft besides the drive's.
 ``support``   ``(p) -> (omega, zeta, gain)``  a resonance [rad/s, 1] under the film's sleeve; gain [kg^-1/2] is its
               displacement per modal coordinate.
@@ -115,6 +115,8 @@ class Effect:
     extra: ClassVar[tuple[str, ...]] = ()
     """Names of the numbers that `derived` adds to the kernel's record, and 'residual' for the static compliance [m/N]
     that the modes left out have where the effect acts, which the plant knows."""
+    begins_chain: ClassVar[bool] = False
+    """Whether it acts before all others of its port, wherever the machine file has it."""
     ends_chain: ClassVar[bool] = False
     """Whether it comes after all others of its port."""
     memory: ClassVar[str] = "long"

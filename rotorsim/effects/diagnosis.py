@@ -9,6 +9,7 @@ ROLES = {
     "candidate": "may be what a machine file lacks",
     "scatter": "scatters readings: left out of the simulated means, part of the noise floor",
     "known": "a load or a limit that is known: never looked for",
+    "set": "is set on purpose, for single records too, as these state: never looked for",
     "asymmetric": "breaks the symmetry of the film, which is another plant: only on request",
 }
 """Roles of an effect in a diagnosis."""

@@ -111,7 +111,8 @@ def _read(docstring: str) -> tuple[str, str, str, str]:
 
 def _place(effect: type[Effect]) -> str:
     if effect.port in ELSEWHERE:
-        return ELSEWHERE[effect.port]
+        where = ELSEWHERE[effect.port]
+        return f"{where.partition(', ')[0]}, before all others" if effect.begins_chain else where
     if effect.influence in INFLUENCES:
         return INFLUENCES[effect.influence]
     choice = "at `position` or " if any(f.name == "position" for f in fields(effect)) else ""

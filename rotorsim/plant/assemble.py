@@ -108,6 +108,7 @@ def assemble(machine: Machine) -> Assembly:
         for i, e in enumerate(es)
         if films or e.port not in FILM_PORTS
     ]
+    effects.sort(key=lambda one: not one[1].begins_chain)
     ports = {port: sum(e.port == port for _, e in effects) for port in PORTS}
     rotor = make_rotor_layout(
         mesh.reduced.Phi.shape[1], film, len(effects), len(films), ports["contact"], ports["support"],

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from rotorsim.effects.sensors.sensor_delay import LENGTH, sensor_delay
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
 from rotorsim.plant.columns import READ
 
 SAMPLE = 2e-4
@@ -34,6 +36,27 @@ def test_gain_and_cross_talk_are_a_matrix_on_the_displacement(record):
     true, measured, _ = record({f"sensor_gain.{key}": value for key, value in values.items()})
     expected = true @ np.array([[1.03, 0.01], [0.004, 0.98]]).T
     assert measured == pytest.approx(expected, abs=1e-18)
+
+
+def test_probes_on_a_turned_ring_read_the_motion_in_its_axes_and_keep_their_gains(record):
+    """A rotation by 30 deg from x towards y, then each probe's own gain, though the file has the gains first."""
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    true, measured, _ = record({"sensor_ring.angle": "30 deg", "sensor_gain.x": 0.03, "sensor_gain.cross_y": 0.02})
+    expected = true @ (np.array([[1.03, 0.0], [0.02, 1.0]]) @ np.array([[c, s], [-s, c]])).T
+    assert measured == pytest.approx(expected, abs=1e-18)
+    assert np.abs(measured - true).max() > 0.2 * np.abs(true).max()
+
+
+def test_a_ring_at_zero_leaves_every_bit_of_runout_and_gain_as_without_it(held):
+    machine = load_machine("plain_rotor")
+    values = {"amplitude_1x": "5 um", "phase_1x": "20 deg", "amplitude_2x": "2 um", "roughness": "0.1 um"}
+    for key, value in values.items():
+        machine = machine.replace(f"effects.runout.{key}", value)
+    machine = machine.replace("effects.sensor_gain.x", 0.03)
+    with_ring = machine.replace("effects.sensor_ring", {})
+    tables = [Plant(m).start(SPEED, 0.0).advance(held(500, SPEED, 0.0)) for m in (machine, with_ring)]
+    assert tables[0].tobytes() == tables[1].tobytes()
+    assert np.abs(tables[0][:, READ] - tables[0][:, 0]).max() > 4e-6
 
 
 def test_a_lag_delays_and_shrinks_a_turning_orbit_as_its_transfer_function(record):
@@ -84,6 +107,24 @@ def test_at_slow_roll_the_sensors_read_the_surface_a_quarter_turn_apart(record):
     assert seen[:, 1] == pytest.approx(surface(np.pi / 2 - angle), abs=1e-15)
     quarter = round(0.25 / 2 / SAMPLE)
     assert seen[:-quarter, 0] == pytest.approx(seen[quarter:, 1], abs=1e-14)
+
+
+@pytest.mark.parametrize("degrees", [90, 30, -200])
+def test_probes_on_a_turned_ring_read_the_surface_under_their_new_places(record, degrees):
+    """After a quarter turn x reads y of the motion and the surface that y read before, y the opposite of x."""
+    values = {"runout.amplitude_1x": "5 um", "runout.phase_1x": "20 deg", "runout.amplitude_2x": "2 um",
+              "runout.amplitude_3x": "1 um", "runout.roughness": "0.1 um"}  # fmt: skip
+    true, measured, table = record(values, hertz=2)
+    _, turned, _ = record({**values, "sensor_ring.angle": f"{degrees} deg"}, hertz=2)
+    a, angle = np.radians(degrees), table[:, 4]
+    motion = true @ np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    surface = turned - motion
+    whole = 5e-6 * np.cos(a - angle + np.radians(20)) + 2e-6 * np.cos(2 * (a - angle)) + 1e-6 * np.cos(3 * (a - angle))
+    assert np.std(surface[:, 0] - whole) == pytest.approx(1e-7, rel=0.01)  # the roughness
+    quarter = round(0.25 / 2 / SAMPLE)
+    assert surface[:-quarter, 0] == pytest.approx(surface[quarter:, 1], abs=1e-14)
+    if degrees == 90:
+        assert turned[:, 0] - true[:, 1] == pytest.approx(measured[:, 1] - true[:, 1], abs=1e-15)
 
 
 def test_roughness_has_its_rms_turns_with_the_shaft_and_belongs_to_the_surface(record):
@@ -168,6 +209,7 @@ def test_the_normal_deviates_are_those_of_twelve_uniform_ones():
 
 
 SIGNATURES = {
+    "sensor_ring": test_probes_on_a_turned_ring_read_the_motion_in_its_axes_and_keep_their_gains,
     "sensor_gain": test_gain_and_cross_talk_are_a_matrix_on_the_displacement,
     "sensor_lag": test_a_lag_delays_and_shrinks_a_turning_orbit_as_its_transfer_function,
     "sensor_delay": test_a_delay_of_any_part_of_a_sample_is_exact_for_a_ramp,

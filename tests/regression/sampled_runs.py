@@ -41,7 +41,7 @@ RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
 
 EVERY_EFFECT: dict[str, Any] = {
-    "asymmetric_shaft": {},  # this, the seal and the heat: neutral, numbers stored before them stay as they are
+    "asymmetric_shaft": {},  # this, seal, heat and ring: neutral, numbers stored before them stay as they are
     "ball_bearing": {"softening": 0.05, "clearance": "0.5 um"},
     "base_vibration": {},  # excludes a pedestal
     "clearance_growth": {"growth": "0.4 um", "temperature": "3 K"},
@@ -66,6 +66,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "sensor_delay": {"delay": "0.13 ms"},
     "sensor_gain": {"x": 0.02, "y": -0.01, "cross_x": 0.01},
     "sensor_lag": {"time": "0.1 ms"},
+    "sensor_ring": {},
     "shaft_bow": {"bow": "3 um", "phase": "15 deg"},
     "slip": {"mean_free_path": "0.068 um"},
     "supply_droop": {"droop": "50000000 Pa*s/kg", "filling_time": "0.2 s"},

@@ -57,7 +57,7 @@ def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, 
     Raises DataError for one that this machine cannot have.
     """
     forms: list[Form] = []
-    for name in sorted(n for n in twin.slots if REGISTRY[n].role != "known"):
+    for name in sorted(n for n in twin.slots if REGISTRY[n].role not in ("known", "set")):
         forms += [f for form in REGISTRY[name].candidate_forms(twin.machine) for f in _forms(twin, name, form)]
     if effects is not None:
         asked = _known(effects, forms, twin.machine.name)

@@ -1,7 +1,8 @@
 """User's machine with every effect of the catalogue added at its neutral value.
 
-A candidate is then a change of parameters, and its plant is compiled once. Effects that scatter readings (noise,
-quantisation, encoder, pressure transducer) are left out: the diagnosis compares means, and what scatters is its floor.
+A candidate is then a change of parameters, and its plant is compiled once; so is what single records state as set on
+purpose. Effects that scatter readings (noise, quantisation, encoder, pressure transducer) are left out: the diagnosis
+compares means, and what scatters is its floor.
 """
 
 from __future__ import annotations
@@ -82,7 +83,8 @@ def equip(
         effect = REGISTRY[name]
         if effect.role == "scatter" or (effect.role == "asymmetric" and name not in also):
             continue
-        if only is not None and name not in only and not effect.calibration_of(machine):
+        fixed = effect.role == "set" or effect.calibration_of(machine)
+        if only is not None and name not in only and not fixed:
             continue
         own = own_tables(effect, machine)
         if not own:

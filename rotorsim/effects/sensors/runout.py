@@ -4,9 +4,10 @@ r"""Runout: sensor reading from a disc surface that is not round or not electric
           r(\alpha) = \sum_{n=1}^{3} a_n \cos(n\alpha + \psi_n)
           + b \sum_{n=4}^{24} \frac{\cos(n\alpha + \psi_n)}{(21/2)^{1/2}}
 
-Both sensors look at one surface, a quarter turn apart. The roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's,
-which spread it over the turn) with g of its number `surface`, so that it is the same in every run. The sensors see the
-true angle, so this comes before an encoder. Source: thesis 2.6.2, Figs 2.12 and 2.13; API 670; Schroeder (1970).
+Both sensors look at one surface, a quarter turn apart; the angle of their ring (sensor_ring.py) adds to alpha. The
+roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's, which spread it over the turn) with g of its number
+`surface`, so that it is the same in every run. The sensors see the true angle, so this comes before an encoder.
+Source: thesis 2.6.2, Figs 2.12 and 2.13; API 670; Schroeder (1970).
 """
 
 import math
@@ -43,7 +44,7 @@ def roughness(a, surface):
 def runout(w, reading, state, seed, sample, p):
     """Add the surface under each sensor to the displacements read."""
     for axis in range(2):
-        a = axis * (0.5 * math.pi) - w[reading + 2]
+        a = axis * (0.5 * math.pi) + w[reading + 5] - w[reading + 2]
         r = p.amplitude_1x * math.cos(a + p.phase_1x)
         r += p.amplitude_2x * math.cos(2.0 * a + p.phase_2x) + p.amplitude_3x * math.cos(3.0 * a + p.phase_3x)
         if p.roughness > 0.0:

@@ -116,6 +116,7 @@ def write_sample(w, P, out, i):
         w[RIG.reading + n] = out[i, n]
     for n in range(3):
         w[RIG.reading + 2 + n] = out[i, 4 + n]
+    w[RIG.reading + 5] = 0.0
     sense(w, P)
     for n in range(5):
         out[i, READ + n] = w[RIG.reading + n]

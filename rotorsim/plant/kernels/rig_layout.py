@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "held_x", "held_y")
-READINGS = 5
-"""Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa]."""
+READINGS = 6
+"""Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa], angle of the probes' ring [rad]."""
 
 AROUND = 12
 """x, y of the housing and of the foundation: displacement [m], velocity [m/s] and acceleration [m/s^2] of each."""
