@@ -4,9 +4,10 @@
 
     [changes]
     trial_weight = { me = "300 g*mm", phase = "45 deg", position = "160 mm" }   # or a list; else the first disc
+    sensor_ring = { angle = "30 deg" }                                          # of both probes, from x towards y
     "effects.gas_heating.rise" = "12 K"                                         # a new value of the machine file
 
-It becomes the attribute `changes` of the record, a JSON text with the weights in SI; `rotorsim diagnose` reads it.
+It becomes the attribute `changes` of the record, a JSON text with weights and ring in SI; `rotorsim diagnose` reads it.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ from identification.errors import ReadError
 from identification.records.units import quantity_at
 from rotorsim.base.sentences import quote
 
-WEIGHT = "trial_weight"
-_PARTS = {"me": "kg*m", "phase": "rad", "position": "m"}
+WEIGHT, RING = "trial_weight", "sensor_ring"
+_PARTS = {WEIGHT: {"me": "kg*m", "phase": "rad", "position": "m"}, RING: {"angle": "rad"}}
+_EXAMPLES = {WEIGHT: "{ me = '300 g*mm', phase = '45 deg' }", RING: "{ angle = '30 deg' }"}
 
 
 def stated_changes(table: dict[str, Any]) -> dict[str, str]:
@@ -28,7 +30,9 @@ def stated_changes(table: dict[str, Any]) -> dict[str, str]:
     for name, value in table.items():
         if name == WEIGHT:
             weights = value if isinstance(value, list) else [value]
-            found[name] = [_weight(f"changes.{WEIGHT}", w) for w in weights]
+            found[name] = [_numbers(WEIGHT, w) for w in weights]
+        elif name == RING:
+            found[name] = _numbers(RING, value)
         elif isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise ReadError(f"changes.{quote(name)}: {quote(value)}; quote the path and give one value with its unit")
         else:
@@ -36,10 +40,12 @@ def stated_changes(table: dict[str, Any]) -> dict[str, str]:
     return {"changes": json.dumps(found)} if found else {}
 
 
-def _weight(path: str, weight: Any) -> dict[str, float]:
-    if not isinstance(weight, dict) or "me" not in weight:
-        raise ReadError(f"{path}: {quote(weight)}; write {{ me = '300 g*mm', phase = '45 deg' }}")
-    for name in weight:
-        if name not in _PARTS:
-            raise ReadError(f"{path}.{name}: is not known; give {', '.join(_PARTS)}")
-    return {name: quantity_at(f"{path}.{name}", value, _PARTS[name]) for name, value in weight.items()}
+def _numbers(change: str, given: Any) -> dict[str, float]:
+    """The numbers [SI] of a weight or ring, of which the first is needed."""
+    path, units = f"changes.{change}", _PARTS[change]
+    if not isinstance(given, dict) or next(iter(units)) not in given:
+        raise ReadError(f"{path}: {quote(given)}; write {_EXAMPLES[change]}")
+    for name in given:
+        if name not in units:
+            raise ReadError(f"{path}.{name}: is not known; give {', '.join(units)}")
+    return {name: quantity_at(f"{path}.{name}", value, units[name]) for name, value in given.items()}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.data.sensors import check_plane
+from rotorsim.discrepancy.data.sensors import check_plane, check_ring
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep, make_sweeps
 from rotorsim.discrepancy.fit.parameters import contributions, setting
@@ -25,11 +25,14 @@ def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], ro
     """Trials of tables of vectors; of six rows one is held out and one untouched, where no role is stated for all."""
     for name, vectors in opened:
         check_plane(machine, vectors.attrs.get("disc_position"), name)
-    return [
+    found = [
         replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
         for name, vectors in opened
         for sweep in make_sweeps(vectors, name, machine.film is not None, role or str(vectors.attrs.get("role", "")))
     ]
+    for sweep in found:
+        check_ring(machine, sweep)
+    return list(found)
 
 
 def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:

@@ -57,6 +57,16 @@ def test_the_response_is_that_of_a_machine_with_both_unbalances(tmp_path):
     assert np.abs(found - without).max() > 0.1 * size
 
 
+def test_a_turned_ring_reads_the_motion_in_its_axes_and_the_record_states_it(tmp_path):
+    ring = {"angle": "30 deg"}
+    record = record_of("[changes.sensor_ring]\nangle = '30 deg'\n", tmp_path)
+    assert record.attrs["changes"] == parse({"changes": {"sensor_ring": ring}}).conditions["changes"]
+    c, s = math.cos(math.pi / 6), math.sin(math.pi / 6)
+    expected = record["disc"].values @ np.array([[c, s], [-s, c]]).T
+    assert record["disc_measured"].values == pytest.approx(expected, abs=1e-15)
+    assert np.ptp(record["disc"].values) > 1e-6
+
+
 def test_several_weights_and_a_new_value_add_to_the_unbalance_as_it_is_then():
     text = json.dumps({"trial_weight": [{"me": 1e-5}, {"me": 1e-5}], "effects.unbalance.me": "0 g*mm"})
     machine = with_changes(load_machine("plain_rotor"), text)
@@ -90,7 +100,13 @@ def test_a_case_without_changes_keeps_its_key_and_one_with_has_another():
         ("'effects.unbalance.mass' = '3 g'", r"known change: .*mass"),
         ("'effects.unbalanced.me' = '3 g*mm'", r"known change: .*unbalance"),
         ("'effects.unbalance.me' = '3 mm'", r"known change: .*3 mm"),
-        ("'shaft.damping_ratio' = 0.1", r"only a trial weight and parameters of effects in the machine file"),
+        ("'shaft.damping_ratio' = 0.1", r"only a trial weight, the sensor ring and parameters of effects in the mach"),
+        ("sensor_ring = 30", r"changes.sensor_ring: 30; write { angle = '30 deg' }"),
+        ("sensor_ring = { angle = '400 deg' }", r"sensor_ring .*; give its angle in rad, a turn at most"),
+        (
+            "sensor_ring = { angle = '30 deg' }\n[axes.'effects.sensor_ring.angle']\nlist = ['1 deg']",
+            r"axes.effects.sensor_ring.angle: is given below \[changes\] too",
+        ),
         ("effects = 3\n[axes.'effects.unbalance.me']\nlist = ['1 g*mm']", r"^changes"),
         ("'effects.unbalance.me' = '1 g*mm'\n[axes.'effects.unbalance.me']\nlist = ['1 g*mm']", r"\[changes\] too"),
     ],

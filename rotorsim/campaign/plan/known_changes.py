@@ -4,6 +4,7 @@
 
     [changes]
     trial_weight = { me = "12 g*mm", phase = "30 deg" }    # or a list; with `position`, another plane than the disc's
+    sensor_ring = { angle = "30 deg" }                     # of both probes, from x towards y
     "effects.gas_heating.rise" = "12 K"                    # a new value of the machine file
 
 Each record states it in its attribute `changes`, so that `rotorsim diagnose` takes it into account.
@@ -21,7 +22,7 @@ from identification.records.changes import stated_changes
 from rotorsim.base.errors import RotorsimError
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.targets import change
-from rotorsim.discrepancy.data.changes import WEIGHT, known_changes
+from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, with_ring
 from rotorsim.machine import Machine
 
 PLACE = "changes"
@@ -35,6 +36,12 @@ def changes_text(table: Mapping[str, Any]) -> str:
         raise PlanError(str(error)) from error
 
 
+def changed_paths(table: Mapping[str, Any]) -> set[str]:
+    """Names in a table [changes], and the paths of the machine file whose values the sensor ring in it takes over."""
+    ring = table.get(RING)
+    return {*table, *(f"effects.{RING}.{key}" for key in (ring if isinstance(ring, Mapping) else ()))}
+
+
 def with_changes(machine: Machine, text: str) -> Machine:
     """The machine as it is changed for a record; trial weights add to its unbalance as vectors; raises PlanError."""
     if not text:
@@ -44,9 +51,11 @@ def with_changes(machine: Machine, text: str) -> Machine:
         known_changes(machine, table, PLACE)
     except RotorsimError as error:
         raise PlanError(str(error).splitlines()[0]) from error
-    weights = table.pop(WEIGHT, [])
+    weights, ring = table.pop(WEIGHT, []), table.pop(RING, None)
     for path, value in table.items():
         machine = change(machine, path, value, PLACE)
+    if ring is not None:
+        machine = with_ring(machine, ring["angle"])
     return _weighted(machine, weights)
 
 

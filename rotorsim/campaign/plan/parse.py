@@ -14,7 +14,7 @@ from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.axes import Axis, Limits, draw, read_axis
 from rotorsim.campaign.plan.corners import check_corners
 from rotorsim.campaign.plan.kinds import KINDS, is_analysis
-from rotorsim.campaign.plan.known_changes import changes_text
+from rotorsim.campaign.plan.known_changes import changed_paths, changes_text
 from rotorsim.campaign.plan.plan import Entry, Plan
 from rotorsim.campaign.plan.plan_file import (
     NAME,
@@ -136,7 +136,7 @@ def _axes(table: PlanTable, machine: Machine, entries: tuple[Entry, ...]) -> lis
 
 def _check_single(target: Target, table: PlanTable, entries: tuple[Entry, ...]) -> None:
     """Refuse what an axis and the rest of the plan both decide."""
-    for place, values in (("set", table.set), ("changes", table.changes)):
+    for place, values in (("set", set(table.set)), ("changes", changed_paths(table.changes))):
         if target.kind == "path" and target.name in values:
             raise PlanError(f"axes.{target.name}: is given below [{place}] too; leave one of them out")
     for entry in entries:

@@ -1,8 +1,9 @@
 """Known changes: what was changed on purpose for one record, such as a trial weight.
 
 A record states them in its attribute `changes`, a JSON text as the mapping's table `[changes]` gives it:
-`trial_weight`, one or several {me, phase, position} in SI, added to the unbalance that is there, and new values by a
-path of the machine file ('effects.gas_heating.rise'). They hold for that record alone; what the records share is
+`trial_weight`, one or several {me, phase, position} in SI, added to the unbalance that is there; `sensor_ring`, the
+{angle} [rad] at which the ring of both probes stands; and new values by a path of the machine file
+('effects.gas_heating.rise'). They hold for that record alone; what the records share is
 calibrated as before, and better: a known change of the force shows the response by itself.
 """
 
@@ -17,9 +18,13 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.effects import REGISTRY
+from rotorsim.effects.base import TURN
 from rotorsim.machine import Machine
 
-WEIGHT = "trial_weight"
+WEIGHT, RING = "trial_weight", "sensor_ring"
+RING_KEY = f"{RING}.0.angle"
+"""Key of the ring's angle among the sums."""
 NEAR = 1e-6
 """Distance [m] within which two planes are the same."""
 
@@ -27,8 +32,12 @@ NEAR = 1e-6
 def known_changes(machine: Machine, stated: object, name: str) -> dict[str, float]:
     """Changes by key of `fit.parameters` that a record's attribute states; raises DataError with one sentence."""
     table = _table(stated, name)
-    weights = table.pop(WEIGHT, [])
+    weights, ring = table.pop(WEIGHT, []), table.pop(RING, None)
     sums = _of_paths(machine, table, name)
+    if ring is not None:
+        if sums.get(RING_KEY):
+            raise DataError(f"{name}: the angle of the sensor ring is stated twice; leave one of them out")
+        sums[RING_KEY] = _angle(ring, name) - ring_angle(machine)
     for weight in weights if isinstance(weights, list) else [weights]:
         for key, value in _of_weight(machine, weight, name).items():
             sums[key] = sums.get(key, 0.0) + value
@@ -71,6 +80,25 @@ def _of_weight(machine: Machine, weight: Any, name: str) -> dict[str, float]:
     )
 
 
+def _angle(ring: Any, name: str) -> float:
+    """Angle [rad] of a stated sensor ring."""
+    angle = ring.get("angle") if isinstance(ring, Mapping) else None
+    if isinstance(angle, bool) or not isinstance(angle, (int, float)) or not abs(angle) <= TURN:  # nor a number
+        raise DataError(f"{name}: {RING} {ring!r}; give its angle in rad, a turn at most")
+    return float(angle)
+
+
+def ring_angle(machine: Machine) -> float:
+    """Angle [rad] at which the machine file has the sensor ring."""
+    own = machine.effects.get(RING, ())
+    return float(own[0].angle) if own else 0.0  # type: ignore[attr-defined]
+
+
+def with_ring(machine: Machine, angle: float) -> Machine:
+    """The machine with the sensor ring at an angle [rad]."""
+    return machine.with_({"effects": {**machine.effects, RING: (REGISTRY[RING](angle=angle),)}})  # type: ignore[call-arg]
+
+
 def _of_paths(machine: Machine, table: Mapping[str, Any], name: str) -> dict[str, float]:
     """Changes by new values of an effect's parameters."""
     other = machine
@@ -83,8 +111,8 @@ def _of_paths(machine: Machine, table: Mapping[str, Any], name: str) -> dict[str
     same = set(other.effects) == set(machine.effects) and all(other.effects[e] == machine.effects[e] for e in fixed)
     if not same or other.with_({"effects": dict(machine.effects)}) != machine:
         raise DataError(
-            f"{name}: known change of {', '.join(table)}: only a trial weight and parameters of effects in the machine "
-            "file may differ from record to record"
+            f"{name}: known change of {', '.join(table)}: only a trial weight, the sensor ring and parameters of "
+            "effects in the machine file may differ from record to record"
         )
     sums: dict[str, float] = {}
     for effect, tables in machine.effects.items():

@@ -16,7 +16,7 @@ from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import listing
 from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.data.sensors import check_sensors
+from rotorsim.discrepancy.data.sensors import check_ring, check_sensors
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
 from rotorsim.machine import Machine
 from rotorsim.machine.sampling import FEWEST
@@ -67,6 +67,7 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
         check_sensors(machine, record, name)
         changes = known_changes(machine, record.attrs.get("changes"), name)
         trials.append(replace(make_trial(record, own, name), changes=changes))
+        check_ring(machine, trials[-1])
         check_units(machine, trials[-1])
         check_turns(trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))

@@ -20,6 +20,7 @@ from identification import make_vectors
 from identification.records.notes import notes_of, with_notes
 from identification.records.prefilter import measured
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.changes import RING
 from rotorsim.discrepancy.data.spectra import displacement_of, only_probe
 from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.linear_algebra import answer
@@ -82,6 +83,11 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     fitted = np.array([order_vectors(angle[windows[k]], displacement[windows[k]], orders) for k in kept])
     middle = np.array([time[windows[k]].mean() for k in kept])
     if backward:
+        if RING in str(record.attrs.get("changes", "")):
+            raise DataError(
+                f"{name}: the shaft turns from y to x and the sensor ring is turned; swap x and y and the sign of the "
+                "ring's angle"
+            )
         fitted[:, :, 1] *= -1
         probe_angle = None if probe_angle is None else -probe_angle
     axes = ("x", "y") if probe_angle is None else ("x",)

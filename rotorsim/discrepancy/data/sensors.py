@@ -1,4 +1,4 @@
-"""Checks of what a record's sensors are: a speed, a disc seen in x and y, and planes that the machine file has."""
+"""Checks of what a record's sensors are: speed, x and y of the disc, planes of the machine file, ring of the probes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.spectra import only_probe
+from rotorsim.discrepancy.data.changes import RING_KEY, ring_angle
+from rotorsim.discrepancy.data.spectra import Trial, only_probe
 from rotorsim.machine import Machine
 from rotorsim.plant.mesh import Mesh
 
@@ -45,4 +46,13 @@ def check_plane(machine: Machine, stated: Any, name: str) -> None:
         raise DataError(
             f"{name}: its probes stand at {1e3 * float(stated):.6g} mm, the machine file's at {1e3 * own:.6g} mm; "
             "set [probe] position there, or [disc] position in the mapping"
+        )
+
+
+def check_ring(machine: Machine, trial: Trial) -> None:
+    """Raise DataError for a single probe on a sensor ring that is turned: the record states where the probe stands."""
+    if trial.probe_angle is not None and (trial.changes.get(RING_KEY) or ring_angle(machine)):
+        raise DataError(
+            f"{trial.name}: the sensor ring is turned, but the record has one probe; leave the ring out of [changes] "
+            "and of the machine file, and state the angle of the probe"
         )

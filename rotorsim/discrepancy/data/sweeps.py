@@ -76,6 +76,7 @@ class Sweep(Trial):
             + self.speeds.tobytes()
             + repr((self.orders, self.turns, self.probe_angle)).encode()
             + (b"recorded" if self.recorded else b"")
+            + (repr(sorted(self.changes.items())).encode() if self.changes else b"")
         ).hexdigest()
 
     def speed_at(self, line: int) -> float:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.discrepancy.data.changes import RING, RING_KEY
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.fit.parameters import contributions, setting
@@ -25,7 +26,7 @@ from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
-from rotorsim.discrepancy.twin.twin import FAILURES
+from rotorsim.discrepancy.twin.twin import FAILURES, Setting, Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
@@ -73,14 +74,15 @@ def _of_record(
     a = comparison.twin.set(values)
     regulator = comparison.twin.regulator(values, trial.speed, trial.pressure)
     plant = linearise(a, settle(a, trial.speed, regulator), trial.speed)
+    probes = _probes(comparison.twin, trial, values)
     # off the lines of a record that no period fits, a tone is spread over neighbours
     spread = 0 if trial.periodic else 2
     for k in _peaks(white * inside, 3):
         near = r[:, max(0, k - spread) : k + spread + 1]
-        found.append(_line(trial, plant, float(trial.frequencies[1 + k]), r[:, k], near))
+        found.append(_line(trial, plant, probes, float(trial.frequencies[1 + k]), r[:, k], near))
     if GROUP in groups:
         f, size = tone(trial, comparison.apart(point)[i])
-        found.append(_line(trial, plant, f, size, size[:, None]) | {"unsteady": True})
+        found.append(_line(trial, plant, probes, f, size, size[:, None]) | {"unsteady": True})
     return found
 
 
@@ -96,7 +98,7 @@ def _of_vectors(
     values = setting(
         comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
     )
-    a = comparison.twin.set(values)
+    a, probes = comparison.twin.set(values), _probes(comparison.twin, trial, values)
     found: list[dict[str, Any]] = []
     growth: dict[str, float] = {}
     for k, order in enumerate(trial.orders):
@@ -107,7 +109,7 @@ def _of_vectors(
             speed = trial.speed_at(1 + line)
             plant = linearise(a, settle(a, speed, trial.pressure), speed)
             one = r[:, line : line + 1]
-            of_rows.append(_line(trial, plant, order * speed / (2 * np.pi), one[:, 0], one))
+            of_rows.append(_line(trial, plant, probes, order * speed / (2 * np.pi), one[:, 0], one))
             of_rows[-1] |= {"order": float(order), "point": f"{speed * TO_RPM:.0f} rpm"}
         worst = max(of_rows, key=lambda x: x["residual_um"])
         if not found or worst["force_n"] > max(x["force_n"] for x in found):
@@ -117,9 +119,16 @@ def _of_vectors(
     return found, growth
 
 
-def _line(trial: Trial, plant: Any, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
+def _probes(twin: Twin, trial: Trial, values: Setting) -> np.ndarray:
+    """Direction cosines (channels, 2) of the probes to x and y, where their ring stands."""
+    a = values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0))
+    c, s = np.cos(a), np.sin(a)
+    return trial.directions @ np.array([[c, s], [-s, c]])
+
+
+def _line(trial: Trial, plant: Any, probes: np.ndarray, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
     """A line r (2,) [m] at f [Hz] as the force that makes it, with the size of `near` (2, lines)."""
-    G = trial.directions @ answer(plant.transfer, 2j * np.pi * f)[:, 2:4]
+    G = probes @ answer(plant.transfer, 2j * np.pi * f)[:, 2:4]
     # of a single probe the least force that it may be
     to_force = answer(np.linalg.pinv, G)
     force, every = to_force @ r[: len(G)], to_force @ near[: len(G)]

@@ -15,6 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
+from rotorsim.discrepancy.data.changes import RING_KEY
 from rotorsim.discrepancy.data.groups import Layout
 from rotorsim.discrepancy.data.spectra import Trial
 
@@ -89,7 +90,10 @@ def repeats(a: Trial, b: Trial) -> bool:
         return a.inputs == b.inputs
     same = a.rows.shape == b.rows.shape and a.start == b.start and a.length == b.length
     near = same and abs(a.speed - b.speed) < 0.5 and abs(a.pressure - b.pressure) < 5e3
-    return bool(near and a.probe_angle == b.probe_angle and np.array_equal(a.rows[:, 2:], b.rows[:, 2:]))
+    rings = {t.changes.get(RING_KEY, 0.0) for t in (a, b)}
+    return bool(
+        near and a.probe_angle == b.probe_angle and len(rings) == 1 and np.array_equal(a.rows[:, 2:], b.rows[:, 2:])
+    )
 
 
 def _within(residual: np.ndarray) -> np.ndarray | None:
