@@ -19,7 +19,7 @@ from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
 from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
+from rotorsim.discrepancy.plan.allowed import ALLOWED, STATED, allowed_here, check_allowed
 from rotorsim.discrepancy.plan.options import Option
 from rotorsim.discrepancy.plan.plan import Plan, Proposal
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
@@ -100,10 +100,12 @@ def decide(
     if not 0.5 < sure < 1:
         raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95")
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
-    allowed = allowed_here(machine, check_allowed(allow))
+    wanted = check_allowed(allow)
+    allowed = allowed_here(machine, wanted)
     there.check(out)
-    if mapping is not None and isinstance(there, FolderRig):  # it holds for all records, a weight for one
-        allowed = tuple(name for name in allowed if name != "trial-weight")
+    if mapping is not None and isinstance(there, FolderRig):  # it holds for all records, what they state for one
+        wanted = allowed = tuple(name for name in allowed if name not in STATED)
+    names = wanted if set(wanted) == set(ALLOWED) else allowed  # of all a plan takes what the records leave open
     only = None if effects is None else tuple(effects)
     given = [r if not isinstance(r, (str, Path)) else Path(r).resolve() for r in records]
     asked = {
@@ -113,11 +115,9 @@ def decide(
     }  # fmt: skip
     with TemporaryDirectory() as scratch:
         folder = make_folder(Path(scratch if out is None else out).resolve())
-        wanted = Loop(
-            machine, there, budget, allowed, only, sure, folder, mapping, progress, shown, workshop, tolerance
-        )
+        loop = Loop(machine, there, budget, names, only, sure, folder, mapping, progress, shown, workshop, tolerance)
         first = there.begin(given)
-        return wanted.run(first, Steps(asked) if anew else read_steps(folder, asked))
+        return loop.run(first, Steps(asked) if anew else read_steps(folder, asked))
 
 
 @dataclass(eq=False)

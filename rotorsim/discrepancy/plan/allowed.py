@@ -16,12 +16,15 @@ ALLOWED = {
     "bias": "constant part of the reference, which biases the pins",
     "step": "steps of the reference, held so that slow effects show",
     "trial-weight": "a known unbalance mounted in a balancing plane",
+    "sensor-ring": "the ring of the displacement probes, turned by a stated angle",
     "slow-roll": "slow revolutions, in which the probes read runout",
     "coast-down": "vectors of 1X, 2X, 3X while the shaft slows down at a stated rate",
 }
 """What may differ from the records there are."""
-OF_VECTORS = ("speed", "axis", "trial-weight", "slow-roll", "coast-down")
+OF_VECTORS = ("speed", "axis", "trial-weight", "sensor-ring", "slow-roll", "coast-down")
 """What a plan can change where all records are vectors of run-ups."""
+STATED = ("trial-weight", "sensor-ring")
+"""What a record has to state as changed on purpose."""
 
 
 def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
@@ -32,8 +35,11 @@ def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
     return asked or tuple(ALLOWED)
 
 
-def obstacles(machine: Machine, vectors: bool = False) -> dict[str, str]:
-    """Why a machine cannot change something, by name; `vectors` where all records are vectors of run-ups."""
+def obstacles(machine: Machine, vectors: bool = False, one_probe: bool = False) -> dict[str, str]:
+    """Why a machine cannot change something, by name.
+
+    `vectors` where all records are vectors of run-ups, `one_probe` where a record has a single displacement probe.
+    """
     found: dict[str, str] = {}
     if not machine.injectors or machine.actuators is None:
         found |= dict.fromkeys(("bias", "step"), f"{machine.name} has no injectors with moving pins")
@@ -41,15 +47,19 @@ def obstacles(machine: Machine, vectors: bool = False) -> dict[str, str]:
         found["pressure"] = f"{machine.name} has no injection pressure"
     if not machine.effects.get("unbalance"):
         found["trial-weight"] = f"{machine.name} has no [effects.unbalance] to add a weight to"
+    if one_probe:
+        found["sensor-ring"] = "the records are of one probe" + (", which 'axis' turns" if vectors else "")
     if vectors:
         others = (name for name in ALLOWED if name not in OF_VECTORS)
         found |= dict.fromkeys(others, "the records are vectors of run-ups, which show no excitation")
     return found
 
 
-def allowed_here(machine: Machine, names: Iterable[str], vectors: bool = False) -> tuple[str, ...]:
+def allowed_here(
+    machine: Machine, names: Iterable[str], vectors: bool = False, one_probe: bool = False
+) -> tuple[str, ...]:
     """What is allowed and can be done; raises DataError for something named that the machine cannot do."""
-    asked, against = check_allowed(names), obstacles(machine, vectors)
+    asked, against = check_allowed(names), obstacles(machine, vectors, one_probe)
     can = tuple(name for name in ALLOWED if name not in against)
     if set(asked) == set(ALLOWED):
         return can

@@ -4,7 +4,8 @@ r"""Responses that explanations predict in an experiment yet to be made, with wh
 
 m_k is the plant's response at the fitted point of explanation k, V_k the covariance of its parameters after the records
 there are, U the directions of the model's form error. Sensitivities J_k come from the plant in a `close` look; in a
-first look those of the usual excitation at the operating point stand for them, in proportion to the excitation.
+first look those of the usual excitation at the operating point stand for them, in proportion to the excitation and, of
+the motion, turned with the ring of the probes.
 Source: MacKay (2003), chapter 28.
 
 Cites: mackay_2003.
@@ -29,6 +30,7 @@ from rotorsim.discrepancy.odds.posterior import posterior_root
 from rotorsim.discrepancy.plan.expected import Predicted
 from rotorsim.discrepancy.residuals.comparison import LOST, Comparison, Point, simulate
 from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor
+from rotorsim.effects import REGISTRY
 
 Columns = dict[tuple[int, str], np.ndarray]
 """Sensitivities (n,) [m per unit] by number of the explanation and key; -1 is common to all."""
@@ -66,15 +68,21 @@ class Forecast:
         found = [{id(point): next(flat) for point in points} for _ in trials]
         return [[own[id(fit.point)] for fit in self.fits] for own in found]
 
-    def columns(self, trials: Sequence[Trial], means: Sequence[Sequence[np.ndarray]]) -> list[Columns]:
-        """Sensitivities of every trial; those of a parameter without solution a step away are zero."""
-        points = {k: self.fits[max(k, 0)].point for k, _ in self.varied}
-        moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in self.varied]
+    def columns(
+        self, trials: Sequence[Trial], means: Sequence[Sequence[np.ndarray]], of_sensors: bool = False
+    ) -> list[Columns]:
+        """Sensitivities of every trial, or those to the effects `of_sensors`.
+
+        Those of a parameter without solution a step away are zero.
+        """
+        varied = [(k, p) for k, p in self.varied if not of_sensors or is_of_sensor(p.key)]
+        points = {k: self.fits[max(k, 0)].point for k, _ in varied}
+        moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in varied]
         flat = iter(self._run([(trial, point) for trial in trials for point in moved]))
         out = []
         for own in means:
             found: Columns = {}
-            for k, p in self.varied:
+            for k, p in varied:
                 change = (next(flat) - own[max(k, 0)]) / self._step(points[k], p)
                 found[k, p.key] = change if np.abs(change).max() * p.step < LOST else np.zeros_like(change)
             out.append(found)
@@ -147,4 +155,17 @@ def in_proportion(columns: Columns, usual: Trial, other: Trial) -> Columns | Non
     return {key: np.where(driven, size, 1.0) * column for key, column in columns.items()}
 
 
-__all__ = ["Columns", "Forecast", "in_proportion"]
+def is_of_sensor(key: str) -> bool:
+    """Whether a parameter is of an effect on the readings."""
+    effect = REGISTRY.get(key.partition(".")[0])
+    return effect is not None and effect.port == "sensor"
+
+
+def on_turned_ring(columns: Columns, angle: float) -> Columns:
+    """Sensitivities of the motion as probes on a ring read them that is turned further by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, s], [-s, c]])
+    return {key: (turn @ one.reshape(2, -1)).ravel() for key, one in columns.items() if not is_of_sensor(key[1])}
+
+
+__all__ = ["Columns", "Forecast", "in_proportion", "on_turned_ring"]

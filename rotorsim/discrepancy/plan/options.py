@@ -12,10 +12,11 @@ import numpy as np
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.units import show
 from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
-from rotorsim.discrepancy.data.changes import WEIGHT, known_changes
+from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, ring_angle
 from rotorsim.discrepancy.data.spectra import Trial, planned_trial
 from rotorsim.discrepancy.data.sweeps import Sweep, empty_sweep, planned_sweep
 from rotorsim.discrepancy.plan.allowed import allowed_here
+from rotorsim.effects.base import TURN
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.parameters import parameters
@@ -29,7 +30,7 @@ PRESSURES = (0.3, 0.5, 0.7)
 """Injection pressures [MPa] that a plan tries."""
 AMPLITUDES = (0.25, 1.0, 2.0)
 """Amplitudes that a plan tries, relative to 1 V or a hit of 20 N."""
-BIASES = ((1.0, 0.0), (0.0, 1.0), (-1.0, -1.0))
+BIASES = ((1.0, 0.0), (0.0, 1.0))
 """Constant parts [V] of the reference of x and y."""
 HIT, WIDTH, LEAD, APART, DIRECTION = 20.0, 2e-3, 0.4, 1.0, float(np.deg2rad(35.0))
 """A hit of the hammer [N, s], the time before the first and between hits [s], its direction [rad]."""
@@ -39,6 +40,8 @@ WEIGHT_ANGLES = (0.0, 0.5 * np.pi)
 """Places [rad] on the shaft of a trial weight."""
 WEIGHT_SIZE = 4e-6 / 3.5
 """Trial weight per mass of the rotor [m]: half a standard deviation of what the unbalance is calibrated by."""
+RING_ANGLE = float(np.deg2rad(30.0))
+"""Angle [rad] by which the ring of the probes is turned: off both axes, and not halfway between them."""
 RATES = (0.5, 1.0, 2.0)
 """Ramp rates of a run-up relative to that of the records."""
 PROBE_ANGLES = (0.0, 0.25 * np.pi, 0.5 * np.pi, 0.75 * np.pi)
@@ -46,7 +49,7 @@ PROBE_ANGLES = (0.0, 0.25 * np.pi, 0.5 * np.pi, 0.75 * np.pi)
 COAST = 2 * np.pi * 10.0
 """Rate [rad/s^2] of a coast-down: 600 rpm/s."""
 SET_UP, MOUNT = 2.0, 10.0
-"""Minutes in which a rig comes to a new operating point, and in which a weight or a probe is mounted."""
+"""Minutes in which a rig comes to a new operating point, and in which a weight is mounted or probes are turned."""
 ALWAYS = ("speed", "pressure", "amplitude", "peak")
 """Parameters that a plan states even where they are the usual ones."""
 NEAR = 0.02
@@ -59,12 +62,14 @@ class Option:
 
     weight : me [kg m] and angle [rad] of a trial weight and the number of its [[effects.unbalance]]; None for none
     probe_angle : angle [rad] of the only probe of a table of vectors
+    ring : angle [rad] by which the ring of both probes is turned
     """
 
     experiment: Experiment
     minutes: float
     weight: tuple[float, float, int] | None = None
     probe_angle: float | None = None
+    ring: float = 0.0
     like: Sweep | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -91,16 +96,20 @@ class Option:
         if self.weight is not None:
             text += f", trial weight of {1e6 * self.weight[0]:.3g} g*mm at {np.degrees(self.weight[1]):.0f} deg"
             text += f" in plane {self.weight[2] + 1}"
+        if self.ring:
+            text += f", sensor ring turned by {np.degrees(self.ring):.0f} deg"
         return text
 
     def changes(self, machine: Machine) -> dict[str, Any]:
         """What is changed on purpose, SI, as a record states it."""
-        if self.weight is None:
-            return {}
-        me, phase, plane = self.weight
-        position = machine.effects["unbalance"][plane].position  # type: ignore[attr-defined]
-        more = {} if position is None else {"position": position}
-        return {WEIGHT: {"me": me, "phase": phase, **more}}
+        found: dict[str, Any] = {}
+        if self.weight is not None:
+            me, phase, plane = self.weight
+            position = machine.effects["unbalance"][plane].position  # type: ignore[attr-defined]
+            found[WEIGHT] = {"me": me, "phase": phase} | ({} if position is None else {"position": position})
+        if self.ring:
+            found[RING] = {"angle": (ring_angle(machine) + self.ring) % TURN}
+        return found
 
     def trial(self, machine: Machine) -> Trial:
         """Inputs of the run without measured data."""
@@ -139,7 +148,8 @@ def _what(one: Experiment) -> str:
 def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[Option, ...]:
     """Experiments with what may change; what may not is as in the records. Raises DataError for what cannot be done."""
     sweeps = [t for t in trials if isinstance(t, Sweep)]
-    allowed = allowed_here(machine, allow, len(sweeps) == len(trials))
+    one_probe = any(t.probe_angle is not None for t in trials)
+    allowed = allowed_here(machine, allow, len(sweeps) == len(trials), one_probe)
     if len(sweeps) == len(trials):
         return tuple(dict.fromkeys(_of_sweep(machine, sweeps[0], allowed)))
     return tuple(dict.fromkeys(_of_points(machine, [t for t in trials if not t.orders], allowed)))
@@ -160,6 +170,8 @@ def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]
             yield from (_timed(replace(one, mean_x=x, mean_y=y)) for x, y in BIASES)
         if "trial-weight" in allowed and one.speed > 0:
             yield from _weighed(machine, _timed(one))
+        if "sensor-ring" in allowed:
+            yield _on_turned_ring(_timed(one))
     yield from _of_pressures(points, allowed)
 
 
@@ -216,6 +228,11 @@ def _weighed(machine: Machine, option: Option) -> Iterator[Option]:
         yield replace(option, weight=(me, angle, plane), minutes=option.minutes + MOUNT)
 
 
+def _on_turned_ring(option: Option) -> Option:
+    """The same run with the ring of the probes turned."""
+    return replace(option, ring=RING_ANGLE, minutes=option.minutes + MOUNT)
+
+
 def _vectors(one: Coastdown) -> Sweep:
     """An empty table of vectors of a coast-down, a row for every 2.5 Hz."""
     speeds = np.arange(one.start, one.stop - 1e-9, -2 * np.pi * 2.5)[1:-1]
@@ -235,6 +252,8 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
         yield _mounted(one, like)
         if "trial-weight" in allowed and faster == 1.0:
             yield from _weighed(machine, _mounted(one, like))
+        if "sensor-ring" in allowed and faster == 1.0:
+            yield _on_turned_ring(one)
     if "slow-roll" in allowed:
         yield replace(_timed(Steady(2 * np.pi * SLOW_ROLL, like.pressure, 2.5)), probe_angle=like.probe_angle)
     if "coast-down" in allowed:
@@ -251,11 +270,9 @@ def _mounted(option: Option, like: Sweep) -> Option:
 
 def written_changes(machine: Machine, option: Option) -> Mapping[str, Any]:
     """What is changed on purpose, with units, as the plan of a campaign has it; empty for nothing."""
-    stated = option.changes(machine).get(WEIGHT)
-    if stated is None:
-        return {}
-    units = {"me": "kg*m", "phase": "rad", "position": "m"}
-    return {WEIGHT: {key: show(value, units[key]) for key, value in stated.items()}}
+    units = {"me": "kg*m", "phase": "rad", "position": "m", "angle": "rad"}
+    stated = option.changes(machine)
+    return {name: {key: show(value, units[key]) for key, value in one.items()} for name, one in stated.items()}
 
 
 __all__ = ["Option", "options", "written_changes"]

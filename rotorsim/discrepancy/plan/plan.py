@@ -21,7 +21,7 @@ from rotorsim.discrepancy.linear_algebra import NoAnswerError
 from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation
 from rotorsim.discrepancy.odds.odds import TEMPERATURE
 from rotorsim.discrepancy.plan.expected import Outlook, Today, outlook, separation
-from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion
+from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion, on_turned_ring
 from rotorsim.discrepancy.plan.options import Option, options, written_changes
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.search.indistinguishable import signature_of
@@ -285,11 +285,19 @@ class Looks:
         found = {}
         for i, one in enumerate(self.options):
             at = usual[one.speed, one.pressure]
-            near = columns[i] if i == at else in_proportion(columns[at], self.trials[at], self.trials[i])
+            near = columns[i] if i == at else self._near(columns[at], at, i)
             look = self._look(i, {} if near is None else near, i == at, near is None)
             if look is not None:
                 found[i] = look
         return found
+
+    def _near(self, columns: Columns, usual: int, i: int) -> Columns | None:
+        """Sensitivities of another experiment at an operating point from the usual one's; None where there are none."""
+        near, ring = in_proportion(columns, self.trials[usual], self.trials[i]), self.options[i].ring
+        if near is None or not ring:
+            return near
+        of_sensors = self.forecast.columns([self.trials[i]], [self.means[i]], of_sensors=True)[0]
+        return on_turned_ring(near, ring) | of_sensors
 
     def _look(self, i: int, columns: Columns, close: bool, bare: bool = False) -> Proposal | None:
         trial, means = self.trials[i], self.means[i]
