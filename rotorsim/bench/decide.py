@@ -14,18 +14,21 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
+from rotorsim.bench.breakable import by_size
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.diagnose import STEP
 from rotorsim.bench.hidden_case import hidden_case
 from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy.blind_test.hide import Truth, hide, scaled, truth_twin
+from rotorsim.discrepancy.data.intake import open_records
+from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
 from rotorsim.discrepancy.diagnosis import Workshop
 from rotorsim.discrepancy.loop.decide import decide
 from rotorsim.discrepancy.loop.rigs import record_on
 from rotorsim.discrepancy.loop.steps import Step, Steps
 from rotorsim.discrepancy.odds.explanation import SURE
-from rotorsim.discrepancy.plan.options import Option
+from rotorsim.discrepancy.plan.options import Option, options
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.twin.twin import Twin
@@ -40,6 +43,9 @@ POINTS = 1
 """Operating points of the records that a loop begins with."""
 FAINT = (1.0, 3.0)
 """Times its detectable size that a hidden effect has where ties are looked for."""
+TRIED = 3
+"""Experiments that are tried where a loop has not decided, those in which the hidden effect shows most."""
+UNBROKEN = "no allowed experiment breaks the tie: those that show the effect most leave it"
 
 
 @dataclass(frozen=True)
@@ -71,7 +77,7 @@ class HiddenRig:
 def loops(
     count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing", faint: bool = False
 ) -> Iterator[LoopCase]:
-    """Loops from seed on, whose hidden effect is large enough; of `faint` effects those that tie at first.
+    """Loops from seed on, whose hidden effect is large enough; of `faint` effects ties that an experiment can break.
 
     Seeds in the file `path` are not run again: neither loops, nor what was rejected.
 
@@ -94,7 +100,7 @@ def loops(
 def run_loop(
     number: int, machine: Machine, truth_plant: Twin, workshop: Workshop, seen: Detectable, faint: bool = False
 ) -> LoopCase | Rejected:
-    """One loop; rejected where the effect is too small, or a `faint` one does not tie at first."""
+    """One loop; rejected where the effect is too small, or where a `faint` one is not a tie that can be broken."""
     _, truth, records = hidden_case(number, "single", machine, truth_plant)
     times = seen.times(truth)
     if faint and times > 0:
@@ -119,7 +125,22 @@ def run_loop(
     chances = tuple(np.nan if s.expected_of_effects is None else s.expected_of_effects for s in steps.steps)
     made = tuple(s.experiment for s in steps.steps)
     case = LoopCase(number, hidden, times, tops, truths, chances, made, steps.end, d.status)
-    return case if case.tie or not faint else Rejected(number, f"no tie before the first experiment: {tops[0][0]}")
+    if not faint or case.decided:
+        return case
+    if not case.tie:
+        return Rejected(number, f"no tie before the first experiment: {tops[0][0]}")
+    best = _best_known(HiddenRig(machine, truth_plant, truth, own), workshop, hidden, known)
+    return case if best >= SURE else Rejected(number, f"{UNBROKEN} {100 * best:.1f} % at most")
+
+
+def _best_known(rig: HiddenRig, workshop: Workshop, hidden: tuple[str, ...], known: set[str]) -> float:
+    """Probability of the hidden effect after the best of the single experiments that show it most."""
+    found = options(rig.machine, trials_of(rig.machine, open_records(rig.records), "fit"), ALLOW)
+    best = 0.0
+    for option in by_size(rig.machine, rig.twin, rig.truth, found)[:TRIED]:
+        d = diagnose(rig.machine, [*rig.records, *rig.run(option, 1, lambda: None)], workshop=workshop)
+        best = max(best, _of_step(Step(option.name, option.minutes, (), d.status, d.odds, 0.0), hidden, known)[1])
+    return best
 
 
 def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tuple[str, float, bool], float]:

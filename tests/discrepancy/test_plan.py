@@ -58,7 +58,7 @@ def test_a_difference_that_a_rival_can_be_re_fitted_to_is_none():
 
 
 def test_what_is_not_followed_keeps_its_ratio_to_the_rival_at_its_side():
-    """Nothing missing, 12 % of faint effects beside it, and one effect that the run shows."""
+    """Nothing missing, 12 % of faint effects with it, and one effect that the run shows."""
     today = Today(np.array([0.8, 0.08]), np.array([0.12, 0.0]), np.array([False, True]))
     left = ahead(np.full(N, 1.0), odds=today)
     assert left.truths == pytest.approx([0.8 / 0.92, 1.0], abs=1e-6)

@@ -28,7 +28,7 @@ from rotorsim.discrepancy.search.indistinguishable import signature_of
 from rotorsim.machine import Machine
 
 LEAST = 1e-3
-"""Probability below which an explanation is no rival."""
+"""Probability, among those of the catalogue, from which an explanation is a rival."""
 RIVALS, UNSEEN = 4, 8
 """Rivals that are followed into a new run, at most: of those that the records show, and of those that they do not."""
 ENOUGH = 0.02
@@ -40,7 +40,7 @@ UNKNOWN_FORM, WORSE = 0.3, 3.0
 times theirs that it is at least."""
 UNEXPLAINED = 1.0
 """Logarithm of the evidence from which on records show that something beyond the catalogue is missing, and a new run
-would show it too; below it is as good as its prior probability says and stays so."""
+would show it too; below it has little more than its prior probability, and keeps it."""
 APART = 9.0
 """Sum of squares between two explanations, after re-fitting, below which an experiment does not separate them."""
 A_MINUTE = 0.002
@@ -142,8 +142,9 @@ def rivals_of(odds: Iterable[Explanation]) -> list[Explanation]:
 
     What the records do not show is an explanation of its own here: a run may show it.
     """
-    found = [e for e in _apart(odds) if e.probability >= LEAST and not e.beyond]
-    return sorted(found, key=lambda e: -e.probability)
+    found = [e for e in _apart(odds) if not e.beyond]
+    least = LEAST * sum(e.probability for e in found)
+    return sorted((e for e in found if e.probability > 0 and e.probability >= least), key=lambda e: -e.probability)
 
 
 def _apart(odds: Iterable[Explanation]) -> list[Explanation]:
@@ -188,7 +189,8 @@ def plan_next(
     known = [*seen, *unseen]
     never = tuple(_of_class(e) for e in known if e.alike and e.effects)
     rivals = [Rival(e.effects, e.name, e.probability, fits[e.effects], e.error) for e in known]
-    more = sum(e.probability for e in odds if _shows_more(e, odds))
+    beyond = [e for e in odds if e.beyond and (len(known) < 2 or _shows_more(e, odds))]
+    more = sum(e.probability for e in beyond)
     if known and more >= LEAST:
         first = rivals[0]
         error = max(UNKNOWN_FORM, WORSE * first.error)
@@ -196,7 +198,7 @@ def plan_next(
     names = tuple(r.name for r in rivals)
     if len(rivals) < 2:
         return Plan(0.0, names, (), never, tried=len(short))
-    today = _today(rivals, [e for e in _apart(odds) if e not in known and not _shows_more(e, odds)])
+    today = _today(rivals, [e for e in _apart(odds) if e not in known and e not in beyond])
     forecast = Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals])
     looks = Looks(forecast, today, short, progress, sure)
     proposals = looks.ranked()
@@ -207,7 +209,7 @@ def plan_next(
 def _shows_more(e: Explanation, odds: Sequence[Explanation]) -> bool:
     """Whether the records show that something beyond the catalogue is missing."""
     alone = next((one.evidence for one in odds if one.effects == e.effects and not one.beyond), 0.0)
-    return e.beyond and e.evidence - alone > UNEXPLAINED
+    return e.evidence - alone > UNEXPLAINED
 
 
 def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
