@@ -7,8 +7,8 @@ with r = y - m_k, the same power 1/T of the likelihood as in the evidence: it is
 record. m_k is the response of explanation k at its fitted point, V the covariance of its parameters after the records
 there are, J their sensitivities in the new run: a rival differs by what it cannot be re-fitted to. Sigma is the floor,
 U the error of the model's form. The expected entropy is a mean over draws; a plug-in estimate without J V J' is wrong
-by factors. Explanations that are not followed are counted at the side of the rival whose response they cannot be distinguished
-from yet: a run leaves their ratio to it as it is. Sources: Lindley (1956); MacKay (2003), chapter 28.
+by factors. Explanations that are not followed are counted at the side of the rival whose response they share so far:
+a run leaves their ratio to it as it is. Sources: Lindley (1956); MacKay (2003), chapter 28.
 
 Cites: lindley_1956, mackay_2003.
 """

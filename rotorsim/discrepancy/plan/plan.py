@@ -31,6 +31,8 @@ LEAST = 1e-3
 """Probability, among those of the catalogue, from which an explanation is a rival."""
 RIVALS, UNSEEN = 4, 8
 """Rivals that are followed into a new run, at most: of those that the records show, and of those that they do not."""
+SMALL = 0.01
+"""Entropy [bit] below which odds leave little open."""
 ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
 CLOSE = 6
@@ -112,6 +114,8 @@ class Plan:
         best = self.proposals[0]
         if not self.settles:
             return f"No allowed experiment separates {' from '.join(self.rivals[:2])}."
+        if self.entropy < SMALL:
+            return f"Next: {best.option.name} ({best.option.minutes:.0f} min), though the odds leave little open."
         return (
             f"Next: {best.option.name} ({best.option.minutes:.0f} min): {100 * best.outlook.decided:.0f} % chance that "
             f"one explanation gets 95 %; entropy {self.entropy:.2f} -> {best.outlook.entropy:.2f} bit."
