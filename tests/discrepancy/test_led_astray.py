@@ -85,3 +85,10 @@ def test_harmonics_that_an_effect_hardly_makes_are_measured_by_its_largest_one(m
     monkeypatch.setattr(second_effect, "table", groups)
     after = np.array([0.0, left])
     assert second_effect.within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
+
+
+def test_the_size_by_sensitivities_alone_is_that_of_least_squares(monkeypatch):
+    """Steps of the size differ from 1: the tangent's size is in the parameter's own unit."""
+    found = search(0.0, monkeypatch).tangents([FORM.key])[(FORM.key,)]
+    assert found.point.values[SIZE] == pytest.approx(2.0, abs=0.05)
+    assert float(found.residual @ found.residual) < 0.01

@@ -242,14 +242,14 @@ class Search:
         for i, one in enumerate(self.forms):
             if one.key not in wanted:
                 continue
-            gain, values = view.drop(i)
+            gain, start = view.drop(i)
             if gain <= best.get(one.key, (-1.0,))[0]:
                 continue
-            S, steps = self.columns[one.label], np.array([k.step for k in one.parameters])
-            point = self._start(one.parameters, dict(one.fixed), S, values / steps)
+            S = self.columns[one.label]
+            point = self._start(one.parameters, dict(one.fixed), S, start)
             parameters, J = (*self.base.parameters, *one.parameters), np.concatenate([self.base.J, S], axis=1)
             fit = Fit(parameters, point, self.base.residual, J, self.base.cost - gain)
-            moved = fit.vector - np.concatenate([self.base.vector, np.zeros(len(steps))])
+            moved = fit.vector - np.concatenate([self.base.vector, np.zeros(len(start))])
             best[one.key] = gain, replace(fit, residual=self.base.residual - J @ moved)
         return {(key,): fit for key, (_, fit) in best.items()}
 
