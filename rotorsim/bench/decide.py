@@ -7,6 +7,7 @@ are planned on the hidden machine. Seeds from `diagnose.REPORTING` on are for th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.bench.breakable import by_size
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.diagnose import STEP
 from rotorsim.bench.hidden_case import hidden_case
+from rotorsim.bench.largest_change import by_size
 from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy.blind_test.hide import Truth, hide, scaled, truth_twin
@@ -44,8 +45,8 @@ POINTS = 1
 FAINT = (1.0, 3.0)
 """Times its detectable size that a hidden effect has where ties are looked for."""
 TRIED = 3
-"""Experiments that are tried where a loop has not decided, those in which the hidden effect shows most."""
-UNBROKEN = "no allowed experiment breaks the tie: those that show the effect most leave it"
+"""Experiments that are tried where the first one has not decided: those in which the hidden effect shows most."""
+UNBROKEN = f"the {TRIED} allowed experiments that show the effect most do not break the tie, alone, and leave it"
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class HiddenRig:
     name: str = "hidden"
 
     def check(self, out: Any) -> None:
-        """It is there."""
+        """Nothing to check."""
 
     def begin(self, given: Any) -> list[Any]:
         """The records to begin with."""
@@ -77,7 +78,7 @@ class HiddenRig:
 def loops(
     count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing", faint: bool = False
 ) -> Iterator[LoopCase]:
-    """Loops from seed on, whose hidden effect is large enough; of `faint` effects ties that an experiment can break.
+    """Loops from seed on, whose hidden effect is large enough; of `faint` effects ties that one experiment can break.
 
     Seeds in the file `path` are not run again: neither loops, nor what was rejected.
 
@@ -118,17 +119,16 @@ def run_loop(
         d = decide(machine, HiddenRig(machine, truth_plant, truth, own), BUDGET, allow=ALLOW, workshop=workshop,
                    shown=seen_steps.append)  # fmt: skip
     except RotorsimError as error:
-        failed = f"error: {error}"
-        return Rejected(number, failed) if faint else LoopCase(number, hidden, times, (), (), (), (), failed, "error")
+        return LoopCase(number, hidden, times, (), (), (), (), f"error: {error}", "error")
     steps, known = seen_steps[-1], {f.key for f in candidates(workshop.twin)}
     tops, truths = zip(*(_of_step(step, hidden, known) for step in steps.steps), strict=True)
     chances = tuple(np.nan if s.expected_of_effects is None else s.expected_of_effects for s in steps.steps)
     made = tuple(s.experiment for s in steps.steps)
     case = LoopCase(number, hidden, times, tops, truths, chances, made, steps.end, d.status)
-    if not faint or case.decided:
-        return case
-    if not case.tie:
+    if faint and not case.tie:
         return Rejected(number, f"no tie before the first experiment: {tops[0][0]}")
+    if not faint or case.decided == 1:
+        return case
     best = _best_known(HiddenRig(machine, truth_plant, truth, own), workshop, hidden, known)
     return case if best >= SURE else Rejected(number, f"{UNBROKEN} {100 * best:.1f} % at most")
 
@@ -138,13 +138,16 @@ def _best_known(rig: HiddenRig, workshop: Workshop, hidden: tuple[str, ...], kno
     found = options(rig.machine, trials_of(rig.machine, open_records(rig.records), "fit"), ALLOW)
     best = 0.0
     for option in by_size(rig.machine, rig.twin, rig.truth, found)[:TRIED]:
-        d = diagnose(rig.machine, [*rig.records, *rig.run(option, 1, lambda: None)], workshop=workshop)
-        best = max(best, _of_step(Step(option.name, option.minutes, (), d.status, d.odds, 0.0), hidden, known)[1])
+        with suppress(RotorsimError):
+            d = diagnose(rig.machine, [*rig.records, *rig.run(option, 1, lambda: None)], workshop=workshop)
+            best = max(best, _of_step(Step(option.name, option.minutes, (), d.status, d.odds, 0.0), hidden, known)[1])
     return best
 
 
 def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tuple[str, float, bool], float]:
     """The most probable explanation of a step, and the probability of the hidden one."""
+    if not step.odds:
+        return ("", 0.0, False), 0.0
     target = sorted(class_of(key, known) for key in hidden)
     rights = {name: sorted(class_of(k, known) for k in name.split(" with ")) == target for name in step.odds}
     name = max(step.odds, key=lambda one: step.odds[one])

@@ -85,7 +85,7 @@ def test_rigs_that_are_not_there_are_refused(tmp_path, machine):
     (tmp_path / "sealed" / "truth.json").write_text('{"seed": 1}')
     with pytest.raises(DataError, match=r"is not the truth of hidden records; make them anew"):
         VirtualRig(tmp_path, machine).check(None)
-    with pytest.raises(DataError, match="budget: 0 min; give minutes of rig time above 0"):
+    with pytest.raises(DataError, match="budget: 0 min allow no experiment; the shortest takes more than 2 min"):
         decide(machine, tmp_path, budget=0.0)
 
 

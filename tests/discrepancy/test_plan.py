@@ -1,6 +1,7 @@
 """Plan of the next experiment: what a new record should leave of the odds, and the experiments that are allowed."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy.blind_test.design import campaign
+from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import empty_sweep
 from rotorsim.discrepancy.odds.evidence import log_evidence
@@ -15,8 +17,9 @@ from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.odds.model_form import ModelForm
 from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
 from rotorsim.discrepancy.plan.expected import Density, Outlook, Predicted, Today, entropy, outlook, separation
+from rotorsim.discrepancy.plan.forecast import in_proportion
 from rotorsim.discrepancy.plan.options import options
-from rotorsim.discrepancy.plan.plan import Plan, Proposal, _of_class, rivals_of
+from rotorsim.discrepancy.plan.plan import Looks, Plan, Proposal, _of_class, rivals_of
 from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
 from rotorsim.machine import load_machine
 
@@ -77,6 +80,70 @@ def test_what_the_records_do_not_show_is_followed_on_its_own():
     assert nothing.certain == pytest.approx(0.7)
     found = rivals_of((nothing, beyond))
     assert [(e.effects, e.probability) for e in found] == [((), pytest.approx(0.7)), (hidden.effects, 0.2)]
+
+
+def stub_looks(first, close, rivals=2):
+    """Looks whose outlooks are given: entropies of first looks, and of close ones by number."""
+    looks = Looks.__new__(Looks)
+    looks.progress, looks.close_looks = lambda: None, []
+    rig = options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())
+    looks.options, looks.trials, looks.means = rig, [None] * len(rig), [None] * len(rig)
+    looks.forecast = SimpleNamespace(columns=lambda *a, **k: [{}])
+    made = {i: Proposal(rig[i], Outlook(h, 0.5, 0.5, np.zeros(2), np.zeros(2)), *how) for i, (h, *how) in first.items()}
+    looks._first_looks = lambda: made
+
+    def look(i, columns, closely):
+        looks.close_looks.append(i)
+        return Proposal(rig[i], Outlook(close[i], 0.5, 0.5, np.zeros(2), np.zeros(2)))
+
+    looks._look = look
+    return looks
+
+
+def test_a_run_whose_first_look_is_exact_is_ranked_with_those_seen_closely():
+    """Runs without sensitivities promise everything at first; seen closely they do nothing, and the usual one decides."""
+    first = {0: (0.1, True), **{i: (0.0, False, True) for i in range(1, 9)}}
+    looks = stub_looks(first, dict.fromkeys(range(1, 9), 1.0))
+    found = looks.ranked()
+    assert found[0].option == looks.options[0] and 0 not in looks.close_looks
+    assert Plan(1.0, ("a", "b"), found, odds=(0.5, 0.5)).settles
+
+
+def test_the_best_that_helps_is_proposed_before_a_cheaper_one_that_does_not():
+    rig = options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())
+    cheap, dear = (
+        Proposal(o, Outlook(h, 0.5, 0.5, np.zeros(2), np.zeros(2))) for o, h in zip(rig, (0.20, 0.185), strict=False)
+    )
+    plan = Plan(0.20, ("a", "b"), (cheap, dear), odds=(0.97, 0.03))
+    assert plan.settles and plan.best is dear and plan.first(60.0) is dear
+    assert plan.sentence.startswith("Settled already, 97 % a; what confirms or refutes it best")
+    assert "one explanation gets 80 %" in replace(plan, odds=(0.7, 0.3), sure=0.8).sentence
+
+
+def test_explanations_that_no_run_separates_are_those_whose_difference_is_small():
+    looks = stub_looks({}, {})
+    looks.apart = np.array([[0.0, 4.0, 0.0], [4.0, 0.0, 100.0], [0.0, 100.0, 0.0]])
+    assert looks.inseparable(("a", "b")) == [
+        "no allowed experiment separates a from b: after re-fitting they differ by at most 2.0 standard deviations in any "
+        "experiment that was looked at"
+    ]  # the third is of the explanations that the records do not show
+
+
+def test_one_probe_of_records_is_that_of_their_plan_too():
+    rig = load_machine("plain_rotor")
+    one = [replace(t, probe_angle=0.3) for t in trials(rig)]
+    assert {o.probe_angle for o in options(rig, one, ())} == {0.3}
+    assert all(o.trial(rig).channels == ("probe at 17.19 deg",) for o in options(rig, one, ("speed",)))
+
+
+def test_first_looks_scale_by_what_drives_and_the_usual_size_is_first():
+    rig = load_machine("dtu_gas_bearing")
+    found = [o for o in options(rig, trials(rig), ("amplitude", "bias", "axis"))]
+    usual = found[0].trial(rig)
+    assert found[0].experiment.amplitude == 1.0
+    column = {(-1, "x"): np.ones(len(make_layout([usual]).record))}
+    sizes = [in_proportion(column, usual, o.trial(rig))[-1, "x"].max() for o in found]
+    assert sizes == pytest.approx([1.0, 1.0, 2.0, 1.0, 1.0, 1.0, 1.0], rel=1e-6)  # 1, .25, 2 V; axes; biased
 
 
 def test_entropy_left_is_that_of_two_normal_numbers():

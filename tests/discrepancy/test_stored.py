@@ -19,7 +19,7 @@ from small_diagnosis import blocked, small_diagnosis
 
 PLAN = {"sentence": "Next: impact.", "entropy_bit": 1.0, "rivals": ["a", "b"], "unbreakable": [],
         "proposals": [{"experiment": "impact of 40 N at 300 rpm", "minutes": 3.0, "entropy_bit": 0.1,
-                       "chance_of_95_percent": 0.9}]}  # fmt: skip
+                       "chance_of_decision": 0.9}]}  # fmt: skip
 CASES = {
     "named": small_diagnosis(),
     "injector": small_diagnosis("dtu_gas_bearing", effects=[blocked()]),

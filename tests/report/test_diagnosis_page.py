@@ -21,7 +21,7 @@ from small_diagnosis import blocked, runout, small_diagnosis
 LINE = {"point": "2400 rpm, 10 N", "frequency_hz": 62.5, "order": None, "force_n": 2.0, "unsteady": False,
         "direction": "along 0 deg from x", "residual_um": 1.0}  # fmt: skip
 UNKNOWN = {"where": "at the disc", "lines": [LINE], "growth": {}, "groups": ["between"]}
-PROPOSAL = {"experiment": "impact of 40 N at 300 rpm", "minutes": 3.0, "entropy_bit": 0.1, "chance_of_95_percent": 0.9}
+PROPOSAL = {"experiment": "impact of 40 N at 300 rpm", "minutes": 3.0, "entropy_bit": 0.1, "chance_of_decision": 0.9}
 
 
 @pytest.mark.parametrize(

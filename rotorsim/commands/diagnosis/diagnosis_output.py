@@ -85,5 +85,5 @@ def _plan(plan: Plan) -> Iterator[str]:
     for one in plan.proposals[:5]:
         yield (
             f"  {one.option.name}: {one.option.minutes:.0f} min, {one.outlook.entropy:.2f} bit left, "
-            f"{100 * one.outlook.decided:.0f} % chance of 95 %"
+            f"{100 * one.outlook.decided:.0f} % chance of a decision"
         )

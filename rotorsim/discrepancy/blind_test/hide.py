@@ -44,6 +44,8 @@ SIZES = (2.0, 8.0)
 """Range of hidden amplitudes in steps of the candidates."""
 TILE = 2000
 """Samples of a period of the campaign's excitation, in which it makes whole turns."""
+BALANCED = 1e-3
+"""Mean of an excitation, as a share of its largest value, up to which nothing creeps."""
 Disturb = Callable[[np.ndarray, Planned], np.ndarray]
 
 
@@ -151,7 +153,9 @@ def record_of(
     rows = planned.experiment.rows(0, planned.experiment.samples)
     own = setting(twin, contributions(point.values, speed, pressure, changes), point.fixed)
     tiled = tiled and disturb is None and find_period(rows[:, 2:4]) == TILE
-    tiled = tiled and not twin.lingers(own, True)
+    drive = rows[-TILE:, 2:4]
+    balanced = bool(np.abs(drive.mean(axis=0)).max() <= BALANCED * max(np.abs(drive).max(), 1e-300))
+    tiled = tiled and not twin.lingers(own, balanced)
     if tiled:
         table = _tiled(twin, own, rows, (speed, pressure), 1000 * seed + planned.noise)
     else:

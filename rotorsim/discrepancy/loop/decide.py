@@ -16,11 +16,11 @@ from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.diagnosis import Progress, Workshop
 from rotorsim.discrepancy.loop.rigs import FolderRig, Rig, open_rig
 from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
-from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, SURE
+from rotorsim.discrepancy.odds.explanation import NOTHING, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import ALLOWED, STATED, allowed_here, check_allowed
-from rotorsim.discrepancy.plan.options import Option
+from rotorsim.discrepancy.plan.options import SET_UP, Option
 from rotorsim.discrepancy.plan.plan import Plan, Proposal
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.machine import Machine, load_machine
@@ -95,8 +95,8 @@ def decide(
     >>> print(found.steps.table())  # doctest: +SKIP
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
-    if not budget > 0:
-        raise DataError(f"budget: {budget:g} min; give minutes of rig time above 0")
+    if not budget > SET_UP:
+        raise DataError(f"budget: {budget:g} min allow no experiment; the shortest takes more than {SET_UP:g} min")
     if not 0.5 < sure < 1:
         raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95")
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
@@ -157,7 +157,7 @@ class Loop:
             if end != "open" or best is None:
                 self._keep(steps)
                 shutil.rmtree(self.folder / UNFINISHED, ignore_errors=True)
-                return replace(found, steps=steps, planned=None if end == "budget" else found.planned)
+                return replace(found, steps=steps, planned=None if end in ("budget", "decided") else found.planned)
             found = replace(found, planned=_with_first(found.planned, best))
             steps = self._experiment(found, best, steps)
             self._keep(steps)
@@ -178,10 +178,8 @@ class Loop:
         return Step(**made, status=found.status, odds=found.odds, entropy=found.entropy)
 
     def _settled(self, found: Diagnosis) -> bool:
-        """Whether one explanation is settled, and not just because the records do not show the others."""
-        return any(e.certain >= self.sure for e in found.explanations if not e.beyond) or (
-            found.odds.get(NOT_IN_CATALOGUE, 0.0) >= self.sure
-        )
+        """Whether one explanation is settled; nothing missing is not while a run may show something."""
+        return max((p for name, p in found.odds.items() if name != NOTHING), default=0.0) >= self.sure
 
     def _end(self, found: Diagnosis, steps: Steps) -> str:
         """How the loop ends, or 'open'."""
@@ -198,7 +196,7 @@ class Loop:
             return "inseparable"
         if self._next(found, steps) is not None:
             return "open"
-        if not any(step.experiment for step in steps.steps):
+        if not any(step.experiment for step in steps.steps) and max(found.odds.values()) < self.sure:
             least = min(p.option.minutes for p in plan.proposals if plan.helps(p))
             raise DataError(f"budget: {self.budget:.3g} min; the shortest experiment takes {least:.3g} min; give more")
         return "budget"

@@ -25,7 +25,7 @@ from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
 from rotorsim.discrepancy.plan.plan import Plan
 from rotorsim.machine import Machine
 
-VERSION = 1
+VERSION = 2
 """Version of the format."""
 KIND = "stored diagnosis"
 OWN = ("machine", "gap", "planned", "planner")

@@ -17,11 +17,14 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.sweeps import Sweep
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
@@ -29,7 +32,7 @@ from rotorsim.discrepancy.odds.odds import TEMPERATURE
 from rotorsim.discrepancy.odds.posterior import posterior_root
 from rotorsim.discrepancy.plan.expected import Predicted
 from rotorsim.discrepancy.residuals.comparison import LOST, Comparison, Point, simulate
-from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor
+from rotorsim.discrepancy.residuals.floor import floor
 from rotorsim.effects import REGISTRY
 
 Columns = dict[tuple[int, str], np.ndarray]
@@ -63,27 +66,38 @@ class Forecast:
 
     def means(self, trials: Sequence[Trial]) -> list[list[np.ndarray]]:
         """Responses (n,) [m] of every explanation in every trial."""
-        points = list({id(fit.point): fit.point for fit in self.fits}.values())  # of some explanations it is the same
-        flat = iter(self._run([(trial, point) for trial in trials for point in points]))
-        found = [{id(point): next(flat) for point in points} for _ in trials]
-        return [[own[id(fit.point)] for fit in self.fits] for own in found]
+        points = {self._acting(fit): fit.point for fit in reversed(self.fits)}  # of some explanations it is the same
+        flat = iter(self._run([(trial, point) for trial in trials for point in points.values()]))
+        found = [{acting: next(flat) for acting in points} for _ in trials]
+        return [[own[self._acting(fit)] for fit in self.fits] for own in found]
+
+    def _acting(self, fit: Fit) -> tuple[Any, ...]:
+        """What a response follows from: values, and an effect's options where its size is not zero."""
+        values = tuple(sorted((p.name, v) for p, v in fit.point.values.items() if v))
+        own = {p.name for p in fit.parameters} - {p.name for p in self.fits[0].parameters}
+        return values, tuple(sorted(fit.point.fixed.items())) if own & dict(values).keys() else ()
 
     def columns(
-        self, trials: Sequence[Trial], means: Sequence[Sequence[np.ndarray]], of_sensors: bool = False
+        self,
+        trials: Sequence[Trial],
+        means: Sequence[Sequence[np.ndarray]],
+        of_sensors: bool = False,
+        own: bool = False,
     ) -> list[Columns]:
-        """Sensitivities of every trial, or those to the effects `of_sensors`.
+        """Sensitivities of every trial; to effects `of_sensors` alone, or to what explanations have of their `own`.
 
         Those of a parameter without solution a step away are zero.
         """
         varied = [(k, p) for k, p in self.varied if not of_sensors or is_of_sensor(p.key)]
+        varied = [(k, p) for k, p in varied if not own or k >= 0]
         points = {k: self.fits[max(k, 0)].point for k, _ in varied}
         moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in varied]
         flat = iter(self._run([(trial, point) for trial in trials for point in moved]))
         out = []
-        for own in means:
+        for known in means:
             found: Columns = {}
             for k, p in varied:
-                change = (next(flat) - own[max(k, 0)]) / self._step(points[k], p)
+                change = (next(flat) - known[max(k, 0)]) / self._step(points[k], p)
                 found[k, p.key] = change if np.abs(change).max() * p.step < LOST else np.zeros_like(change)
             out.append(found)
         return out
@@ -128,13 +142,13 @@ class Forecast:
         scatter, slow, drifts = part.scatter
         alike = [i for i, t in enumerate(part.trials) if bool(t.orders) == bool(trial.orders)] or [0]
         # what scatters is alike in every sample: a line's scatter falls with the root of their number
-        samples = np.array([part.trials[i].length * part.trials[i].blocks for i in alike])
+        samples = np.array([_samples(part.trials[i]) for i in alike])
         each = [np.median(scatter[i][:, 1 : part.trials[i].spectra.shape[2]]) for i in alike]
-        line = float(np.median(np.array(each) * np.sqrt(samples))) / np.sqrt(trial.length * trial.blocks)
+        line = float(np.median(np.array(each) * np.sqrt(samples))) / np.sqrt(_samples(trial))
         response = np.max(np.abs(means), axis=0)
         return floor(
             [trial], layout, np.full((1, 2, trial.spectra.shape[2]), line), np.median(slow[alike], axis=0)[None],
-            np.median(drifts[alike], axis=0)[None], response, self._solver_share * response, TOLERANCE,
+            np.median(drifts[alike], axis=0)[None], response, self._solver_share * response, part.tolerance,
         )  # fmt: skip
 
     @cached_property
@@ -146,11 +160,25 @@ class Forecast:
         return float(np.median(np.abs(part.correction[large]) / np.maximum(size[large], 1e-300)))
 
 
+def _samples(trial: Trial) -> float:
+    """Samples that a line of a trial, or a vector of a run-up, is taken over."""
+    if isinstance(trial, Sweep):
+        return float(np.median(2 * np.pi * trial.turns / (np.abs(trial.speeds) * RIG_SAMPLE)))
+    return float(trial.length * trial.blocks)
+
+
+def _drive(trial: Trial) -> float:
+    """Rms of what excites a trial, about its mean [V or N]."""
+    rows = trial.rows[trial.start : trial.start + trial.blocks * trial.length]
+    driving = rows[:, 2:4] if rows[:, 2:4].any() else rows[:, 4:6]
+    return float(np.sqrt(driving.var(axis=0).sum()))
+
+
 def in_proportion(columns: Columns, usual: Trial, other: Trial) -> Columns | None:
     """Sensitivities of another excitation at one operating point; None where its lines are others."""
-    if usual.spectra.shape != other.spectra.shape or usual.orders or other.orders or usual.amplitude == 0:
+    if usual.spectra.shape != other.spectra.shape or usual.orders or other.orders or _drive(usual) == 0:
         return None
-    layout, size = make_layout([usual]), other.amplitude / usual.amplitude
+    layout, size = make_layout([usual]), _drive(other) / _drive(usual)
     driven = np.isin(layout.group, [NAMES.index(name) for name in (*EXCITED, "between")])
     return {key: np.where(driven, size, 1.0) * column for key, column in columns.items()}
 

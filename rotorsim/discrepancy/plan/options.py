@@ -28,8 +28,8 @@ SLOW_ROLL = 5.0
 """Shaft speed [Hz] of a slow roll."""
 PRESSURES = (0.3, 0.5, 0.7)
 """Injection pressures [MPa] that a plan tries."""
-AMPLITUDES = (0.25, 1.0, 2.0)
-"""Amplitudes that a plan tries, relative to 1 V or a hit of 20 N."""
+AMPLITUDES = (1.0, 0.25, 2.0)
+"""Amplitudes that a plan tries, relative to 1 V or a hit of 20 N, the usual one first."""
 BIASES = ((1.0, 0.0), (0.0, 1.0))
 """Constant parts [V] of the reference of x and y."""
 HIT, WIDTH, LEAD, APART, DIRECTION = 20.0, 2e-3, 0.4, 1.0, float(np.deg2rad(35.0))
@@ -116,7 +116,7 @@ class Option:
         if self.like is not None:
             found: Trial = planned_sweep(self.like, abs(getattr(self.experiment, "rate", 0.0)), self.probe_angle)
         elif isinstance(self.experiment, Coastdown):
-            found = planned_sweep(_vectors(self.experiment), self.experiment.rate or COAST, None)
+            found = planned_sweep(_vectors(self.experiment), self.experiment.rate or COAST, self.probe_angle)
         else:
             rows = self.experiment.rows(0, self.experiment.samples)
             found = replace(planned_trial("next", rows), probe_angle=self.probe_angle)
@@ -152,7 +152,10 @@ def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> 
     allowed = allowed_here(machine, allow, len(sweeps) == len(trials), one_probe)
     if len(sweeps) == len(trials):
         return tuple(dict.fromkeys(_of_sweep(machine, sweeps[0], allowed)))
-    return tuple(dict.fromkeys(_of_points(machine, [t for t in trials if not t.orders], allowed)))
+    records = [t for t in trials if not t.orders]
+    probes = {t.probe_angle for t in records}
+    angle = next(iter(probes)) if len(probes) == 1 else None
+    return tuple(dict.fromkeys(replace(one, probe_angle=angle) for one in _of_points(machine, records, allowed)))
 
 
 def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> Iterator[Option]:

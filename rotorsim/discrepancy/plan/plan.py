@@ -18,7 +18,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation
+from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.odds.odds import TEMPERATURE
 from rotorsim.discrepancy.plan.expected import Outlook, Today, outlook, separation
 from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion, on_turned_ring
@@ -31,8 +31,6 @@ LEAST = 1e-3
 """Probability, among those of the catalogue, from which an explanation is a rival."""
 RIVALS, UNSEEN = 4, 8
 """Rivals that are followed into a new run, at most: of those that the records show, and of those that they do not."""
-SMALL = 0.01
-"""Entropy [bit] below which odds leave little open."""
 ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
 CLOSE = 6
@@ -54,7 +52,7 @@ class Proposal:
     """An experiment with what it should leave of the odds.
 
     close : whether sensitivities were taken in it; else those of the usual excitation at its operating point stand for
-        them, or none where its lines are others (`bare`), which promises too much
+        them, or some alone where its lines are others (`bare`), which promises too much
     """
 
     option: Option
@@ -73,9 +71,9 @@ class Proposal:
         return {
             "experiment": one.name, "kind": one.experiment.name, "speed_rpm": one.speed * TO_RPM,
             "pressure_mpa": one.pressure / MPA, "minutes": one.minutes, "close_look": self.close,
-            "entropy_bit": self.outlook.entropy, "chance_of_95_percent": self.outlook.decided,
+            "entropy_bit": self.outlook.entropy, "chance_of_decision": self.outlook.decided,
             "probability_if_true": list(map(float, self.outlook.truths)),
-            "chance_of_95_percent_if_true": list(map(float, self.outlook.chances)),
+            "chance_of_decision_if_true": list(map(float, self.outlook.chances)),
         }  # fmt: skip
 
 
@@ -83,7 +81,8 @@ class Proposal:
 class Plan:
     """Experiments, the best first; entropy [bit] of today's odds; what no experiment separates, in words.
 
-    `odds` are the rivals' probabilities today, `tried` the number of experiments that were looked at.
+    `odds` are the rivals' probabilities today, `tried` the number of experiments that were looked at, `sure` the
+    probability at which an explanation is settled.
     """
 
     entropy: float
@@ -92,6 +91,7 @@ class Plan:
     unbreakable: tuple[str, ...] = ()
     odds: tuple[float, ...] = ()
     tried: int = 0
+    sure: float = SURE
 
     def helps(self, proposal: Proposal) -> bool:
         """Whether an experiment should take away a part of the entropy that is worth its time."""
@@ -99,8 +99,13 @@ class Plan:
 
     @property
     def settles(self) -> bool:
-        """Whether the best experiment helps."""
-        return bool(self.proposals) and self.helps(self.proposals[0])
+        """Whether an experiment helps."""
+        return any(map(self.helps, self.proposals))
+
+    @property
+    def best(self) -> Proposal:
+        """The best experiment that helps, else the best one."""
+        return next(filter(self.helps, self.proposals), self.proposals[0])
 
     def first(self, longest: float) -> Proposal | None:
         """The best experiment that helps and takes no longer [min]."""
@@ -111,14 +116,16 @@ class Plan:
         """What to do next."""
         if len(self.rivals) < 2 or not self.proposals:
             return "No next experiment: one explanation is left, or none was re-fitted."
-        best = self.proposals[0]
+        best, share = self.best, max(self.odds, default=0.0)
+        run = f"{best.option.name} ({best.option.minutes:.0f} min)"
         if not self.settles:
             return f"No allowed experiment separates {' from '.join(self.rivals[:2])}."
-        if self.entropy < SMALL:
-            return f"Next: {best.option.name} ({best.option.minutes:.0f} min), though the odds leave little open."
+        if share >= self.sure:
+            name = self.rivals[self.odds.index(share)]
+            return f"Settled already, {shown_share(share)} {name}; what confirms or refutes it best: {run}."
         return (
-            f"Next: {best.option.name} ({best.option.minutes:.0f} min): {100 * best.outlook.decided:.0f} % chance that "
-            f"one explanation gets 95 %; entropy {self.entropy:.2f} -> {best.outlook.entropy:.2f} bit."
+            f"Next: {run}: {100 * best.outlook.decided:.0f} % chance that one explanation gets "
+            f"{100 * self.sure:.3g} %; entropy {self.entropy:.2f} -> {best.outlook.entropy:.2f} bit."
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -131,7 +138,7 @@ class Plan:
 
     def campaign(self, machine: Machine, name: str) -> str:
         """The best experiment as the plan of a campaign; `name` is a shipped machine, or a file next to the plan."""
-        best, document = self.proposals[0].option, tomlkit.document()
+        best, document = self.best.option, tomlkit.document()
         document.add(tomlkit.comment(self.sentence))
         document.add("name", "next")
         document.add("machine", name)
@@ -206,8 +213,8 @@ def plan_next(
     forecast = Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals])
     looks = Looks(forecast, today, short, progress, sure)
     proposals = looks.ranked()
-    never += tuple(looks.inseparable(names))
-    return Plan(today.entropy, names, proposals, never, tuple(map(float, today.odds)), len(short))
+    never += tuple(looks.inseparable([e.name for e in known if e.shown]))
+    return Plan(today.entropy, names, proposals, never, tuple(map(float, today.odds)), len(short), sure)
 
 
 def _shows_more(e: Explanation, odds: Sequence[Explanation]) -> bool:
@@ -268,8 +275,8 @@ class Looks:
         """Proposals, the best first: those seen closely, then the others."""
         first = self._first_looks()
         order = sorted(first, key=lambda i: first[i].rank)
-        close: dict[int, Proposal] = {}
-        for i in order[:CLOSE]:
+        close = {i: look for i, look in first.items() if look.close}
+        for i in [i for i in order if i not in close][:CLOSE]:
             if close and min(p.rank for p in close.values()) <= first[i].rank:
                 break
             self.progress()
@@ -280,7 +287,10 @@ class Looks:
         return (*sorted(close.values(), key=lambda p: p.rank), *rest)
 
     def _first_looks(self) -> dict[int, Proposal]:
-        """Every experiment with the sensitivities of the first one at its operating point."""
+        """Every experiment with the sensitivities of the first one at its operating point.
+
+        Where its lines are others there are those to what explanations have as their own, in a record over time.
+        """
         usual: dict[tuple[float, float], int] = {}
         for i, one in enumerate(self.options):
             usual.setdefault((one.speed, one.pressure), i)
@@ -292,10 +302,14 @@ class Looks:
         for i, one in enumerate(self.options):
             at = usual[one.speed, one.pressure]
             near = columns[i] if i == at else self._near(columns[at], at, i)
-            look = self._look(i, {} if near is None else near, i == at, near is None)
+            look = self._look(i, self._own(i) if near is None else near, i == at, near is None)
             if look is not None:
                 found[i] = look
         return found
+
+    def _own(self, i: int) -> Columns:
+        """Sensitivities to what explanations have as their own; none of a run-up, whose runs are long."""
+        return {} if self.trials[i].orders else self.forecast.columns([self.trials[i]], [self.means[i]], own=True)[0]
 
     def _near(self, columns: Columns, usual: int, i: int) -> Columns | None:
         """Sensitivities of another experiment at an operating point from the usual one's; None where there are none."""
@@ -318,9 +332,8 @@ class Looks:
             return None
 
     def inseparable(self, names: Sequence[str]) -> list[str]:
-        """Sentences on pairs of explanations of the catalogue that no experiment separates."""
-        own = [i for i, name in enumerate(names) if name != NOT_IN_CATALOGUE]
-        pairs = [(i, k) for i in own for k in own if k < i and self.apart[i, k] < APART]
+        """Sentences on pairs of the first explanations, which the records show, that no experiment separates."""
+        pairs = [(i, k) for i in range(len(names)) for k in range(i) if self.apart[i, k] < APART]
         return [
             f"no allowed experiment separates {names[k]} from {names[i]}: after re-fitting they differ by at most "
             f"{np.sqrt(self.apart[i, k]):.1f} standard deviations in any experiment that was looked at"

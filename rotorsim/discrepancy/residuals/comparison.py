@@ -16,7 +16,7 @@ from rotorsim.discrepancy.data.clocks import clock_offset, delayed
 from rotorsim.discrepancy.data.groups import Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
-from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter
+from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor, repeat_scatter
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
 from rotorsim.discrepancy.twin.twin import Twin
 
@@ -59,6 +59,8 @@ class Comparison:
     correction: np.ndarray = field(default_factory=lambda: np.zeros(0))
     evaluations: int = 0
     scatter_known: bool = True
+    tolerance: float = TOLERANCE
+    """Declared tolerance of the model that the floor holds, as a share of every line."""
     floor_known: bool = False
     """Whether sigma is the floor yet."""
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
@@ -268,7 +270,7 @@ class Comparison:
         if fine is not None:
             self.directions["mesh"] = error
         self.sigma = floor(self.trials, self.layout, scatter, means, drifts, response, error, tolerance)
-        self.floor_known = True
+        self.floor_known, self.tolerance = True, tolerance
         return error
 
 

@@ -230,7 +230,7 @@ class Search:
         """Fits of single forms, by their effects, at a size of zero: what the records do not show stays there."""
         wanted, base = set(keys), self.base
         return {
-            (one.key,): Fit((*base.parameters, *one.parameters), base.point, base.residual,
+            (one.key,): Fit((*base.parameters, *one.parameters), base.point.holding(dict(one.fixed)), base.residual,
                             np.concatenate([base.J, self.columns[one.label]], axis=1), base.cost)
             for one in reversed(self.forms) if one.key in wanted
         }  # fmt: skip

@@ -97,9 +97,9 @@ def _odds(d: Diagnosis) -> str:
 def _plan(plan: dict[str, Any]) -> str:
     """What to record next: a sentence, what nothing separates, the best experiments; of `Plan.as_dict`."""
     text = "".join(f"<p>{escape(line)}</p>" for line in (plan["sentence"], *plan["unbreakable"]))
-    heads = (("experiment", "rig time [min]", "entropy left [bit]", "chance of 95 %"),)
+    heads = (("experiment", "rig time [min]", "entropy left [bit]", "chance of a decision"),)
     rows = [
-        (p["experiment"], f"{p['minutes']:.0f}", f"{p['entropy_bit']:.2f}", f"{100 * p['chance_of_95_percent']:.0f} %")
+        (p["experiment"], f"{p['minutes']:.0f}", f"{p['entropy_bit']:.2f}", f"{100 * p['chance_of_decision']:.0f} %")
         for p in plan["proposals"][:8]
     ]
     return _table("What to record next", heads, rows, text) if rows else html.section("What to record next", text)

@@ -1,6 +1,6 @@
-"""Whether a tie can be broken: the experiments that show a hidden effect most, by what only the truth knows.
+"""Experiments ranked by the change that a hidden effect makes in their lines.
 
-The hidden machine is run with its effect and without; where the difference is largest, an experiment is tried.
+The hidden machine is run with its effect and without.
 """
 
 from __future__ import annotations
