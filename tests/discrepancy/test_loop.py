@@ -300,8 +300,10 @@ def test_a_budget_below_every_experiment_is_refused_and_the_first_step_is_kept(
     """Budget below every experiment: refused with the shortest one's time, and the steps so far are kept."""
     records, truth = recorded(("runout.amplitude_1x",), 6)
     few = [r for r in records if r.attrs["record"].startswith("fit_1")]
-    with pytest.raises(DataError, match=r"budget: 0.5 min; the shortest experiment takes 2.\d+ min"):
-        decide(machine, HiddenRig(machine, truth_plant, truth, few), 0.5, workshop=workshop, out=tmp_path, sure=0.9999)
+    with pytest.raises(DataError, match=r"budget: 2 min; the shortest experiment takes 2.\d+ min"):
+        decide(
+            machine, HiddenRig(machine, truth_plant, truth, few), 2.001, workshop=workshop, out=tmp_path, sure=0.9999
+        )
     assert (tmp_path / FILE).exists()
 
 

@@ -101,7 +101,7 @@ def stub_looks(first, close, rivals=2):
 
 
 def test_a_run_whose_first_look_is_exact_is_ranked_with_those_seen_closely():
-    """Runs without sensitivities promise everything at first; seen closely they do nothing, and the usual one decides."""
+    """Runs without sensitivities promise everything at first; seen closely they do nothing, the usual one decides."""
     first = {0: (0.1, True), **{i: (0.0, False, True) for i in range(1, 9)}}
     looks = stub_looks(first, dict.fromkeys(range(1, 9), 1.0))
     found = looks.ranked()
@@ -124,8 +124,8 @@ def test_explanations_that_no_run_separates_are_those_whose_difference_is_small(
     looks = stub_looks({}, {})
     looks.apart = np.array([[0.0, 4.0, 0.0], [4.0, 0.0, 100.0], [0.0, 100.0, 0.0]])
     assert looks.inseparable(("a", "b")) == [
-        "no allowed experiment separates a from b: after re-fitting they differ by at most 2.0 standard deviations in any "
-        "experiment that was looked at"
+        "no allowed experiment separates a from b: after re-fitting they differ by at most 2.0 standard deviations "
+        "in any experiment that was looked at"
     ]  # the third is of the explanations that the records do not show
 
 

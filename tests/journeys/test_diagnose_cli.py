@@ -153,7 +153,7 @@ def test_ctrl_c_states_that_the_same_command_continues(run, tmp_path, monkeypatc
     [("runout.fifth", "runout.amplitude_3x, runout.roughness"), ("gravity", "crack, internal_damping")],
 )
 def test_what_is_no_candidate_is_a_sentence_with_those_there_are(name, known):
-    with pytest.raises(DataError, match=f"'{name}' cannot be a candidate in .*; choose among .*{known}"):
+    with pytest.raises(DataError, match=f"'{name}' cannot be a candidate in .*choose among .*{known}"):
         candidates(Twin(load_machine("plain_rotor"), GRID, 5e-5), [name])
 
 

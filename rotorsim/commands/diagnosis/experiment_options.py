@@ -27,7 +27,8 @@ class ExperimentOptions:
         typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan."),
     ] = False
     allow: Annotated[
-        str | None, typer.Option("--allow", help=f"What experiments may change: {','.join(ALLOWED)}; all if not given.")
+        str | None,
+        typer.Option("--allow", help=f"What experiments may change: {', '.join(ALLOWED)}; all if not given."),
     ] = None
     until_decided: Annotated[
         bool,
@@ -37,10 +38,12 @@ class ExperimentOptions:
         str | None,
         typer.Option("--rig", help="virtual:FOLDER of 'hide', or the folder into which new records are put."),
     ] = None
-    budget: Annotated[str | None, typer.Option("--budget", help=f"Rig time that experiments may take; {BUDGET}.")] = (
-        None
-    )
-    wait: Annotated[str | None, typer.Option("--wait", help=f"Longest time to wait for a record; {WAIT}.")] = None
+    budget: Annotated[
+        str | None, typer.Option("--budget", help=f"Rig time that experiments may take; {BUDGET} if not given.")
+    ] = None
+    wait: Annotated[
+        str | None, typer.Option("--wait", help=f"Longest time to wait for a record; {WAIT} if not given.")
+    ] = None
 
     def check(self, roles: bool) -> None:
         """Raise DataError for options that do not belong together; `roles`: whether records have one by an option."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import quantities
+from rotorsim.base.suggest import closest
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
@@ -71,7 +72,9 @@ def _known(effects: Iterable[str], forms: Iterable[Form], machine: str) -> set[s
     for unknown in sorted(asked - known):
         own = sorted(n for n in known if n.startswith(unknown.partition(".")[0] + "."))
         among = ", ".join(own or sorted(n for n in known if "." not in n))
-        raise DataError(f"effects: '{unknown}' cannot be a candidate in {machine}; choose among {among}")
+        close = closest(unknown, known)
+        hint = f"did you mean '{close}'? Or choose among" if close else "choose among"
+        raise DataError(f"--effect: '{unknown}' cannot be a candidate in {machine}; {hint} {among}")
     return asked
 
 
