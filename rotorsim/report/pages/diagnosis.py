@@ -61,7 +61,7 @@ def _sections(d: Diagnosis) -> Iterator[str]:
             _largest(d),
         )
         yield from _spectra(d)
-    if d.unknown:
+    if d.unknown and d.unknown["lines"]:
         yield _unknown(d)
     if d.notes:
         text = "".join(f"<p>{escape(n)}</p>" for n in d.notes)
@@ -196,7 +196,7 @@ def _unknown(d: Diagnosis) -> str:
         for x in d.unknown["lines"]
     ]  # fmt: skip
     growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in d.unknown["growth"].items())
-    text = f"<p>Acting {escape(d.unknown['where'])}. It grows with {escape(growth or 'nothing that was varied')}.</p>"
+    text = f"<p>Acting {escape(d.unknown['where'])}." + (f" It grows with {escape(growth)}.</p>" if growth else "</p>")
     head = ("point", "frequency", "order", "force", "direction", "residual")
     return _table("Equivalent force of what is not explained", (head,), rows, text)
 

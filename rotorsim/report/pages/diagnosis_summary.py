@@ -10,7 +10,7 @@ import numpy as np
 
 from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT
 from rotorsim.discrepancy.outcome.where import FORCE, Located, located
 from rotorsim.report.figures.diagnosis_summary_plots import gap_by_role, leading_odds, stages_of
 from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 MEANING = {
     "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
-    "named": "One explanation has 95 % and accounts for at least 95 % of what was beyond the floor, also at held-out "
-    "points.",
+    "named": "One explanation has 95 % and accounts for at least 95 % of what was beyond the floor, also in held-out "
+    "records where there are any.",
     "tie": "No explanation has 95 % alone; the machine file holds the most probable effect. No name is given: choose "
     "by what is known, or plan and record an experiment that distinguishes them.",
     "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
@@ -84,7 +84,7 @@ def _where(d: Diagnosis) -> str:
 
 def _next(d: Diagnosis) -> str:
     """The next step, and the meaning of the verdict."""
-    text = f'<p class="step">{escape(next_step(d))}</p><p>{escape(MEANING[d.status])}</p>'
+    text = f'<p class="step">{escape(next_step(d))}</p><p>{escape(_meaning(d))}</p>'
     if d.notes:
         count = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
         text += f'<p>The limits of these records: <a href="#notes">{count}</a> below.</p>'
@@ -101,6 +101,11 @@ def next_step(d: Diagnosis) -> str:
     if d.planned is not None:
         return f"{d.planned.sentence} {step}"
     return f"{step} {PLAN_NEXT}" if d.unplanned else step
+
+
+def _meaning(d: Diagnosis) -> str:
+    """What the verdict states; of records without a group beyond their own scatter that alone."""
+    return MEANING[d.status] if d.status != "unknown" or d.localisation else NOTHING_BEYOND
 
 
 def _places(found: tuple[Located, ...]) -> str:
