@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from rotorsim.discrepancy.blind_test.hide import Truth, scaled
+from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.plan.options import Option
 from rotorsim.discrepancy.residuals.comparison import THREADS, simulate
 from rotorsim.discrepancy.twin.twin import Twin
@@ -25,7 +26,7 @@ def by_size(machine: Machine, twin: Twin, truth: Truth, allowed: Iterable[Option
     def change(option: Option) -> float:
         trial = option.trial(machine)
         with_it, without = (trial.vector(simulate(twin, trial, point)) for point in points)
-        return float(np.linalg.norm(with_it - without))
+        return float(np.linalg.norm((with_it - without)[make_layout([trial]).frequency > 0]))  # zeros are calibrated
 
     with ThreadPoolExecutor(THREADS) as pool:
         sizes = np.array(list(pool.map(change, found)))
