@@ -18,9 +18,9 @@ axes.plot([0, 100], [0, 100], "k:", lw=1, label="as often right as stated")
 for b in bins:
     spread = 100 * (b.stated * (1 - b.stated) / b.cases) ** 0.5  # of so many cases that are as often right as stated
     axes.errorbar(100 * b.stated, 100 * b.right, spread, fmt="o", color="C0", capsize=3)
-    axes.annotate(f"{b.cases}", (100 * b.stated, 100 * b.right), (-20, -4), textcoords="offset points")
+    axes.annotate(f"{b.cases}", (100 * b.stated, 100 * b.right), (6, -13), textcoords="offset points")
 axes.set(xlabel="stated probability of the first explanation [%]", ylabel="share of cases in which it is right [%]")
-axes.set(xlim=(0, 104), ylim=(-6, 104), title=f"{len(found)} hidden cases; numbers of cases at the points")
+axes.set(xlim=(0, 110), ylim=(-8, 108), title=f"{len(found)} hidden cases; numbers of cases at the points")
 axes.legend(loc="upper left")
 axes.grid(alpha=0.3)
 figure.savefig("reliability.png", dpi=100, bbox_inches="tight")
