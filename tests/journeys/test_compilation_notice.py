@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from rotorsim.commands.diagnosis.diagnose import STAGES, Stages
+from rotorsim.commands.diagnosis.stages import STAGES, Stages
 from rotorsim.commands.options import note_compiling
 from rotorsim.discrepancy import diagnosis
 from rotorsim.machine import load_machine
