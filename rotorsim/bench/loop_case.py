@@ -18,8 +18,7 @@ class LoopCase:
     """A loop's outcome: the most probable explanation after each step, its probability and whether it is right.
 
     truths : probability of the hidden one after each step
-    expected : chance of a decision, if an effect is missing, that the plan gave for the experiment before a step; NaN
-        for the first
+    expected : chance of a decision, if an effect is missing, that the plan gave for the run before a step; first NaN
     """
 
     number: int
