@@ -7,6 +7,7 @@ are planned on the hidden machine. Seeds from `diagnose.REPORTING` on are for th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,10 +19,10 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.bench.detectable import Detectable
 from rotorsim.bench.diagnose import STEP
 from rotorsim.bench.hidden_case import hidden_case
-from rotorsim.bench.largest_change import by_size
 from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases
 from rotorsim.bench.result import Figure
 from rotorsim.discrepancy.blind_test.hide import Truth, hide, scaled, truth_twin
+from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import open_records
 from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
 from rotorsim.discrepancy.diagnosis import Workshop
@@ -30,6 +31,7 @@ from rotorsim.discrepancy.loop.rigs import record_on
 from rotorsim.discrepancy.loop.steps import Step, Steps
 from rotorsim.discrepancy.odds.explanation import SURE
 from rotorsim.discrepancy.plan.options import Option, options
+from rotorsim.discrepancy.residuals.comparison import THREADS, simulate
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.twin.twin import Twin
@@ -137,11 +139,26 @@ def _best_known(rig: HiddenRig, workshop: Workshop, hidden: tuple[str, ...], kno
     """Probability of the hidden effect after the best of the single experiments that show it most."""
     found = options(rig.machine, trials_of(rig.machine, open_records(rig.records), "fit"), ALLOW)
     best = 0.0
-    for option in by_size(rig.machine, rig.twin, rig.truth, found)[:TRIED]:
+    for option in _by_change(rig, found)[:TRIED]:
         with suppress(RotorsimError):
             d = diagnose(rig.machine, [*rig.records, *rig.run(option, 1, lambda: None)], workshop=workshop)
             best = max(best, _of_step(Step(option.name, option.minutes, (), d.status, d.odds, 0.0), hidden, known)[1])
     return best
+
+
+def _by_change(rig: HiddenRig, found: Sequence[Option]) -> list[Option]:
+    """Experiments by falling size of what the hidden effect changes in their lines."""
+    points = (rig.truth.point, scaled(rig.truth, 0.0).point)
+    rig.twin.assembly  # noqa: B018  (built once, before threads)
+
+    def change(option: Option) -> float:
+        trial = option.trial(rig.machine)
+        with_it, without = (trial.vector(simulate(rig.twin, trial, point)) for point in points)
+        return float(np.linalg.norm((with_it - without)[make_layout([trial]).frequency > 0]))  # zeros are calibrated
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        sizes = np.array(list(pool.map(change, found)))
+    return [found[i] for i in np.argsort(-sizes, kind="stable")]
 
 
 def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tuple[str, float, bool], float]:
@@ -154,8 +171,8 @@ def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tupl
     return (name, step.odds[name], rights[name]), sum(p for n, p in step.odds.items() if rights[n])
 
 
-def loop_figures(cases: Sequence[LoopCase | Rejected]) -> Iterator[Figure]:
-    """Rates with the bounds that they should meet, of the loops alone.
+def loop_figures(found: Sequence[LoopCase]) -> Iterator[Figure]:
+    """Rates with the bounds that they should meet.
 
     Examples
     --------
@@ -163,7 +180,6 @@ def loop_figures(cases: Sequence[LoopCase | Rejected]) -> Iterator[Figure]:
     >>> for figure in rs.bench.loop_figures(list(rs.bench.loops(10, 100_000))):  # doctest: +SKIP
     ...     print(figure.name, figure.value)
     """
-    found = [c for c in cases if isinstance(c, LoopCase)]
     decided = [c.decided is not None for c in found]
     yield Figure("loops not decided within three experiments", 1 - float(np.mean(decided)), "1", 0.10)
     yield Figure("loops with a wrong explanation at 95 %", float(sum(c.wrong for c in found)), "1", 0.0)

@@ -82,7 +82,7 @@ def write_cases(cases: Iterable[Case], path: Path | None) -> None:
 
 
 def read_cases(path: Path | None) -> dict[int, Case]:
-    """Cases by number that are in a file, none where there is no file.
+    """Cases by number that are in a file; none if it does not exist.
 
     Raises DataError for a line of something else.
     """

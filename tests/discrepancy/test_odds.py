@@ -8,8 +8,9 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.fit.parameters import STEPS, FitParameter
 from rotorsim.discrepancy.odds import model_form
 from rotorsim.discrepancy.odds.evidence import log_evidence, one_sided, unexplained_gain
-from rotorsim.discrepancy.odds.explanation import shown_share
+from rotorsim.discrepancy.odds.explanation import Explanation, shown_share
 from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
+from rotorsim.discrepancy.odds.odds import _merged
 from rotorsim.discrepancy.odds.priors import prior_sizes
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
@@ -141,3 +142,24 @@ def test_an_effect_states_its_own_prior_or_has_ten_steps(monkeypatch):
     stated = CandidateForm("deviation", 0.04, prior=0.1)
     monkeypatch.setattr(REGISTRY["unequal_pressure"], "forms", (stated,))
     assert prior_sizes(candidates(twin, ["unequal_pressure"])) == {"unequal_pressure.deviation": "0.1"}
+
+
+def test_what_the_records_do_not_show_is_counted_with_nothing_missing_by_class():
+    """Bow and runout at 1X are one class: no run will separate them, and they stay one among what is not shown."""
+
+    def one(keys, p, shown=False):
+        return Explanation(keys, False, 0.0, 1e-3, False, p, shown=shown)
+
+    known = {"shaft_bow.bow", "runout.amplitude_1x", "runout.roughness"}
+    found = _merged([one((), 0.6, True), one(("runout.amplitude_1x",), 0.1), one(("shaft_bow.bow",), 0.12),
+                     one(("runout.roughness",), 0.18)], known)  # fmt: skip
+    assert [e.name for e in found] == ["nothing is missing"]
+    nothing = found[0]
+    assert nothing.probability == pytest.approx(1.0) and nothing.shown_probability == pytest.approx(0.6)
+    assert [(e.name, e.probability) for e in nothing.unseen] == [
+        ("runout.roughness", 0.18), ("shaft_bow.bow", pytest.approx(0.22)),
+    ]  # fmt: skip
+    assert nothing.unseen[1].alike == (("runout.amplitude_1x",),)
+    assert (
+        nothing.unseen_sentence
+    ) == "40 % of it is of effects that these records do not show: runout.roughness, shaft_bow.bow"

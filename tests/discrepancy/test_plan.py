@@ -67,7 +67,7 @@ def test_what_is_not_followed_keeps_its_ratio_to_the_rival_at_its_side():
     assert left.truths == pytest.approx([0.8 / 0.92, 1.0], abs=1e-6)
     assert left.chances == pytest.approx([0.0, 1.0]) and left.of_effects == 1.0
     assert left.decided == pytest.approx(0.08 + 0.12)  # those not followed fare as the effect does
-    beyond = ahead(np.full(N, 1.0), odds=replace(today, never=0.05))
+    beyond = ahead(np.full(N, 1.0), odds=replace(today, beyond=0.05))
     assert beyond.decided == pytest.approx(0.08 + 0.12 - 0.05) and beyond.of_effects == 1.0
     alone = ahead(np.full(N, 1.0), odds=Today(np.array([0.92, 0.08]), np.zeros(2), np.array([False, True])))
     assert alone.decided == pytest.approx(1.0)
@@ -77,7 +77,7 @@ def test_what_the_records_do_not_show_is_followed_on_its_own():
     hidden = Explanation(("runout.roughness",), False, 0.0, 1e-3, False, 0.2, shown=False)
     nothing = Explanation((), False, 0.0, 1e-3, True, 0.9, unseen=(hidden,))
     beyond = Explanation((), True, 0.0, 1e-3, True, 0.1)
-    assert nothing.certain == pytest.approx(0.7)
+    assert nothing.shown_probability == pytest.approx(0.7)
     found = rivals_of((nothing, beyond))
     assert [(e.effects, e.probability) for e in found] == [((), pytest.approx(0.7)), (hidden.effects, 0.2)]
 
@@ -114,8 +114,8 @@ def test_the_best_that_helps_is_proposed_before_a_cheaper_one_that_does_not():
     cheap, dear = (
         Proposal(o, Outlook(h, 0.5, 0.5, np.zeros(2), np.zeros(2))) for o, h in zip(rig, (0.20, 0.185), strict=False)
     )
-    plan = Plan(0.20, ("a", "b"), (cheap, dear), odds=(0.97, 0.03))
-    assert plan.settles and plan.best is dear and plan.first(60.0) is dear
+    plan = Plan(0.20, ("a", "b"), (), odds=(0.97, 0.03)).with_proposals((cheap, dear))
+    assert plan.settles and plan.proposals == (dear, cheap) and plan.first(60.0) is dear
     assert plan.sentence.startswith("Settled already, 97 % a; what confirms or refutes it best")
     assert "one explanation gets 80 %" in replace(plan, odds=(0.7, 0.3), sure=0.8).sentence
 

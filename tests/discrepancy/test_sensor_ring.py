@@ -241,4 +241,4 @@ def test_a_run_on_a_turned_ring_shows_as_much_of_the_motion_as_the_usual_one(mac
     usual, turned = sorted(found.planned.proposals, key=lambda p: p.option.ring)
     assert turned.option.ring == RING_ANGLE and not turned.bare
     assert turned.outlook.entropy == pytest.approx(usual.outlook.entropy, abs=0.02)
-    assert turned.outlook.entropy < 0.9 * found.planned.entropy
+    assert turned.outlook.entropy < found.planned.entropy - 0.02  # both take away more than they may differ by

@@ -94,6 +94,12 @@ def ring_angle(machine: Machine) -> float:
     return float(own[0].angle) if own else 0.0  # type: ignore[attr-defined]
 
 
+def ring_axes(angle: float) -> np.ndarray:
+    """Direction cosines (2, 2) of the probes to x and y with their ring at an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, s], [-s, c]])
+
+
 def with_ring(machine: Machine, angle: float) -> Machine:
     """The machine with the sensor ring at an angle [rad]."""
     return machine.with_({"effects": {**machine.effects, RING: (REGISTRY[RING](angle=angle),)}})  # type: ignore[call-arg]

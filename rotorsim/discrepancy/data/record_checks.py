@@ -33,6 +33,7 @@ def stated_accuracy(record: xr.Dataset, name: str) -> float:
 
 
 def check_constant(record: xr.Dataset, name: str) -> None:
+    """The speed may differ by 2 % or 2 rad/s, in means of 250 samples."""
     speed = measured(record, "speed")
     if speed is None or speed.ndim == 0 or len(speed) < 1000:
         return

@@ -19,7 +19,7 @@ from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
 from rotorsim.discrepancy.odds.explanation import NOTHING, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.allowed import ALLOWED, STATED, allowed_here, check_allowed
+from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
 from rotorsim.discrepancy.plan.options import SET_UP, Option
 from rotorsim.discrepancy.plan.plan import Plan, Proposal
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
@@ -100,12 +100,10 @@ def decide(
     if not 0.5 < sure < 1:
         raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95")
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
-    wanted = check_allowed(allow)
-    allowed = allowed_here(machine, wanted)
+    names = check_allowed(allow)
+    allowed = allowed_here(machine, names)
     there.check(out)
-    if mapping is not None and isinstance(there, FolderRig):  # it holds for all records, what they state for one
-        wanted = allowed = tuple(name for name in allowed if name not in STATED)
-    names = wanted if set(wanted) == set(ALLOWED) else allowed  # of all a plan takes what the records leave open
+    alike = mapping is not None and isinstance(there, FolderRig)
     only = None if effects is None else tuple(effects)
     given = [r if not isinstance(r, (str, Path)) else Path(r).resolve() for r in records]
     asked = {
@@ -115,7 +113,9 @@ def decide(
     }  # fmt: skip
     with TemporaryDirectory() as scratch:
         folder = make_folder(Path(scratch if out is None else out).resolve())
-        loop = Loop(machine, there, budget, names, only, sure, folder, mapping, progress, shown, workshop, tolerance)
+        loop = Loop(
+            machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, workshop, tolerance
+        )
         first = there.begin(given)
         return loop.run(first, Steps(asked) if anew else read_steps(folder, asked))
 
@@ -128,6 +128,8 @@ class Loop:
     rig: Rig
     budget: float
     allow: Sequence[str]
+    alike: bool
+    """Whether one mapping holds for all records, so that none can state what was changed for it alone."""
     effects: tuple[str, ...] | None
     sure: float
     folder: Path
@@ -147,7 +149,7 @@ class Loop:
                 steps = steps.with_step(self._step(found, steps))
                 self._keep(steps)
             if not self._settled(found):
-                found = replace(found, planned=found.plan(self.allow, sure=self.sure))
+                found = replace(found, planned=self._next_plan(found))
             best, end = self._next(found, steps), self._end(found, steps)
             if end != "decided" and (new := self.rig.arrived()):
                 steps = steps.with_new(list(map(str, new)))
@@ -170,6 +172,12 @@ class Loop:
             self.machine, records, effects=self.effects, mapping=self.mapping, workshop=self.workshop,
             tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED,
         )  # fmt: skip
+
+    def _next_plan(self, found: Diagnosis) -> Plan:
+        """What may come next, of experiments whose records can state what was changed."""
+        plan = found.plan(self.allow, sure=self.sure)
+        able = tuple(p for p in plan.proposals if not (self.alike and p.option.stated))
+        return replace(plan, proposals=able)
 
     def _step(self, found: Diagnosis, steps: Steps) -> Step:
         """The diagnosis as a step, with the experiment that was made before it."""

@@ -27,7 +27,7 @@ class Explanation:
     error : relative error of the model's form that it leaves, most probable value
     shown : whether the records narrow its size down; otherwise it cannot be distinguished from nothing
     refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
-    unseen : explanations that are counted with it because the records do not show them; others may
+    unseen : explanations that are counted with it because these records do not show them; other records may
     """
 
     effects: tuple[str, ...]
@@ -41,7 +41,7 @@ class Explanation:
     unseen: tuple[Explanation, ...] = ()
 
     @property
-    def certain(self) -> float:
+    def shown_probability(self) -> float:
         """Probability without that of the unseen ones."""
         return self.probability - sum(e.probability for e in self.unseen)
 
@@ -52,7 +52,7 @@ class Explanation:
             return ""
         names = [e.name for e in self.unseen]
         more = f" and {len(names) - MOST} others" if len(names) > MOST else ""
-        share = shown_share(self.probability - self.certain)
+        share = shown_share(self.probability - self.shown_probability)
         return f"{share} of it is of effects that these records do not show: {', '.join(names[:MOST])}{more}"
 
     @property

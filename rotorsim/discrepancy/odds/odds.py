@@ -28,7 +28,7 @@ from rotorsim.discrepancy.odds.evidence import (
     settled,
     unexplained_gain,
 )
-from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
 from rotorsim.discrepancy.residuals.comparison import Comparison
 from rotorsim.discrepancy.search.indistinguishable import class_of
@@ -145,18 +145,24 @@ def _line_numbers(comparison: Comparison) -> np.ndarray:
 
 
 def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...]:
-    """Explanations of the same classes as one, the most probable first."""
+    """Explanations of the same classes as one, the most probable first; those not shown with nothing missing."""
     classes: dict[tuple[object, ...], list[Explanation]] = {}
     for e in sorted(found, key=lambda e: (-e.probability, e.name)):
-        key = (e.beyond, *sorted(class_of(k, known) for k in e.effects)) if e.shown else (False,)
-        classes.setdefault(key, []).append(e)
-    out = [_joined(own) for own in classes.values()]
+        classes.setdefault((e.shown, e.beyond, *sorted(class_of(k, known) for k in e.effects)), []).append(e)
+    joined = [_joined(own) for own in classes.values()]
+    unseen = tuple(e for e in joined if not e.shown)
+    out = [_with_unseen(e, unseen) if e.name == NOTHING else e for e in joined if e.shown]
     return tuple(sorted(out, key=lambda e: (-e.probability, e.name)))
 
 
 def _joined(own: list[Explanation]) -> Explanation:
-    """Explanations of one class as one, named after the most probable that the records show."""
-    first = min(own, key=lambda e: not e.shown)
-    alike = tuple(e.effects for e in own if e is not first)
-    unseen = tuple(e for e in own if not e.shown and e is not first)
-    return replace(first, probability=sum(e.probability for e in own), alike=alike, unseen=unseen)
+    """Explanations of one class as one, named after the most probable."""
+    first, *others = own
+    return replace(first, probability=sum(e.probability for e in own), alike=tuple(e.effects for e in others))
+
+
+def _with_unseen(nothing: Explanation, unseen: tuple[Explanation, ...]) -> Explanation:
+    """Nothing missing together with what the records do not show."""
+    alike = tuple(keys for e in unseen for keys in (e.effects, *e.alike))
+    probability = nothing.probability + sum(e.probability for e in unseen)
+    return replace(nothing, probability=probability, alike=(*nothing.alike, *alike), unseen=unseen)

@@ -23,8 +23,6 @@ ALLOWED = {
 """What may differ from the records there are."""
 OF_VECTORS = ("speed", "axis", "trial-weight", "sensor-ring", "slow-roll", "coast-down")
 """What a plan can change where all records are vectors of run-ups."""
-STATED = ("trial-weight", "sensor-ring")
-"""What a record has to state as changed on purpose."""
 
 
 def check_allowed(names: Iterable[str]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ with r = y - m_k, the same power 1/T of the likelihood as in the evidence: it is
 record. m_k is the response of explanation k at its fitted point, V the covariance of its parameters after the records
 there are, J their sensitivities in the new run: a rival differs by what it cannot be re-fitted to. Sigma is the floor,
 U the error of the model's form. The expected entropy is a mean over draws; a plug-in estimate without J V J' is wrong
-by factors. Explanations that are not followed are counted at the side of the rival whose response they share so far:
+by factors. Explanations that are not followed are counted with the rival whose response they share so far:
 a run leaves their ratio to it as it is. Sources: Lindley (1956); MacKay (2003), chapter 28.
 
 Cites: lindley_1956, mackay_2003.
@@ -67,19 +67,19 @@ class Today:
     """Odds before a run; with `rest` they sum to 1.
 
     odds : probabilities (k,) of the rivals
-    rest : probabilities (k,) of what is not followed, at the side of each rival
+    rest : probabilities (k,) of what is not followed, by the rival whose response it shares so far
     effects : which rivals (k,) name effects; what is not followed fares as those do on average
-    never : the part of `rest` that no run settles, which is not in the catalogue
+    beyond : the part of `rest` that is not in the catalogue, which no run settles
     """
 
     odds: np.ndarray
     rest: np.ndarray
     effects: np.ndarray
-    never: float = 0.0
+    beyond: float = 0.0
 
     @classmethod
     def of(cls, *odds: float) -> Today:
-        """Of rivals that name effects, besides which there is nothing."""
+        """Of rivals that name effects, with nothing left out."""
         return cls(np.array(odds), np.zeros(len(odds)), np.ones(len(odds), bool))
 
     @property
@@ -133,7 +133,7 @@ def outlook(
         entropies[k], truths[k] = float(entropy(np.hstack([own, rest])).mean()), float(own[:, k].mean())
         chances[k] = float((own[:, k] >= sure).mean())
     of_effects = _of_effects(today, chances)
-    decided = _expected(today, chances) - today.never * of_effects
+    decided = _expected(today, chances) - today.beyond * of_effects
     return Outlook(_expected(today, entropies), decided, of_effects, truths, chances)
 
 

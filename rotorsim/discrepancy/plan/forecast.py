@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.discrepancy.data.changes import ring_axes
 from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep
@@ -191,8 +192,7 @@ def is_of_sensor(key: str) -> bool:
 
 def on_turned_ring(columns: Columns, angle: float) -> Columns:
     """Sensitivities of the motion as probes on a ring read them that is turned further by an angle [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, s], [-s, c]])
+    turn = ring_axes(angle)
     return {key: (turn @ one.reshape(2, -1)).ravel() for key, one in columns.items() if not is_of_sensor(key[1])}
 
 

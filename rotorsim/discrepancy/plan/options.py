@@ -83,6 +83,11 @@ class Option:
         return self.experiment.initial()[1]
 
     @property
+    def stated(self) -> bool:
+        """Whether its record has to state what was changed on purpose."""
+        return self.weight is not None or bool(self.ring)
+
+    @property
     def name(self) -> str:
         """As text."""
         one, pressure = self.experiment, f", {self.pressure / MPA:.2g} MPa" if self.pressure else ""

@@ -81,6 +81,7 @@ class Proposal:
 class Plan:
     """Experiments, the best first; entropy [bit] of today's odds; what no experiment separates, in words.
 
+    Experiments that help come before those that do not, whose price may be lower (`with_proposals`).
     `odds` are the rivals' probabilities today, `tried` the number of experiments that were looked at, `sure` the
     probability at which an explanation is settled.
     """
@@ -99,13 +100,12 @@ class Plan:
 
     @property
     def settles(self) -> bool:
-        """Whether an experiment helps."""
-        return any(map(self.helps, self.proposals))
+        """Whether the best experiment helps."""
+        return bool(self.proposals) and self.helps(self.proposals[0])
 
-    @property
-    def best(self) -> Proposal:
-        """The best experiment that helps, else the best one."""
-        return next(filter(self.helps, self.proposals), self.proposals[0])
+    def with_proposals(self, ranked: Iterable[Proposal]) -> Plan:
+        """With experiments of a ranking, those that help before the others."""
+        return replace(self, proposals=tuple(sorted(ranked, key=lambda p: not self.helps(p))))
 
     def first(self, longest: float) -> Proposal | None:
         """The best experiment that helps and takes no longer [min]."""
@@ -116,7 +116,7 @@ class Plan:
         """What to do next."""
         if len(self.rivals) < 2 or not self.proposals:
             return "No next experiment: one explanation is left, or none was re-fitted."
-        best, share = self.best, max(self.odds, default=0.0)
+        best, share = self.proposals[0], max(self.odds, default=0.0)
         run = f"{best.option.name} ({best.option.minutes:.0f} min)"
         if not self.settles:
             return f"No allowed experiment separates {' from '.join(self.rivals[:2])}."
@@ -138,7 +138,7 @@ class Plan:
 
     def campaign(self, machine: Machine, name: str) -> str:
         """The best experiment as the plan of a campaign; `name` is a shipped machine, or a file next to the plan."""
-        best, document = self.best.option, tomlkit.document()
+        best, document = self.proposals[0].option, tomlkit.document()
         document.add(tomlkit.comment(self.sentence))
         document.add("name", "next")
         document.add("machine", name)
@@ -160,7 +160,7 @@ def rivals_of(odds: Iterable[Explanation]) -> list[Explanation]:
 
 def _apart(odds: Iterable[Explanation]) -> list[Explanation]:
     """Explanations without the unseen ones that are counted with them, and those."""
-    return [one for e in odds for one in (replace(e, probability=e.certain, unseen=()), *e.unseen)]
+    return [one for e in odds for one in (replace(e, probability=e.shown_probability, unseen=()), *e.unseen)]
 
 
 def plan_next(
@@ -198,7 +198,7 @@ def plan_next(
     able = [e for e in rivals_of(odds) if e.effects in fits]
     seen, unseen = [e for e in able if e.shown][:RIVALS], [e for e in able if not e.shown][:UNSEEN]
     known = [*seen, *unseen]
-    never = tuple(_of_class(e) for e in known if e.alike and e.effects)
+    inseparable = tuple(_of_class(e) for e in known if e.alike and e.effects)
     rivals = [Rival(e.effects, e.name, e.probability, fits[e.effects], e.error) for e in known]
     beyond = [e for e in odds if e.beyond and (len(known) < 2 or _shows_more(e, odds))]
     more = sum(e.probability for e in beyond)
@@ -208,13 +208,14 @@ def plan_next(
         rivals.append(Rival((), NOT_IN_CATALOGUE, more, first.fit, error))
     names = tuple(r.name for r in rivals)
     if len(rivals) < 2:
-        return Plan(0.0, names, (), never, tried=len(short))
+        return Plan(0.0, names, (), inseparable, tried=len(short))
     today = _today(rivals, [e for e in _apart(odds) if e not in known and e not in beyond])
     forecast = Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals])
     looks = Looks(forecast, today, short, progress, sure)
     proposals = looks.ranked()
-    never += tuple(looks.inseparable([e.name for e in known if e.shown]))
-    return Plan(today.entropy, names, proposals, never, tuple(map(float, today.odds)), len(short), sure)
+    inseparable += tuple(looks.inseparable([e.name for e in known if e.shown]))
+    plan = Plan(today.entropy, names, (), inseparable, tuple(map(float, today.odds)), len(short), sure)
+    return plan.with_proposals(proposals)
 
 
 def _shows_more(e: Explanation, odds: Sequence[Explanation]) -> bool:
@@ -224,7 +225,7 @@ def _shows_more(e: Explanation, odds: Sequence[Explanation]) -> bool:
 
 
 def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
-    """Odds of the rivals; the others at the side of the rival with the same effects, else of nothing missing."""
+    """Odds of the rivals; the others with the rival with the same effects, else of nothing missing."""
     rest, names = np.zeros(len(rivals)), [r.name for r in rivals]
     nothing = names.index(NOTHING) if NOTHING in names else 0
     places = {r.effects: i for i, r in enumerate(rivals) if r.effects}
@@ -232,8 +233,8 @@ def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
         rest[places.get(e.effects, nothing)] += e.probability
     odds = np.array([r.probability for r in rivals])
     whole = float(odds.sum() + rest.sum())
-    never = sum(e.probability for e in others if e.beyond)
-    return Today(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]), never / whole)
+    beyond = sum(e.probability for e in others if e.beyond)
+    return Today(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]), beyond / whole)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.discrepancy.data.changes import RING, RING_KEY
+from rotorsim.discrepancy.data.changes import RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.fit.parameters import contributions, setting
@@ -121,9 +121,7 @@ def _of_vectors(
 
 def _probes(twin: Twin, trial: Trial, values: Setting) -> np.ndarray:
     """Direction cosines (channels, 2) of the probes to x and y, where their ring stands."""
-    a = values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0))
-    c, s = np.cos(a), np.sin(a)
-    return trial.directions @ np.array([[c, s], [-s, c]])
+    return trial.directions @ ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
 
 
 def _line(trial: Trial, plant: Any, probes: np.ndarray, f: float, r: np.ndarray, near: np.ndarray) -> dict[str, Any]:
