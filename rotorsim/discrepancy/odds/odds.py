@@ -163,6 +163,5 @@ def _joined(own: list[Explanation]) -> Explanation:
 
 def _with_unseen(nothing: Explanation, unseen: tuple[Explanation, ...]) -> Explanation:
     """Nothing missing together with what the records do not show."""
-    alike = tuple(keys for e in unseen for keys in (e.effects, *e.alike))
     probability = nothing.probability + sum(e.probability for e in unseen)
-    return replace(nothing, probability=probability, alike=(*nothing.alike, *alike), unseen=unseen)
+    return replace(nothing, probability=probability, unseen=unseen)
