@@ -15,9 +15,10 @@ from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
 from fmu.variables import Variable
 from rotorsim.control import Law
-from rotorsim.control.runtime import guard
+from rotorsim.control.runtime import guard, plausibility
 from rotorsim.control.runtime.alarm import SENTENCES
 from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
+from rotorsim.control.runtime.layout import FIRST_BLOCK
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
@@ -105,18 +106,52 @@ def header(unit: LawUnit) -> str:
     }  # fmt: skip
     defines |= {f"L_{name.upper()}": getattr(L, name) for name in ("B", "C", "D", "W", "x", "new", "centre", "sums")}
     defines |= {
+        "N_AXES": law.axes.size,
         "L_DONE": L.done,
         "L_GUARD": L.guard,
         "GUARDED": 1,
         "HOLD": HOLD,
         "FADE_OUT": FADE,
+        "QUICK": guard.QUICK,
         "FARTHEST": FARTHEST,
     }
-    defines |= {f"FAULT_{name}": getattr(guard, name) for name in ("SENSOR", "POINT", "OVERFLOW")}
+    defines |= {f"FAULT_{name}": getattr(guard, name) for name in FAULTS}
     kept = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST")
     defines |= {f"G_{name}": getattr(guard, name) for name in kept}
+    defines |= _plausibility(law)
     lines = [f"#define {name} {value}" for name, value in defines.items()]
     return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
+
+
+FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY")
+LAYOUT = ("checks", "seen", "pn", "pspeeds", "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew")
+KEPT = (
+    "SEEN",
+    "GOOD",
+    "SAME",
+    "CHANGED",
+    "AT",
+    "COUNT",
+    "FRESH",
+    "AWAY",
+    "REST",
+    "REASON",
+    "LENGTH",
+    "SINCE",
+    "RETURNS",
+)
+CONSTANTS = ("NU", "DOUBT", "MISSED", "LATELY", "WAYS", "GLITCH", "OFTEN", "FORGOTTEN", "ARMED", "REFRESHED")
+
+
+def _plausibility(law: Law) -> dict[str, object]:
+    """Definitions of plausibility.h; none of them is used without limits."""
+    defines: dict[str, object] = {f"L_{name.upper()}": getattr(law.layout, name) for name in (*LAYOUT, "evidence")}
+    defines |= {f"M_{name}": getattr(plausibility, name) for name in KEPT}
+    defines |= {name: getattr(plausibility, name) for name in CONSTANTS}
+    defines |= {name: getattr(plausibility, name) for name in vars(plausibility) if name.startswith("T_")}
+    pauses = (plausibility.PAUSE, plausibility.MOST, plausibility.SETTLED)
+    defines |= dict(zip(("PAUSE_FIRST", "PAUSE_MOST", "PAUSE_SETTLED"), pauses, strict=True))
+    return defines | {"FIRST_BLOCK": FIRST_BLOCK}
 
 
 def source(unit: LawUnit) -> str:
@@ -132,7 +167,7 @@ def source(unit: LawUnit) -> str:
             array("const int64_t indices[N_IX]", ["0"]),
             array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", ["{0, 0}"]),
             array("const double law_table[N_TABLE]", (float(x).hex() for x in law.table)),
-            array("const double law_axes[N_SPEEDS + N_PRESSURES]", (float(x).hex() for x in law.axes)),
+            array("const double law_axes[N_AXES]", (float(x).hex() for x in law.axes)),
             "",
         ]
     )

@@ -7,7 +7,7 @@
 
 #include "unit.h"
 
-extern const double law_table[N_TABLE], law_axes[N_SPEEDS + N_PRESSURES];
+extern const double law_table[N_TABLE], law_axes[N_AXES];
 
 static const double settings[7] = SETTINGS;
 enum { REFRESH, START, AVERAGE, FADE, LIMIT, BIAS_X, BIAS_Y };
@@ -31,15 +31,43 @@ static double weight_of(int first, int count, int k, double value) {
     return share < 1.0 ? share : 1.0;
 }
 
-static void refresh(double *w, double speed, double pressure) {
-    int i = cell_of(0, N_SPEEDS, speed), j = cell_of(N_SPEEDS, N_PRESSURES, pressure);
-    double a = weight_of(0, N_SPEEDS, i, speed), b = weight_of(N_SPEEDS, N_PRESSURES, j, pressure);
-    const double *at = law_table + (i * N_PRESSURES + j) * BLOCK;
-    int right = N_PRESSURES > 1 ? BLOCK : 0, down = N_SPEEDS > 1 ? BLOCK * N_PRESSURES : 0;
+/* Write the block of an operating point to `to`, of a table of nodes whose axes begin at `at`. */
+static void interpolate(double *to, const double *table, int block, int at, int speeds, int pressures, double speed,
+                        double pressure) {
+    int i = cell_of(at, speeds, speed), j = cell_of(at + speeds, pressures, pressure);
+    double a = weight_of(at, speeds, i, speed), b = weight_of(at + speeds, pressures, j, pressure);
+    const double *here = table + (i * pressures + j) * block;
+    int right = pressures > 1 ? block : 0, down = speeds > 1 ? block * pressures : 0;
     double w00 = (1 - a) * (1 - b), w01 = (1 - a) * b, w10 = a * (1 - b), w11 = a * b;
-    for (int k = 0; k < BLOCK; k++)
-        w[k] = w00 * at[k] + w01 * at[right + k] + w10 * at[down + k] + w11 * at[down + right + k];
+    for (int k = 0; k < block; k++)
+        to[k] = w00 * here[k] + w01 * here[right + k] + w10 * here[down + k] + w11 * here[down + right + k];
 }
+
+static void refresh(double *w, double speed, double pressure) {
+    interpolate(w, law_table, BLOCK, 0, N_SPEEDS, N_PRESSURES, speed, pressure);
+}
+
+#if L_CHECKS >= 0
+#include "plausibility.h"
+
+/* The same of the predictors, at the last plausible speed and pressure if there was one. */
+static void refresh_predictors(double *w, const double in[N_INPUTS]) {
+    bool seen = w[L_SEEN + M_COUNT] > 0.0;
+    const double *at = seen ? w + L_SEEN + M_AT : in + 2;
+    interpolate(w + L_PBLOCK, law_table + L_CHECKS + FIRST_BLOCK, L_PSIZE, N_SPEEDS + N_PRESSURES, L_PSPEEDS,
+                L_PPRESSURES, at[0], at[1]);
+}
+
+/* Alarm code of a sample with finite numbers (0) or not. */
+static double check(double *w, double fault, const double in[N_INPUTS]) {
+    if (fault != 0.0) {
+        w[L_SEEN + M_FRESH] = w[L_EVIDENCE] = 0.0;
+        return fault;
+    }
+    if (L_PN > 0 && fmod(w[L_SEEN + M_COUNT], REFRESHED) == 0.0) refresh_predictors(w, in);
+    return implausible(w, in, w[L_DONE] >= settings[START] + settings[AVERAGE]);
+}
+#endif
 
 /* The law's equation for one sample of finite numbers. */
 static void answer(double *w, const double in[N_INPUTS], double out[2]) {
@@ -92,10 +120,11 @@ static double overflow(double *w) {
     return FAULT_OVERFLOW;
 }
 
-/* A bad sample: the output is the last one, later a part of it. */
+/* A bad sample: the output is the last one, later a part of it; at once where that may be wrong itself. */
 static void hold(double *g, double fault, double out[2]) {
     if (g[G_BAD] == 0.0) memcpy(g + G_BEGIN, g + G_OUT, 2 * sizeof *g);
-    g[G_BAD] += 1.0;
+    if (g[G_BAD] < HOLD && fault >= FAULT_RANGE) g[G_BAD] = HOLD;
+    g[G_BAD] += fault >= FAULT_RANGE ? QUICK : 1.0;
     g[G_LOST] += 1.0;
     g[G_ALARM] = g[G_LAST] = fault;
     double late = g[G_BAD] - HOLD > 0.0 ? g[G_BAD] - HOLD : 0.0;
@@ -120,9 +149,12 @@ static void resume(double *g, double out[2]) {
     memcpy(g + G_OUT, out, 2 * sizeof *g);
 }
 
-/* One sample; NaN and infinite ones are held out of the law's states, see rotorsim.control.runtime.guard. */
+/* One sample; bad ones are held out of the law's states, see rotorsim.control.runtime.guard. */
 static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
     double fault = fault_in(in);
+#if L_CHECKS >= 0
+    fault = check(w, fault, in);
+#endif
     if (fault == 0.0) {
         answer(w, in, out);
         fault = overflow(w);

@@ -26,4 +26,6 @@ from .loop.sampled_loop import (
     sweep as sweep,
 )
 from .loop.stability_check import check_loop as check_loop
+from .plausibility import Plausibility as Plausibility, Predictors as Predictors
+from .plausibility_of_model import plausibility_of as plausibility_of
 from .variants import biased as biased, without_dc as without_dc

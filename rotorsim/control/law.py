@@ -27,6 +27,7 @@ from rotorsim.base.files import write_json
 from rotorsim.base.own_files import instead
 from rotorsim.control import law_exchange
 from rotorsim.control.errors import LawError
+from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.kernels import refresh, step
 from rotorsim.control.runtime.layout import Layout, make_layout
@@ -76,6 +77,8 @@ class Law(Shown):
         Bound that the design has proved, where it has one.
     about : dict
         What it was designed from, as plain values.
+    plausibility : Plausibility or None
+        Limits beyond which a sample is bad; None: a sample is bad where it is not a finite number.
 
     Examples
     --------
@@ -103,6 +106,7 @@ class Law(Shown):
     centre: tuple[float, float] | None = None
     gamma: float | None = None
     about: dict[str, Any] = field(default_factory=dict)
+    plausibility: Plausibility | None = None
 
     def __post_init__(self) -> None:
         for name in (*MATRICES, "speeds", "pressures"):
@@ -122,6 +126,8 @@ class Law(Shown):
             ("bias", f"{self.bias[0]:g}, {self.bias[1]:g} V"),
             ("centre", centre),
         ]
+        if self.plausibility is not None:
+            rows.append(("plausibility", self.plausibility.text))
         if self.gamma is not None:
             rows.insert(0, ("gamma", f"{self.gamma:.4g}"))
         return Card(f"Law {self.name}: {self.order} states, {table}", rows)
@@ -139,18 +145,21 @@ class Law(Shown):
     @cached_property
     def layout(self) -> Layout:
         """Offsets in table and memory."""
-        return make_layout(self.order, self.speeds.size, self.pressures.size)
+        predictors = None if self.plausibility is None else self.plausibility.sizes
+        return make_layout(self.order, self.speeds.size, self.pressures.size, predictors)
 
     @cached_property
     def table(self) -> np.ndarray:
-        """All matrices as one flat array, block after block; pressure runs fastest."""
+        """All matrices as one flat array, block after block; pressure runs fastest. Limits and predictors follow."""
         parts = [getattr(self, name).reshape(self.speeds.size, self.pressures.size, -1) for name in MATRICES]
-        return np.ascontiguousarray(np.concatenate(parts, axis=2).ravel())
+        flat = np.concatenate(parts, axis=2).ravel()
+        return np.ascontiguousarray(flat if self.plausibility is None else np.append(flat, self.plausibility.table))
 
     @cached_property
     def axes(self) -> np.ndarray:
-        """Speeds, then pressures."""
-        return np.concatenate([self.speeds, self.pressures])
+        """Speeds, then pressures; those of the predictors follow."""
+        own = (self.speeds, self.pressures)
+        return np.concatenate(own if self.plausibility is None else (*own, self.plausibility.axes))
 
     @cached_property
     def settings(self) -> Settings:
@@ -186,8 +195,9 @@ class Law(Shown):
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample.
 
-        A sample that is NaN or infinite leaves the states as they are: the last output is held for 5 samples and then
-        fades out within 100; with good samples the law comes back without a jump. `alarm` is the reason.
+        A sample that is NaN, infinite or beyond the limits of `plausibility` leaves the states as they are: the last
+        output is held for 5 samples and then fades out within 100; with good samples the law comes back without a jump.
+        `alarm` is the reason.
         """
         if len(measured) != 2:
             raise LawError(f"law {self.name}: measured has {len(measured)} channels and the law 2; give disc x and y")
@@ -195,9 +205,19 @@ class Law(Shown):
         step(self.memory, self.table, self.axes, self.layout, self.settings, x, y, speed, pressure, self._out)
         return self._out.copy()
 
+    def applied(self, reference: Any) -> None:
+        """Reference (2,) [V] that acts in this sample, given before `step` where it is not the law's last output.
+
+        Without it what is added to the output, such as a PRBS, counts as evidence against the signs of the sensors;
+        `simulate`, experiments and verification give it.
+        """
+        if self.layout.pn:
+            at = self.layout.applied
+            self.memory[at : at + 3] = 1.0, float(reference[0]), float(reference[1])
+
     @property
     def alarm_code(self) -> int:
-        """0 as long as the law acts; 1, 2: displacement, speed or pressure not a number; 3: its states overflowed."""
+        """0 as long as the law acts fully; see `rotorsim.control.runtime.alarm` for the others."""
         return alarm.code(self.memory, self.layout.guard)
 
     @property
@@ -282,6 +302,7 @@ class Law(Shown):
         for name in self.__dataclass_fields__:
             value = getattr(self, name)
             data[name] = value.tolist() if isinstance(value, np.ndarray) else value
+        data["plausibility"] = None if self.plausibility is None else self.plausibility.to_dict()
         return data
 
     def save(self, path: str | Path) -> None:
@@ -323,6 +344,8 @@ def load_law(path: str | Path) -> Law:
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
         for name in ("bias", "centre"):
             data[name] = None if data[name] is None else tuple(data[name])
+        if data.get("plausibility") is not None:
+            data["plausibility"] = Plausibility.from_dict(data["plausibility"])
         return Law(**data)
     except FileNotFoundError as error:
         raise LawError(f"{path}: is not there; give a file that 'rotorsim design' wrote") from error

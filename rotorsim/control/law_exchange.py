@@ -14,6 +14,7 @@ from rotorsim.base.exchange.control_systems import DISC, REFERENCES, check_chann
 from rotorsim.base.exchange.mat import cells, number, read_mat
 from rotorsim.control.errors import LawError
 from rotorsim.control.numerics.systems import System, tustin
+from rotorsim.control.plausibility import Plausibility
 
 MATRICES = ("A", "B", "C", "D", "W")
 DEFAULTS = {"average": 0.2, "fade": 0.05}
@@ -52,6 +53,8 @@ def mat_content(law: Any) -> dict[str, Any]:
     content |= {name: float(getattr(law, name)) for name in MAT_SETTINGS}
     content |= {"centre": np.array([] if law.centre is None else law.centre, float)}
     content |= {"gamma": np.nan if law.gamma is None else law.gamma, "about": json.dumps(law.about)}
+    if law.plausibility is not None:
+        content |= {"plausibility": json.dumps(law.plausibility.to_dict())}
     return content | {"InputName": cells(DISC), "OutputName": cells(REFERENCES)}
 
 
@@ -86,4 +89,6 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     chosen |= {"centre": tuple(map(float, centre)) if centre.size == 2 else None}
     chosen |= {"bias": tuple(map(float, np.ravel(content["bias"])))} if "bias" in content else {}
     chosen |= {"gamma": None if np.isnan(gamma) else gamma, "about": json.loads(content.get("about", "{}"))}
+    if "plausibility" in content:
+        chosen |= {"plausibility": Plausibility.from_dict(json.loads(content["plausibility"]))}
     return kind(content.get("name", name), **stacked, speeds=speeds, pressures=pressures, Ts=Ts, **chosen)

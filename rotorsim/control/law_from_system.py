@@ -12,9 +12,10 @@ from identification import LinearModel
 from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE
 from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
-from rotorsim.control.law import Law
+from rotorsim.control.law import LIMIT, Law
 from rotorsim.control.law_exchange import DEFAULTS
 from rotorsim.control.numerics.systems import System, tustin
+from rotorsim.control.plausibility_of_model import plausibility_of
 from rotorsim.control.riccati import sampled_riccati
 
 
@@ -56,10 +57,10 @@ def no_antiwindup(system: System) -> np.ndarray:
 
 
 def make_law(
-    name: str, grid: list[list[System]], speeds: Any, pressures: Any, spec: Any, gamma: float | None = None,
-    **settings: Any,
+    name: str, model: Model | None, grid: list[list[System]], speeds: Any, pressures: Any, spec: Any,
+    gamma: float | None = None, **settings: Any,
 ) -> Law:  # fmt: skip
-    """Law from discrete controllers in um and V over a grid of operating points."""
+    """Law from discrete controllers in um and V over a grid of operating points; checks by the model they are for."""
     stacked: dict[str, Any] = {
         letter: np.array([[getattr(one, letter) for one in row] for row in grid]) for letter in "ABCD"
     }
@@ -69,13 +70,18 @@ def make_law(
     settings = DEFAULTS | settings
     about = {"design": name, "spec": plain_spec(spec)}
     about |= settings.pop("about", {})
+    if model is not None:
+        scheduled = np.size(speeds) * np.size(pressures) > 1
+        settings["plausibility"] = plausibility_of(model, spec.Ts, settings.get("limit", LIMIT), scheduled)
     return Law(name, **stacked, speeds=np.atleast_1d(speeds), pressures=np.atleast_1d(pressures), gamma=gamma,
                Ts=spec.Ts, about=about, **settings)  # fmt: skip
 
 
-def constant_law(name: str, system: System, spec: Any, gamma: float | None = None, **settings: Any) -> Law:
+def constant_law(
+    name: str, model: Model | None, system: System, spec: Any, gamma: float | None = None, **settings: Any
+) -> Law:
     """Law of one discrete controller in um and V."""
-    return make_law(name, [[system]], 0.0, 0.0, spec, gamma, **settings)
+    return make_law(name, model, [[system]], 0.0, 0.0, spec, gamma, **settings)
 
 
 def plain_spec(spec: Any) -> dict[str, Any]:

@@ -51,4 +51,4 @@ class Loop:
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
         time = (simulation.samples - 1) * simulation.assembly.sampling_time
-        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time)
+        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time, row[2:4])

@@ -24,6 +24,7 @@ from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.sampling import check_speed
 from rotorsim.plant.control_systems import as_controller
+from rotorsim.plant.controller import alarms_of
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates
@@ -109,6 +110,7 @@ def run(
     blocks = list(track(march(simulation, experiment, block), experiment.samples, experiment.Ts, progress))
     values = {name: np.concatenate([part[name] for _, part in blocks]) for name in blocks[0][1]}
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": "complete"} | simulation.counters
+    attrs |= alarms_of(getattr(experiment, "controller", None))
     time = np.concatenate([time for time, _ in blocks])
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
@@ -194,7 +196,7 @@ def stream(
         ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
-    file.note(ended=ended, **simulation.counters)
+    file.note(ended=ended, **simulation.counters, **alarms_of(getattr(experiment, "controller", None)))
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
 
 

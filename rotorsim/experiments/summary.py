@@ -133,7 +133,8 @@ def _limit(record: xr.Dataset) -> float:
 def _saturation(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
     limit = _limit(record)
     limited = [np.any(np.abs(b["reference"]) >= limit, axis=1).sum() for b in blocks(record, ["reference"])]
-    return {"saturated_samples": int(np.sum(limited))}
+    alarms = {key: str(record.attrs[key]) for key in ("controller_alarms",) if key in record.attrs}
+    return {"saturated_samples": int(np.sum(limited)), **alarms}
 
 
 SPECIAL: dict[str, Callable[[xr.Dataset, dict[str, Any]], dict[str, Any]]] = {

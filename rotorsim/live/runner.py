@@ -157,7 +157,7 @@ class Runner:
             "replay": None if replay is None else [replay.name, round(replay.seconds, 2), replay.duration],
             "reading": hit_shown(self.rig, self.reading, replay is not None),
             "modes": eigenvalues_shown(self.rig, self.modes, replay is not None),
-            "checking": "" if self._wanted == OFF else self._wanted,
+            "checking": "" if self._wanted == OFF else self._wanted, "alarm": self.rig.alarm,
         }  # fmt: skip
 
     def _work(self) -> None:

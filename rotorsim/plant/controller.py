@@ -16,7 +16,8 @@ class Controller(Protocol):
     """Anything that makes a reference [V] from a measurement [m]; called once per sample.
 
     A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling(Ts)`
-    before every run: it may refuse the machine's sampling time [s].
+    before every run: it may refuse the machine's sampling time [s]; `applied(reference)`, before every step, gives it
+    the reference [V] that acts, which is not its own where one is added to it.
 
     Examples
     --------
@@ -75,15 +76,23 @@ def check_actuators(machine: Machine, name: str) -> None:
         )
 
 
-def call(controller: Controller, method: str, *given: float) -> None:
+def call(controller: Controller, method: str, *given: Any) -> None:
     """Call a method of a controller where it has one."""
     found = getattr(controller, method, None)
     if callable(found):
         found(*given)
 
 
-def ask(controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float) -> np.ndarray:
-    """Reference (2,) [V] of a controller for what was measured at `time` [s].
+def alarms_of(controller: Any) -> dict[str, str]:
+    """Attribute `controller_alarms` of a record: bad samples that the controller had, as a sentence; none without."""
+    past = getattr(controller, "past_alarms", "")
+    return {"controller_alarms": past} if past and isinstance(past, str) else {}
+
+
+def ask(
+    controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float, acting: np.ndarray
+) -> np.ndarray:
+    """Reference (2,) [V] of a controller for what was measured at `time` [s], while a reference `acting` (2,) [V] acts.
 
     Parameters
     ----------
@@ -99,6 +108,7 @@ def ask(controller: Controller, measured: np.ndarray, speed: float, pressure: fl
     ControllerError
         If it gives anything but two finite numbers.
     """
+    call(controller, "applied", acting)
     given: Any = controller.step(np.array(measured, float), float(speed), float(pressure))
     try:
         reference = np.asarray(given, float)

@@ -23,7 +23,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
 from rotorsim.plant.control_systems import as_controller, plant_system
-from rotorsim.plant.controller import Controller, ask, check_range, prepare, provenance
+from rotorsim.plant.controller import Controller, alarms_of, ask, check_range, prepare, provenance
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.probes import probe_coordinates
@@ -184,7 +184,7 @@ class Plant(Shown):
         values = split_columns(self.assembly, table, used)
         attrs = self.provenance(seed)
         if controller is not None:
-            attrs |= provenance(controller)
+            attrs |= provenance(controller) | alarms_of(controller)
             values["reference_external"] = inputs[:, 2:4]
         return make_record(time, values, attrs, probe_coordinates(self.machine), self.machine.film_names)
 
@@ -277,7 +277,8 @@ def _run(
         table = simulation.advance(used[None])
         yield table, used[None]
         time = (simulation.samples - 1) * simulation.assembly.sampling_time
-        reference = ask(controller, table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4], time)
+        seen = table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4]
+        reference = ask(controller, *seen, time, used[2:4])
 
 
 def _scalars(signal: Signal, n: int, Ts: float, name: str, gaps: bool = False) -> np.ndarray:

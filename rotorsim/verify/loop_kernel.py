@@ -39,6 +39,10 @@ def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, 
             held[1] = line[0, {read} + 1]
         x = held[0] if channel == 0 else line[0, {read}]
         y = held[1] if channel == 1 else line[0, {read} + 1]
+        if L.pn > 0:
+            lw[L.applied] = 1.0
+            lw[L.applied + 1] = rows[i, 2]
+            lw[L.applied + 2] = rows[i, 3]
         step(lw, table, axes, L, S, x, y, line[0, {read} + 3], line[0, {read} + 4], command)
     return rows.shape[0]
 '''

@@ -128,7 +128,7 @@ def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, 
         if fault is not None and k >= frozen:
             seen[fault.channel] = held[fault.channel]
         held = seen
-        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * Ts)
+        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * Ts, used[k, 2:4])
     return Run(np.concatenate(tables), used, Ts=Ts)
 
 

@@ -48,6 +48,7 @@ PRINTED = {
     "pump": (2479, 4.8, 2209, 6.0),
     "python_control": (92, 0.012, 1.34, 2, 0.61, 2),
     "reliability": ("expected calibration error",),
+    "reversed_sensor": (80, 25, "the sensor of x is reversed"),
     "runup": (59.7, 7805),
     "sensor_ring": (0, 12.3, 8.2, 45, 11.1, 9.7, 1, 0, 8.6, 5.7, 1, 45, 8.6, 5.7),
     "sensitivity": (23, 0.5, 17293, 25, 0.5, 16455, 27, 0.5, 15810),

@@ -72,6 +72,54 @@ def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(expo
     assert np.isfinite(rows).all() and set(codes) == {0, 1, 2} and not rows[600:700, :2].any()
 
 
+def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_path):
+    """Spikes, frozen, reversed and swapped sensors, a displacement out of range, lost speed, samples missing often."""
+    from fmu.checks.importer import ImportedUnit
+    from fmu.export import export
+    from fmu.targets import choose
+
+    unit = LawUnit(plausible_law())
+    inputs = faulty_inputs(12000)
+    law, rows = unit.law.with_(), [[0.0, 0.0, 0.0]]
+    for x, y, speed, pressure in zip(*inputs.values(), strict=True):
+        rows.append([*law.step((x, y), speed, pressure), law.alarm_code])
+    file = export(unit, tmp_path / "law.fmu", (2,), choose("host"))[2]
+    with ImportedUnit(file) as loaded:
+        instance = loaded.instance()
+        instance.initialise()
+        found = instance.run(inputs, unit.sample, [*OUTPUTS, ALARM])
+        instance.close()
+    np.testing.assert_array_equal(found, rows)
+    assert {0, 4, 5, 6, 7, 12} <= set(found[:, 2]) and set(found[:, 2]) & {8, 9, 10, 11}
+
+
+def plausible_law():
+    """The scheduled law with limits, and predictors of a mass on a spring at two speeds."""
+    from identification import LinearModel
+    from rotorsim.control import Plausibility, plausibility_of
+
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-(800.0**2) * np.eye(2), -60.0 * np.eye(2)]])
+    B, C = np.vstack([np.zeros((2, 2)), 2.0 * np.eye(2)]), np.eye(2, 4)
+    predictors = plausibility_of(LinearModel(A, B, C, np.zeros((2, 2)), speed=300.0, pressure=5e5)).predictors
+    limits = Plausibility(jump=1e-5, range=3e-5, speed=(-100.0, 900.0), speed_jump=200.0, predictors=predictors)
+    return scheduled_law(average=0.2, fade=0.05, plausibility=limits)
+
+
+def faulty_inputs(n):
+    """Inputs (n,) of a law by name, with a fault of each kind after another."""
+    rng, t = np.random.default_rng(0), 2e-4 * np.arange(n)
+    x = 2e-6 + 3e-6 * np.sin(800 * t) + 3e-7 * rng.normal(size=n)
+    y = -8e-6 + 2e-6 * np.cos(810 * t) + 3e-7 * rng.normal(size=n)
+    speed, pressure = np.full(n, 300.0), np.full(n, 5e5)
+    x[2000:2002] += 5e-5
+    x[2500:2900] = x[2500]
+    speed[3500:3700] = 0.0
+    y[4500:4600] += 5e-5 * np.linspace(0, 1, 100)
+    y[6000:6300:3] = np.nan
+    x[8000:] += 6e-6 * np.sin(700 * t[8000:]) * np.linspace(1, 4, n - 8000)
+    return dict(zip(INPUTS, (x, y, speed, pressure), strict=True))
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_every_check_of_the_command_passes_for_a_law(exported, version):
     from fmu.checks.check import check

@@ -50,6 +50,8 @@ def special_rows(summary: dict[str, Any]) -> Rows:
         rows.append(("Impulse of all hits x, y", pair(summary["impulse_n_s"], "N s")))
     if "saturated_samples" in summary:
         rows.append(("Reference at its limit", saturation(summary["saturated_samples"], summary["samples"])))
+    if "controller_alarms" in summary:
+        rows.append(("Controller", summary["controller_alarms"]))
     return rows
 
 

@@ -70,7 +70,7 @@ def local(model: Model, speed: float, pressure: float, spec: Spec | None = None)
     """The law of one local design."""
     spec = spec or Spec()
     made = discrete(with_integrator(local_controller(model, spec, speed, pressure)), spec.Ts)
-    return constant_law("h2", made, spec, about={"speed": speed, "pressure": pressure})
+    return constant_law("h2", model, made, spec, about={"speed": speed, "pressure": pressure})
 
 
 def local_controller(model: Model, spec: Spec, speed: float, pressure: float) -> System:
@@ -83,7 +83,7 @@ def scheduled(model: Model, spec: Spec, surfaces: Surfaces) -> Law:
     """Law of interpolated surfaces."""
     speeds, pressures = table_axes(model, spec.table, spec.slowest)
     grid = over_grid(speeds, pressures, lambda w, p: discrete(with_integrator(surfaces.at(w, p)), spec.Ts))
-    return make_law("h2_scheduled", grid, speeds, pressures, spec, refresh=max(round(spec.refresh / spec.Ts), 1))
+    return make_law("h2_scheduled", model, grid, speeds, pressures, spec, refresh=max(round(spec.refresh / spec.Ts), 1))
 
 
 def imbalance_excess(model: Model, spec: Spec, law: Law, points: np.ndarray, local: list[System]) -> float:

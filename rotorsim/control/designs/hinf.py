@@ -74,7 +74,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         sampled = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
         K, change = reduced(K, sampled, lambda k: discrete(k, spec.Ts), spec.Ts, spec.order, spec.tolerance)
         about |= {"order": K.order, "change_of_S": change, "reached": peak_gain(closed(P, K))}
-    law = constant_law("hinf", discrete(K, spec.Ts), spec, gamma, about=about)
+    law = constant_law("hinf", model, discrete(K, spec.Ts), spec, gamma, about=about)
     check_loop(law, model, [(spec.speed, spec.pressure)])
     return law
 

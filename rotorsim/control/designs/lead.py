@@ -75,7 +75,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     leads = side_by_side(*(lead(-spec.scale * kappa, tau, alpha, spec.Ts / 2 * MILLI) for kappa, tau, alpha in axes))
     filters = side_by_side(*(low_pass(spec.low_pass, spec.order),) * 2)
     made = discrete(series(series(leads, filters), gain(np.eye(2))), spec.Ts)
-    law = constant_law("lead", made, spec)
+    law = constant_law("lead", model, made, spec)
     if spec.check:
         check_loop(law, model, [(spec.speed, spec.pressure)])
     return law

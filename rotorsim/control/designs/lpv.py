@@ -80,7 +80,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         controller_at(at(w, p), made.solution, scaled_point(made, w, p)), spec.Ts))  # fmt: skip
     about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "apart": made.solution.apart}
     law = make_law(
-        "lpv", grid, speeds, pressures, spec, gamma, about=about, refresh=max(round(spec.refresh / spec.Ts), 1)
+        "lpv", model, grid, speeds, pressures, spec, gamma, about=about, refresh=max(round(spec.refresh / spec.Ts), 1)
     )
     check_loop(law, model, [(w, p) for w in made_axis(made, 0, 13) for p in made_axis(made, 1, 9)])
     return law

@@ -59,6 +59,6 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     levels = fault.format("Kalman filter", "force and noise")
     V = sampled_riccati(plant.A.T, plant.C.T, (G @ G.T + 1e-9 * np.eye(n)) / spec.noise**2, np.eye(2), levels)
     L = np.linalg.solve(np.eye(2) + plant.C @ V @ plant.C.T, plant.C @ V).T
-    law = constant_law("lqr", observer_law(plant, F, L), spec)
+    law = constant_law("lqr", model, observer_law(plant, F, L), spec)
     check_loop(law, model, [(spec.speed, spec.pressure)])
     return law

@@ -58,17 +58,17 @@ def low_pass(frequency: float, order: int) -> System:
 def design(model: Model, spec: Spec | None = None) -> Law:
     """The law; raises DesignError if its loop with the model is unstable."""
     spec = spec or Spec()
-    law = make(spec)
+    law = make(spec, model)
     if spec.check:
         check_loop(law, model, [(spec.speed, spec.pressure)])
     return law
 
 
-def make(spec: Spec) -> Law:
-    """The law, whatever it does to a loop."""
+def make(spec: Spec, model: Model | None = None) -> Law:
+    """The law, whatever it does to a loop; with plausibility limits where a model is given."""
     axes = (low_pass(spec.low_pass, spec.order),) * 2
     gains = gain(np.diag([spec.kappa_x, spec.kappa_y]) / spec.transducer)
-    return constant_law("p", discrete(series(side_by_side(*axes), gains), spec.Ts), spec)
+    return constant_law("p", model, discrete(series(side_by_side(*axes), gains), spec.Ts), spec)
 
 
 __all__ = ["KRPM", "Spec", "design", "make"]

@@ -55,7 +55,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         L = _observer(plant, spec.observer)
     except ValueError as error:
         raise DesignError(f"placement: the poles cannot be placed ({error}); take another share or observer") from error
-    law = constant_law("placement", observer_law(plant, F, L), spec)
+    law = constant_law("placement", model, observer_law(plant, F, L), spec)
     check_loop(law, model, [(spec.speed, spec.pressure)])
     return law
 

@@ -89,17 +89,16 @@ def scaled_model(model: Model, speed: float, pressure: float, extrapolate: bool 
         )
     system = System(found.A / MILLI, found.B / MILLI, found.C * MICRO, found.D * MICRO)
     scale = np.ones(system.order)
-    if _second_order(system):
+    if second_order(found.A):
         scale[:2], scale[2:4] = MICRO, MICRO / MILLI  # positions in um, velocities in um/ms
     if is_model_2(system):
         scale[4:] = np.array([MILLI, MILLI, 1, 1 / MILLI, 1, 1 / MILLI]) * MICRO  # pins likewise, and their integrals
     return transformed(system, scale)
 
 
-def _second_order(system: System) -> bool:
-    """Whether states 0, 1 are positions and 2, 3 their velocities, as in every grey-box structure."""
-    A = system.A * MILLI
-    return system.order >= 4 and np.array_equal(A[:2, 2:4], np.eye(2)) and not A[:2, :2].any()
+def second_order(A: np.ndarray) -> bool:
+    """Whether states 0, 1 of A (n, n) [1/s] are positions and 2, 3 their velocities, as in every grey-box structure."""
+    return len(A) >= 4 and np.allclose(A[:2, 2:4], np.eye(2), rtol=1e-12, atol=0) and not A[:2, :2].any()
 
 
 def lags(system: System) -> np.ndarray | None:

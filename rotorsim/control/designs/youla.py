@@ -53,7 +53,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
                 )
                 blend = added(blend, feedback(K, plant), a * b)
     K = feedback(blend, System(plant.A, plant.B, -plant.C, -plant.D))
-    law = constant_law("youla", K, spec, antiwindup=no_antiwindup)
+    law = constant_law("youla", model, K, spec, antiwindup=no_antiwindup)
     check_loop(law, model, [(spec.speed, spec.pressure)])
     return law
 

@@ -1,11 +1,12 @@
-r"""Guard against NaN and infinite samples: controller states frozen, output held and then faded out.
+r"""Guard against bad samples: controller states frozen, output held and then faded out, bumpless return.
 
 .. math:: u = u_0 \max(0, 1 - \max(0, n - HOLD) / FADE)
 
-in the n-th bad sample in a row, u_0 being the last output before. In good samples after them the output goes linearly
-from where it was to that of the law, in as many samples as were bad and one more, FADE + 1 at most, and in no fewer
-than an earlier return has left: no jump. The clock of the law (start, mean position, fade-in) stands still in bad
-samples.
+in the n-th bad sample in a row, u_0 being the last output before; at once and QUICK times faster where that output may
+have been wrong itself (displacement out of range, sensors reversed or swapped). In good samples after them the output
+goes linearly from where it was to that of the law, in as many samples as were bad and one more, FADE + 1 at most, and
+in no fewer than an earlier return has left: no jump. The clock of the law (start, mean position, fade-in) stands still
+in bad samples.
 
 Cites: astrom_1997.
 """
@@ -20,10 +21,13 @@ HOLD = 5.0
 """Bad samples through which the last output is held: 1 ms at 5 kHz."""
 FADE = 100.0
 """Samples in which it then fades out, and in which it comes back at most: 20 ms at 5 kHz."""
+QUICK = 10.0
+"""So many times faster, and at once, it fades out where it may have been wrong itself."""
 FARTHEST = 1e3
 """Displacement [m] that no sensor shows; it would take seconds to leave the states of a law."""
-OK, SENSOR, POINT, OVERFLOW = 0.0, 1.0, 2.0, 3.0
-"""Alarm codes; see `rotorsim.control.runtime.alarm` for their sentences."""
+OK, SENSOR, POINT, OVERFLOW, JUMP, STUCK, POINT_FAR, RANGE, CONNECTION = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0
+UNSTEADY = 12.0
+"""Alarm codes, from CONNECTION on one for each wrong connection of the sensors; their sentences are in `alarm`."""
 OUT, BEGIN, BAD, BACK, SPAN, ALARM, LAST, LOST, SIZE = 0, 2, 4, 5, 6, 7, 8, 9, 10
 """Offsets: last output (2), output from which it fades or returns (2), bad samples in a row, samples until the law acts
 fully again, of how many; alarm code now, last alarm code and number of bad samples since the start."""
@@ -56,10 +60,12 @@ def overflow(w, L):
 
 @inlined
 def hold(w, g, fault, out):
-    """A bad sample: `out` (2,) [V] is the last output, later a part of it."""
+    """A bad sample: `out` (2,) [V] is the last output, later a part of it; at once where that may be wrong itself."""
     if w[g + BAD] == 0.0:
         w[g + BEGIN], w[g + BEGIN + 1] = w[g + OUT], w[g + OUT + 1]
-    w[g + BAD] += 1.0
+    if w[g + BAD] < HOLD and fault >= RANGE:
+        w[g + BAD] = HOLD
+    w[g + BAD] += QUICK if fault >= RANGE else 1.0
     w[g + LOST] += 1.0
     w[g + ALARM] = w[g + LAST] = fault
     part = max(1.0 - max(w[g + BAD] - HOLD, 0.0) / FADE, 0.0)

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from reynolds.jit import inlined, kernel
 from rotorsim.control.runtime.guard import fault_in, hold, overflow, resume
+from rotorsim.control.runtime.layout import FIRST_BLOCK
+from rotorsim.control.runtime.plausibility import AT, COUNT, FRESH, REFRESHED, implausible
 
 
 @inlined
@@ -33,24 +35,39 @@ def weight_of(axis, first, count, k, value):
     return min(max((value - low) / (high - low), 0.0), 1.0)
 
 
+@inlined
+def interpolate(w, to, table, first, block, axes, at, speeds, pressures, speed, pressure):
+    """Write the block of an operating point to w[to:], of a table that begins at `first` and its axes at `at`."""
+    i = cell_of(axes, at, speeds, speed)
+    j = cell_of(axes, at + speeds, pressures, pressure)
+    a = weight_of(axes, at, speeds, i, speed)
+    b = weight_of(axes, at + speeds, pressures, j, pressure)
+    right = block if pressures > 1 else 0
+    down = block * pressures if speeds > 1 else 0
+    here = first + (i * pressures + j) * block
+    w00, w01, w10, w11 = (1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b
+    for k in range(block):
+        w[to + k] = (
+            w00 * table[here + k]
+            + w01 * table[here + right + k]
+            + w10 * table[here + down + k]
+            + w11 * table[here + down + right + k]
+        )
+
+
 @kernel
 def refresh(w, table, axes, L, speed, pressure):
     """Write the block of the operating point to the front of the memory w."""
-    i = cell_of(axes, 0, L.speeds, speed)
-    j = cell_of(axes, L.speeds, L.pressures, pressure)
-    a = weight_of(axes, 0, L.speeds, i, speed)
-    b = weight_of(axes, L.speeds, L.pressures, j, pressure)
-    right = L.block if L.pressures > 1 else 0
-    down = L.block * L.pressures if L.speeds > 1 else 0
-    at = (i * L.pressures + j) * L.block
-    w00, w01, w10, w11 = (1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b
-    for k in range(L.block):
-        w[k] = (
-            w00 * table[at + k]
-            + w01 * table[at + right + k]
-            + w10 * table[at + down + k]
-            + w11 * table[at + down + right + k]
-        )
+    interpolate(w, 0, table, 0, L.block, axes, 0, L.speeds, L.pressures, speed, pressure)
+
+
+@inlined
+def refresh_predictors(w, table, axes, L, speed, pressure):
+    """The same of the predictors, at the last plausible speed and pressure if there was one."""
+    if w[L.seen + COUNT] > 0.0:
+        speed, pressure = w[L.seen + AT], w[L.seen + AT + 1]
+    first, at = L.checks + FIRST_BLOCK, L.speeds + L.pressures
+    interpolate(w, L.pblock, table, first, L.psize, axes, at, L.pspeeds, L.ppressures, speed, pressure)
 
 
 @inlined
@@ -104,9 +121,11 @@ def answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
 def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
     """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
 
-    S: settings, see `rotorsim.control.law.Settings`. NaN and infinite samples are held out of the law's states.
+    S: settings, see `rotorsim.control.law.Settings`. Bad samples are held out of the law's states.
     """
     fault = fault_in(L, measured_x, measured_y, speed, pressure)
+    if L.checks >= 0:
+        fault = check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure)
     if fault == 0.0:
         answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out)
         fault = overflow(w, L)
@@ -114,6 +133,20 @@ def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
         resume(w, L.guard, out)
     else:
         hold(w, L.guard, fault, out)
+
+
+@inlined
+def check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure):
+    """Alarm code of a sample with finite numbers (0) or not."""
+    m = L.seen
+    if fault != 0.0:
+        w[m + FRESH] = w[L.evidence] = w[L.applied] = 0.0
+        return fault
+    if L.pn > 0 and w[m + COUNT] % REFRESHED == 0.0:
+        refresh_predictors(w, table, axes, L, speed, pressure)
+    fault = implausible(w, table, L, measured_x, measured_y, speed, pressure, w[L.done] >= S.start + S.average)
+    w[L.applied] = 0.0
+    return fault
 
 
 @kernel

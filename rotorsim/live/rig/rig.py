@@ -256,6 +256,11 @@ class Rig:
         self.notify(f"{why}; the controller is off")
 
     @property
+    def alarm(self) -> str:
+        """Why the controller does not act fully now, as a sentence; empty as long as it does or is off."""
+        return "" if self.loop is None else getattr(self.loop.controller, "alarm", None) or ""
+
+    @property
     def _held(self) -> bool:
         return self.settings.positions["drive"] == "speed"
 

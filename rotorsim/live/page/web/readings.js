@@ -18,6 +18,7 @@ export function readings(frame, rig) {
   const { modes } = status;
   add(modes.open ? "eigenvalue without controller" : "eigenvalue", eigenvalue(modes), !modes.why && modes.zeta.some((z) => z < 0));
   if (status.checking) add("controller", `${status.checking} is being checked`);
+  if (status.alarm) add("controller", status.alarm, true);
   if (status.stopped) add("stopped", status.stopped, true);
   return found;
 }

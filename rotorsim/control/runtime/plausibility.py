@@ -1,0 +1,211 @@
+r"""Plausibility of the samples that a law is given: jumps, range, frozen sensors, lost speed or pressure, wrong signs.
+
+Signs and order of the sensors are tested by five predictors of the displacement, one for each way in which they may be
+connected, H: as they should be, x reversed, y reversed, both reversed, x and y swapped. Each predicts the next sample
+from the reference that acts now, which is the law's last output unless another is given, and
+
+.. math:: e = H y - C \hat x, \qquad \hat x^+ = A \hat x + B r + L e, \qquad q = e^T S^{-1} e
+
+and the evidence for another connection is the product of the likelihood ratios of Student's t with NU degrees of
+freedom, which a single large error cannot dominate, never below one (Page's cumulative sum):
+
+.. math:: P^+ = \max\left(1, \beta P \frac{\nu + q_0}{\nu + q_j}\right)
+
+with DOUBT, beta, for what the model itself predicts wrongly, and without the ratio as long as the mean of q_0 over the
+last LATELY samples or so is below MISSED, twice what it should be: then nothing is to be explained. A jump of up to GLITCH samples is held through. What takes
+longer, a wrong connection, and more than OFTEN returns from bad samples within some 100 suspend the law: it fades out,
+and tries to come back after PAUSE samples, after twice as many each time it fails soon.
+
+Cites: page_1954.
+"""
+
+from __future__ import annotations
+
+import math
+
+from reynolds.jit import inlined
+from rotorsim.control.runtime.guard import BAD, CONNECTION, JUMP, OK, OUT, POINT_FAR, RANGE, STUCK, UNSTEADY
+
+NU, DOUBT, MISSED, LATELY = 3.0, 0.95, 4.0, 50.0
+WAYS = 5
+"""Ways in which two sensors may be connected."""
+GLITCH = 3.0
+OFTEN, FORGOTTEN = 6.0, 0.99
+"""Returns from bad samples that are too many, and what is left of their number after each sample."""
+ARMED = 100.0
+"""Samples at the start that show whether a channel has noise; only of one that has can a constant be a fault."""
+PAUSE, MOST, SETTLED = 500.0, 16000.0, 5000.0
+"""Samples of the first pause (0.1 s at 5 kHz), of the longest, and after which a new alarm is not the old one."""
+REFRESHED = 50.0
+"""Samples between readings of the predictors' table."""
+LIMITS = (
+    "jump", "range", "stuck", "speed_low", "speed_high", "speed_jump", "pressure_low", "pressure_high",
+    "pressure_jump", "evidence",
+)  # fmt: skip
+"""Order of the limits at the front of their part of the table; see `rotorsim.control.plausibility.Plausibility`."""
+T_JUMP, T_RANGE, T_STUCK, T_SPEED, T_PRESSURE, T_EVIDENCE = 0, 1, 2, 3, 6, 9
+SEEN, GOOD, SAME, CHANGED, AT, COUNT, FRESH, AWAY = 0, 2, 4, 6, 8, 10, 11, 12
+REST, REASON, LENGTH, SINCE, RETURNS, STATE = 13, 14, 15, 16, 17, 18
+"""Offsets in the memory: last sample (2), last without a jump (2), repeats (2), changes at the start (2), speed and
+pressure (2), samples, whether the last was finite, jumped samples in a row; samples left of a pause, its alarm code,
+its length, good samples since then; number of returns lately."""
+
+
+@inlined
+def suspend(w, m, fault):
+    """Begin a pause; returns the fault."""
+    again = w[m + LENGTH] > 0.0 and w[m + SINCE] < SETTLED
+    w[m + LENGTH] = min(2.0 * w[m + LENGTH], MOST) if again else PAUSE
+    w[m + REST], w[m + REASON], w[m + SINCE], w[m + AWAY] = w[m + LENGTH], fault, 0.0, 0.0
+    return fault
+
+
+@inlined
+def lost(w, table, m, k, limits, value):
+    """Whether speed (k = 0) or pressure (1) is out of its limits or far from where it was."""
+    if not abs(value) < math.inf:
+        return False
+    if w[m + COUNT] == 0.0:
+        w[m + AT + k] = value
+    if value < table[limits] or value > table[limits + 1] or abs(value - w[m + AT + k]) > table[limits + 2]:
+        return True
+    w[m + AT + k] = value
+    return False
+
+
+@inlined
+def count_repeats(w, m, k, value):
+    """Repeats of a channel (k) and, at the start, its changes."""
+    if w[m + COUNT] > 0.0 and value == w[m + SEEN + k]:
+        w[m + SAME + k] += 1.0
+    else:
+        w[m + SAME + k] = 0.0
+        if w[m + COUNT] < ARMED:
+            w[m + CHANGED + k] += 1.0
+    w[m + SEEN + k] = value
+
+
+@inlined
+def connection(w, table, L, m):
+    """Fault of a connection for which there is enough evidence, or OK."""
+    found, most = OK, table[L.checks + T_EVIDENCE]
+    for j in range(1, WAYS):
+        if w[L.evidence + j] > most:
+            found, most = CONNECTION + j - 1.0, w[L.evidence + j]
+    if found != OK:
+        return suspend(w, m, found)
+    return OK
+
+
+@inlined
+def connected(j, k, x, y):
+    """Channel k of the displacement if the sensors are connected in way j."""
+    if j == 4:
+        return y if k == 0 else x
+    reversed_ = (j == 1 and k == 0) or (j == 2 and k == 1) or j == 3
+    value = x if k == 0 else y
+    return -value if reversed_ else value
+
+
+@inlined
+def start_predictors(w, L, x, y):
+    """States at rest where the displacement [um] is; no evidence, and q_0 small lately (the first number of it)."""
+    n = L.pn
+    for j in range(WAYS):
+        for i in range(n):
+            w[L.px + j * n + i] = 0.0
+        w[L.px + j * n + n - 2] = connected(j, 0, x, y)
+        w[L.px + j * n + n - 1] = connected(j, 1, x, y)
+        w[L.evidence + j] = 1.0
+
+
+@inlined
+def predictor(w, L, j, x, y, u0, u1):
+    """Advance predictor j by the displacement [um] and the reference [V]; returns q."""
+    n, at, b = L.pn, L.px + j * L.pn, L.pblock
+    e0, e1 = connected(j, 0, x, y), connected(j, 1, x, y)
+    for k in range(n):
+        e0 -= w[b + L.pC + k] * w[at + k]
+        e1 -= w[b + L.pC + n + k] * w[at + k]
+    for i in range(n):
+        total = w[b + L.pB + 2 * i] * u0 + w[b + L.pB + 2 * i + 1] * u1
+        total += w[b + L.pL + 2 * i] * e0 + w[b + L.pL + 2 * i + 1] * e1
+        for k in range(n):
+            total += w[b + i * n + k] * w[at + k]
+        w[L.pnew + i] = total
+    for i in range(n):
+        w[at + i] = w[L.pnew + i]
+    return w[b + L.pS] * e0 * e0 + 2.0 * w[b + L.pS + 1] * e0 * e1 + w[b + L.pS + 2] * e1 * e1
+
+
+@inlined
+def predict(w, L, x, y, acting):
+    """Advance all predictors by a displacement [m] and the reference [V] that acts while it is measured."""
+    u0, u1 = w[L.guard + OUT], w[L.guard + OUT + 1]
+    if w[L.applied] > 0.0:
+        u0, u1 = w[L.applied + 1], w[L.applied + 2]
+    x, y = 1e6 * x, 1e6 * y
+    if w[L.evidence] == 0.0:
+        start_predictors(w, L, x, y)
+    first = predictor(w, L, 0, x, y, u0, u1)
+    w[L.evidence] += (first - w[L.evidence]) / LATELY
+    for j in range(1, WAYS):
+        q = predictor(w, L, j, x, y, u0, u1)
+        ratio = (NU + first) / (NU + q) if w[L.evidence] > MISSED else 1.0
+        w[L.evidence + j] = max(DOUBT * w[L.evidence + j] * ratio, 1.0) if acting else 1.0
+
+
+@inlined
+def displacement(w, table, L, m, x, y, centred):
+    """Fault of a finite displacement, or OK; predictors are advanced unless it has jumped."""
+    limits = L.checks
+    count_repeats(w, m, 0, x)
+    count_repeats(w, m, 1, y)
+    w[m + COUNT] += 1.0
+    away = max(abs(x - w[m + GOOD]), abs(y - w[m + GOOD + 1]))
+    paused = w[m + REST] > 0.0
+    if not paused and w[m + FRESH] > 0.0 and away > table[limits + T_JUMP]:
+        w[m + AWAY] += 1.0
+        w[L.evidence] = 0.0
+        return JUMP if w[m + AWAY] <= GLITCH else suspend(w, m, JUMP)
+    w[m + AWAY], w[m + FRESH] = 0.0, 1.0
+    w[m + GOOD], w[m + GOOD + 1] = x, y
+    if L.pn > 0:
+        predict(w, L, x, y, centred and w[L.guard + BAD] == 0.0)
+    if paused:
+        w[m + REST] -= 1.0
+        return w[m + REASON]
+    far = max(abs(x - w[L.centre]), abs(y - w[L.centre + 1]))
+    if centred and far > table[limits + T_RANGE]:
+        return RANGE
+    for k in range(2):
+        if w[m + SAME + k] >= table[limits + T_STUCK] and w[m + CHANGED + k] > 0.5 * ARMED:
+            return STUCK
+    return connection(w, table, L, m)
+
+
+@inlined
+def implausible(w, table, L, x, y, speed, pressure, centred):
+    """Alarm code for what a law is given, all finite, or OK; `centred` where its centre is known."""
+    m = L.seen
+    far = lost(w, table, m, 0, L.checks + T_SPEED, speed)
+    far = lost(w, table, m, 1, L.checks + T_PRESSURE, pressure) or far
+    fault = displacement(w, table, L, m, x, y, centred)
+    if fault == OK and far:
+        fault = POINT_FAR
+    if fault == OK:
+        w[m + SINCE] += 1.0
+        fault = unsteady(w, L, m)
+    return fault
+
+
+@inlined
+def unsteady(w, L, m):
+    """Fault of a good sample after which samples have been bad too often, or OK."""
+    w[m + RETURNS] *= FORGOTTEN
+    if w[L.guard + BAD] > 0.0:
+        w[m + RETURNS] += 1.0
+        if w[m + RETURNS] > OFTEN:
+            w[m + RETURNS] = 0.0
+            return suspend(w, m, UNSTEADY)
+    return OK
