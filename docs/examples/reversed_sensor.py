@@ -1,12 +1,11 @@
 """A sensor that is reversed while the controller runs
 
 After 0.4 s the sensor of x has the wrong sign for 0.3 s. A law that was designed on a model compares what it measures
-with the model's predictions for each way in which its sensors may be connected; without these checks it drives the rotor
-away.
+with the model's predictions for each way in which its sensors may be connected; without these checks it drives the
+rotor away.
 """
 
 import matplotlib.pyplot as plt
-import numpy as np
 
 import rotorsim as rs
 

@@ -193,7 +193,7 @@ def test_without_limits_a_reversed_sensor_drives_the_disc_far_away(plant, law):
 
 
 def test_a_reference_that_is_added_is_no_evidence_against_the_sensors(plant, law):
-    """PRBS of 1 V beside the law: given what acts, evidence stays small; kept from the law it comes near an alarm."""
+    """PRBS of 1 V next to the law: given what acts, evidence stays small; kept from the law it comes near an alarm."""
     rng = np.random.default_rng(1)
     added = np.repeat(rng.choice([-1.0, 1.0], (200, 2)), 25, axis=0)
     added[:1300] = 0.0

@@ -12,9 +12,11 @@ freedom, which a single large error cannot dominate, never below one (Page's cum
 .. math:: P^+ = \max\left(1, \beta P \frac{\nu + q_0}{\nu + q_j}\right)
 
 with DOUBT, beta, for what the model itself predicts wrongly, and without the ratio as long as the mean of q_0 over the
-last LATELY samples or so is below MISSED, twice what it should be: then nothing is to be explained. A jump of up to GLITCH samples is held through. What takes
-longer, a wrong connection, and more than OFTEN returns from bad samples within some 100 suspend the law: it fades out,
-and tries to come back after PAUSE samples, after twice as many each time it fails soon.
+last LATELY samples or so is below MISSED, twice what it should be: then nothing is to be explained.
+
+A jump of up to GLITCH samples is held through. What takes longer, a wrong connection, and more than OFTEN returns from
+bad samples within some 100 suspend the law: it fades out, and tries to come back after PAUSE samples, after twice as
+many each time it fails soon.
 
 Cites: page_1954.
 """
