@@ -10,6 +10,7 @@ from .designs import (
     lead as lead,
     lpv as lpv,
     lqr as lqr,
+    mpc as mpc,
     p as p,
     placement as placement,
     youla as youla,

@@ -4,6 +4,7 @@ from . import (
     lead as lead,
     lpv as lpv,
     lqr as lqr,
+    mpc as mpc,
     p as p,
     placement as placement,
     youla as youla,

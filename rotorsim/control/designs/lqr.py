@@ -11,6 +11,7 @@ Cites: astrom_1997.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from rotorsim.control.designs.specification import Specification, number, sampli
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
 from rotorsim.control.loop.stability_check import check_loop
+from rotorsim.control.numerics.systems import System
 from rotorsim.control.riccati import sampled_riccati
 
 
@@ -41,9 +43,26 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
+class Gains(NamedTuple):
+    """Sampled plant (um, V), gain F (2, n) and cost P (n, n) of the regulator, gain L (n, 2) of the Kalman filter."""
+
+    plant: System
+    F: np.ndarray
+    P: np.ndarray
+    L: np.ndarray
+
+
 def design(model: Model, spec: Spec | None = None) -> Law:
     """The law; raises DesignError if two weights are too far apart, or a mode is not moved or seen."""
     spec = spec or Spec()
+    found = gains(model, spec)
+    law = constant_law("lqr", model, observer_law(found.plant, found.F, found.L), spec)
+    check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law
+
+
+def gains(model: Model, spec: Spec) -> Gains:
+    """Regulator and Kalman filter; P is the cost in units of 1/u^2."""
     check_modes(design_plant(model, spec.speed, spec.pressure), "lqr")
     plant = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     n = plant.order
@@ -59,6 +78,4 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     levels = fault.format("Kalman filter", "force and noise")
     V = sampled_riccati(plant.A.T, plant.C.T, (G @ G.T + 1e-9 * np.eye(n)) / spec.noise**2, np.eye(2), levels)
     L = np.linalg.solve(np.eye(2) + plant.C @ V @ plant.C.T, plant.C @ V).T
-    law = constant_law("lqr", model, observer_law(plant, F, L), spec)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return Gains(plant, F, P, L)
