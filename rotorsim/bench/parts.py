@@ -62,6 +62,7 @@ PARTS: dict[str, Part] = {
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
     "fmu": Part(("unit.unit",), cold=("unit.export_cold",), needs="fmpy"),
     "control": Part(("control.runtime", "control.designs"), full=("control.synthesis",)),
+    "sensor-faults": Part((), full=("sensor_faults.sensor_faults",)),
     "control-package": Part(("control_package.against_control",), needs="control"),
     "rig": Part(()),
 }

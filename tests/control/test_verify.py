@@ -55,7 +55,7 @@ def test_a_plant_of_another_rate_answers_to_hits_and_a_law_of_its_rate_as_at_the
 
 
 def test_a_hanging_sensor_holds_its_last_value(plant, model):
-    law = p.design(model, p.Spec(kappa_x=0.375, kappa_y=0.33)).with_(average=0.02, fade=0.0)
+    law = p.design(model, p.Spec(kappa_x=0.375, kappa_y=0.33)).with_(average=0.02, fade=0.0, plausibility=None)
     run = run_rows(plant, law, steady_rows(*POINT, 0.12), fault=Frozen(0, 0.08))
     late = run.reference[round(0.09 / 2e-4) :]
     assert late[:, 0].std() < 0.05 * late[:, 1].std()
