@@ -34,14 +34,14 @@ def passed(a: Assembly, table: np.ndarray) -> tuple[int, str] | None:
 
 
 def choked(simulation: Simulation) -> str:
-    """Why a run ends where a simulation stands: too many injectors are choked; empty if they are not."""
+    """Why a run ends where a simulation stands: too many feed holes are choked; empty if they are not."""
     a = simulation.assembly
-    limit = limits_of(a.machine).choked_injectors
+    limit = limits_of(a.machine).choked_feeds
     for k, name in enumerate(a.machine.film_names if limit is not None else ()):
         share = choked_share(simulation, k)
         if limit is not None and share > limit:
-            what = f"{100 * share:.0f} % of the injectors of {name} are choked where they enter the film"
-            what += f", above limits.choked_injectors {100 * limit:g} %"
+            what = f"{100 * share:.0f} % of the feed holes of {name} are choked where they enter the film"
+            what += f", above limits.choked_feeds {100 * limit:g} %"
             return at_speed(float(simulation.w[a.rotor.speed]), what)
     return ""
 

@@ -45,8 +45,8 @@ class Limits(Part):
     temperature: float | None = quantity(
         "K", "Temperature of gas, journal or sleeve; 150 degC when not given, none where the gas is fed warmer.",
         None, above=0, high=5000, example=HOT)  # fmt: skip
-    choked_injectors: float | None = quantity(
-        "1", "Share of the injectors of a film that may be choked where they enter it; none ends a run if not given.",
+    choked_feeds: float | None = quantity(
+        "1", "Share of a film's injectors and orifices that may be choked where they enter it; any when not given.",
         None, low=0, high=1, example=0.5)  # fmt: skip
 
 

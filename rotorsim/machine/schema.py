@@ -55,7 +55,7 @@ class Machine(MachineTables):
 
     @property
     def hash(self) -> str:
-        """Short hash of the content; comments, spelling and the table `checked` (no run depends on it) do not matter."""
+        """Short hash of the content; comments, spelling and the table `checked` (no run needs it) do not matter."""
         content = toml.dumps(self.model_copy(update={"checked": None}))
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 

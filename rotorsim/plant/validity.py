@@ -8,7 +8,7 @@ r"""Range in which the film model holds, by numbers of its films at an equilibri
 p and rho are the means over the film, rho_a is that at ambient pressure, c the clearance. A limit is where the model
 leaves something out that no longer is small: inertia (Re*, M_e), heat across the film (M: the middle of a sheared film
 is warmer than its walls by Pr (gamma - 1) M^2 / 8 of the absolute temperature, 3.5 % at M = 1), slip (Kn), a sonic
-entry from an injector; or where nothing checked it (Lambda, and the table `checked` of a machine file).
+entry from a feed hole; or where nothing checked it (Lambda, and the table `checked` of a machine file).
 
 Cites: hamrock_2004, white_2011, burgdorfer_1959.
 """
@@ -52,7 +52,7 @@ BOUNDS = {
     "reynolds": Bound("reduced Reynolds number", 1.0, "the film has no inertia"),
     "knudsen": Bound("Knudsen number", 0.01, "the gas does not slip at the walls; add [effects.slip]"),
     "outflow": Bound("Mach number of the flow at the edges", 0.3, "the film has no inertia"),
-    "choked": Bound("share of injectors choked where they enter the film", 0.0, "the film has no sonic entry"),
+    "choked": Bound("share of the feed holes choked where they enter the film", 0.0, "the film has no sonic entry"),
 }
 SLIPPING = Bound("Knudsen number", 0.1, "[effects.slip] is of first order")
 
@@ -67,11 +67,6 @@ class Exceeded:
     limit: float
     unit: str
     sentence: str
-
-    @property
-    def key(self) -> tuple[str, str]:
-        """What is exceeded, and where."""
-        return self.name, self.place
 
 
 def bearing_number(gas: Gas, film: GasFilm, speed: float) -> float:
@@ -111,7 +106,7 @@ def outflow_mach(gas: Gas, film: GasFilm, flow: float) -> float:
 
 
 def choked_share(simulation: Simulation, number: int = 0) -> float:
-    """Share of the injectors of a film whose flow into it is sonic now; 0 without injectors."""
+    """Share of the injectors and orifices of a film whose flow into it is sonic now; 0 without any."""
     a = simulation.assembly
     v, n = a.film_part(simulation.w, number), len(a.films[number].injectors)
     if not n:
@@ -158,12 +153,14 @@ def exceeded(simulation: Simulation, pressure: float) -> list[Exceeded]:
     a = simulation.assembly
     found = list(_unchecked(a.machine, float(simulation.w[a.rotor.speed]), pressure))
     bounds = BOUNDS | ({"knudsen": SLIPPING} if "slip" in a.machine.effects else {})
-    for name, numbers in zip(a.machine.film_names, film_numbers(simulation), strict=True):
-        place = f"film {name}" if len(a.machine.films) > 1 else "film"
-        for key, bound in bounds.items():
-            if numbers[key] > bound.limit:
-                text = f"{bound.name} {numbers[key]:.3g} > {bound.limit:g} in the {place} ({bound.why})"
-                found.append(Exceeded(bound.name, place, numbers[key], bound.limit, "1", text))
+    numbers = film_numbers(simulation)
+    for key, bound in bounds.items():
+        where = [name for name, one in zip(a.machine.film_names, numbers, strict=True) if one[key] > bound.limit]
+        if where:
+            value = max(one[key] for one in numbers)
+            place = f"{'films' if len(where) > 1 else 'film'} {', '.join(where)}" if len(numbers) > 1 else "film"
+            text = f"{bound.name} {value:.3g} > {bound.limit:g} in the {place} ({bound.why})"
+            found.append(Exceeded(bound.name, place, value, bound.limit, "1", text))
     return found
 
 
@@ -195,12 +192,14 @@ def beyond(assembly: Assembly, start: float, fastest: float, pressure: float) ->
         Speeds [rad/s]: the first of the run, and the highest.
     pressure : float
     """
-    at_start = {one.key for one in _at(assembly, start, pressure)}
-    return tuple(
-        f"from {_first(assembly, one, start, fastest, pressure) * TO_RPM:.0f} rpm on: {one.sentence}"
-        if one.key not in at_start else one.sentence
-        for one in _at(assembly, fastest, pressure)
-    )  # fmt: skip
+    early = {one.name: one for one in _at(assembly, start, pressure)}
+    found = []
+    for one in _at(assembly, fastest, pressure):
+        known = one.name in early
+        first = "" if known else f"from {_first(assembly, one, start, fastest, pressure) * TO_RPM:.0f} rpm on: "
+        found.append(f"{first}{one.sentence}")
+        early.pop(one.name, None)
+    return (*found, *(f"at {start * TO_RPM:.0f} rpm: {one.sentence}" for one in early.values()))
 
 
 def _first(assembly: Assembly, what: Exceeded, low: float, high: float, pressure: float) -> float:
@@ -209,7 +208,7 @@ def _first(assembly: Assembly, what: Exceeded, low: float, high: float, pressure
         return what.limit
     for _ in range(STEPS):
         middle = (low + high) / 2
-        passed = what.key in {one.key for one in _at(assembly, middle, pressure)}
+        passed = what.name in {one.name for one in _at(assembly, middle, pressure)}
         low, high = (low, middle) if passed else (middle, high)
     return high
 

@@ -30,7 +30,7 @@ from rotorsim.verify.transients import REST, changing
 CONFIRM = 3
 """A circle is left when as many samples in a row lie outside."""
 PLACES = 25
-"""Speeds at whose equilibria injectors are looked at for choking, where a machine limits it."""
+"""Speeds at whose equilibria feed holes are looked at for choking, where a machine limits it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +82,11 @@ def safe_speed(
 def limit_of(plant: Plant, run: Run, pressure: float) -> tuple[int, str] | None:
     """First sample of a run-up beyond a limit of the machine, and the sentence; None if there is none.
 
-    Injectors are looked at in equilibria at a gauge pressure [Pa] and `PLACES` speeds of the run. Raises LimitError
+    Feed holes are looked at in equilibria at a gauge pressure [Pa] and `PLACES` speeds of the run. Raises LimitError
     where the run begins beyond a limit.
     """
     found, speeds = passed(plant.assembly, run.table), run.column("speed")
-    if limits_of(plant.machine).choked_injectors is not None:
+    if limits_of(plant.machine).choked_feeds is not None:
         last = len(speeds) - 1 if found is None else found[0]
         for k in np.linspace(0, last, PLACES).astype(int):
             why = choked(Simulation.at_equilibrium(plant.assembly, float(speeds[k]), pressure))
