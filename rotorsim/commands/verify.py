@@ -73,8 +73,10 @@ def _plain(result: Verification) -> dict[str, object]:
     numbers["rows"] = [
         {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
     ]
+    if result.remark:
+        numbers["remark"] = result.remark
     if "safe_speed" in result.runs:
-        numbers["safe_speed_rpm"] = comparison(*result.runs["safe_speed"])
+        numbers["safe_speed"] = comparison(*result.runs["safe_speed"])
     return numbers
 
 

@@ -25,6 +25,7 @@ from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.sampling import check_speed
 from rotorsim.plant.control_systems import as_controller
+from rotorsim.plant.controller import call
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates
@@ -228,6 +229,8 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     speed, pressure = experiment.initial()
     simulation = plant.start(speed, pressure, seed=check_seed(seed))
     check_begin(simulation)
+    controller: Any = getattr(experiment, "controller", None)
+    call(controller, "check_machine", plant.machine.name)
     return simulation
 
 

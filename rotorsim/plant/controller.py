@@ -16,7 +16,7 @@ class Controller(Protocol):
     """Anything that makes a reference [V] from a measurement [m]; called once per sample.
 
     A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling(Ts)`
-    before every run: it may refuse the machine's sampling time [s].
+    before every run: it may refuse the machine's sampling time [s]. `check_machine(name)` may warn of the machine.
 
     Examples
     --------
@@ -62,6 +62,7 @@ def prepare(controller: Controller, machine: Machine, continued: bool = False) -
     """
     check_actuators(machine, name_of(controller))
     call(controller, "check_sampling", machine.sampling_time)
+    call(controller, "check_machine", machine.name)
     if not continued:
         call(controller, "reset")
 
@@ -75,7 +76,7 @@ def check_actuators(machine: Machine, name: str) -> None:
         )
 
 
-def call(controller: Controller, method: str, *given: float) -> None:
+def call(controller: Controller, method: str, *given: float | str) -> None:
     """Call a method of a controller where it has one."""
     found = getattr(controller, method, None)
     if callable(found):

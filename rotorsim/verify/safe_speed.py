@@ -18,6 +18,7 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import LimitError
+from rotorsim.control.law import Law
 from rotorsim.experiments.limits import choked, passed
 from rotorsim.machine.limits import limits_of
 from rotorsim.plant import Plant
@@ -65,7 +66,10 @@ def safe_speed(
     >>> found = rs.verify.safe_speed(plant, law)
     """
     rows = changing((start, stop), (pressure, pressure), (stop - start) / rate, plant.machine.sampling_time)
-    run = run_rows(plant, None if law is None else as_law(law), rows, seed)
+    law = None if law is None else as_law(law)
+    if isinstance(law, Law):
+        law.check_machine(plant.machine.name)
+    run = run_rows(plant, law, rows, seed)
     limit = limit_of(plant, run, pressure)
     if limit is not None:
         run = replace(run, table=run.table[: limit[0]], rows=run.rows[: limit[0]], ended=limit[1])
@@ -112,14 +116,15 @@ def comparison(alone: SafeSpeed, held: SafeSpeed) -> dict[str, Any]:
     Returns
     -------
     dict
-        open, closed [rpm]; ratio; last_checked [rpm] and times_checked, None where the machine file states no checked
-        range; at_least, whether the closed loop had not left the circle; why, by loop; beyond, sentences.
+        open_rpm, closed_rpm; ratio; last_checked_rpm and times_checked, None where the machine file states no checked
+        range; at_least, whether the closed loop had not left the circle; why, by loop; beyond, sentences; sentence.
     """
     times = held.speed / held.checked if held.checked else None
     return {
-        "open": alone.speed * TO_RPM, "closed": held.speed * TO_RPM, "ratio": held.speed / alone.speed,
-        "at_least": not held.left, "last_checked": None if held.checked is None else held.checked * TO_RPM,
+        "open_rpm": alone.speed * TO_RPM, "closed_rpm": held.speed * TO_RPM, "ratio": held.speed / alone.speed,
+        "at_least": not held.left, "last_checked_rpm": None if held.checked is None else held.checked * TO_RPM,
         "times_checked": times, "why": {"open": alone.why, "closed": held.why}, "beyond": list(held.beyond),
+        "sentence": sentence(alone, held),
     }  # fmt: skip
 
 
@@ -132,12 +137,11 @@ def sentence(alone: SafeSpeed, held: SafeSpeed) -> str:
     )
     if held.checked is None:
         return f"{text}; the machine file states no speeds at which its model was checked"
+    checked = f"{held.checked * TO_RPM:.0f} rpm ({held.checked * TO_HZ:.0f} Hz)"
+    last = f"the model was compared with measurements up to {checked}"
     if held.speed <= held.checked:
-        return f"{text}; both within the {held.checked * TO_RPM:.0f} rpm at which the model was checked"
-    return (
-        f"{text}; the last checked speed is {held.checked * TO_RPM:.0f} rpm ({held.checked * TO_HZ:.0f} Hz), and "
-        f"{held.speed / held.checked:.2f} times as much is beyond what the model was compared with"
-    )
+        return f"{text}; {last}"
+    return f"{text}; {last}, and the closed loop's speed, {held.speed / held.checked:.2f} times that, is not checked"
 
 
 def _speed(found: SafeSpeed) -> str:

@@ -32,8 +32,9 @@ def page(result: Verification) -> str:
         for r in result.rows
     ]
     verdict = "passed" if result.passed else "FAILED"
+    remark = f" {result.remark[0].upper()}{result.remark[1:]}." if result.remark else ""
     blocks = [
-        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.",
+        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.{remark}",
               ("criterion", "measured", "bound", "verdict", "remark"), rows),
         Block("Impact energies", "Norm of the disc's response over the force's during 0.1 s, along x and along y, "
               "at every operating point; the imbalance is taken out by a twin run without the hit.",
