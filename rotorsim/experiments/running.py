@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 SNAPSHOTS = 6
 """Film pressures kept of a streamed run, evenly spaced over it."""
 PIECE = 250
-"""Samples between two looks for Ctrl-C: on the finest grids seconds of computing."""
+"""Samples between two looks for Ctrl-C, on the finest grids seconds of computing, and for choked feed holes."""
 Values = dict[str, np.ndarray]
 Failure = ConvergenceError | ControllerError | LimitError
 
@@ -273,14 +273,14 @@ def _advance(
     """Sample table, rows applied and what went wrong, up to there or up to a Ctrl-C that was noted."""
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     failure: Failure | None = None
-    cuts = range(PIECE - simulation.samples % PIECE, len(rows), PIECE)  # the same whatever the length of a block
+    cuts = range(PIECE - simulation.samples % PIECE, len(rows), PIECE)  # whatever the block
     for piece in np.split(rows, cuts):
         try:
             parts.append((simulation.advance(piece), piece) if loop is None else loop.advance(simulation, piece))
         except (ConvergenceError, ControllerError) as error:
             parts.append((error.where["table"], error.where.get("rows", piece)))
             failure = error
-        if failure is None and (sentence := choked(simulation)):
+        if failure is None and simulation.samples % PIECE == 0 and (sentence := choked(simulation)):
             failure = LimitError(sentence)
         if failure or asked():
             break
