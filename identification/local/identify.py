@@ -19,8 +19,8 @@ from identification.local.models import LinearModel
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import broadened, start_values
+from identification.machine_name import machine_of
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
-from identification.records.machine_name import machine_of
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.sampling import sampling_time

@@ -16,7 +16,7 @@ from identification.lpv.model import LpvModel
 from identification.lpv.refine_frequency import refine_frequency
 from identification.lpv.refine_global import refine_global
 from identification.lpv.surfaces import ORDERS, SAME, fit_surfaces, make_basis, rms
-from identification.records.machine_name import common
+from identification.machine_name import common
 from identification.threads import one_thread
 
 REFINEMENTS = ("none", "frequency", "global")

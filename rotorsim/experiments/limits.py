@@ -11,7 +11,7 @@ from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
 from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.recording import FEWEST
-from rotorsim.machine.limits import at_speed, first_passed, limits_of
+from rotorsim.machine.passed_limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.simulation import Simulation

@@ -50,7 +50,7 @@ class MachineTables(Part):
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
-    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.limits`.")
+    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.passed_limits`.")
     checked: Checked | None = Field(None, description="Range in which the model was compared with measurements.")
     unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 

@@ -123,7 +123,7 @@ def test_a_run_up_to_a_limit_of_the_machine_is_safe_up_to_there(plant):
     free = safe_speed(plant, None, **ramp)
     held = safe_speed(Plant(plant.machine.with_({"limits": Limits(tip_speed="22 m/s")})), None, **ramp)
     assert (held.left, held.run.ended) == (False, held.why)
-    assert held.why.startswith("ended at 3001 rpm: the rim of discs.0, radius 70 mm, moves at 22.0")
+    assert held.why.startswith("ended at 3002 rpm: the rim of discs.0, radius 70 mm, moves at 22.0")
     assert 314.2 < held.speed <= 22.0 / 0.07
     np.testing.assert_array_equal(held.run.table, free.run.table[: len(held.run.table)])
     with pytest.raises(LimitError, match="begin lower or raise it"):
