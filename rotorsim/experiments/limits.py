@@ -75,12 +75,15 @@ def check_begin(simulation: Simulation) -> None:
         raise LimitError(f"the run would begin beyond a limit, at {speed:.0f} rpm: {what}; begin lower or raise it")
 
 
-def beyond_attrs(simulation: Simulation, experiment: Experiment, fastest: float) -> dict[str, Any]:
-    """Attribute about the range that the run to a highest speed [rad/s] exceeds; nothing if it exceeds none."""
-    start, pressure = experiment.initial()
-    if not simulation.assembly.films and simulation.assembly.machine.checked is None:
+def beyond_attrs(a: Assembly, experiment: Experiment, speeds: np.ndarray) -> dict[str, Any]:
+    """Attribute about the range that a run with these speeds [rad/s] among its own exceeds; nothing if it exceeds none.
+
+    Its gauge pressure is that of the experiment.
+    """
+    if not speeds.size or (not a.films and a.machine.checked is None):
         return {}
-    found = beyond(simulation.assembly, start, max(fastest, start), pressure)
+    size = np.abs(speeds)
+    found = beyond(a, float(size.min()), float(size.max()), experiment.initial()[1])
     return {BEYOND: "\n".join(found)} if found else {}
 
 

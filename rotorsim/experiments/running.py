@@ -123,7 +123,7 @@ def run(
     if len(time) < FEWEST:
         raise LimitError(f"{experiment.name}: {ended}; too little was simulated to keep")
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": ended} | simulation.counters
-    attrs |= beyond_attrs(simulation, experiment, float(np.abs(values["speed"]).max()))
+    attrs |= beyond_attrs(plant.assembly, experiment, values["speed"])
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
 
@@ -188,13 +188,14 @@ def stream(
     simulation: Simulation, experiment: Experiment, file: Sink, progress: bool = False, block: int = BLOCK
 ) -> Outcome:
     """Run from where the experiment begins as `record` does, into anything that takes samples."""
-    wanted, ended, top = experiment.samples, "complete", 0.0
+    wanted, ended, speeds = experiment.samples, "complete", np.zeros(0)
     marks = set(np.linspace(0, wanted, SNAPSHOTS)[:-1].astype(int) // block)
     _snapshot(file, simulation)
     blocks = enumerate(track(march(simulation, experiment, block), wanted, experiment.Ts, progress), start=1)
     try:
         for number, (time, values) in blocks:
-            top = max(top, float(np.abs(values["speed"]).max(initial=0.0)))
+            ends = np.concatenate([speeds, np.abs(values["speed"])])
+            speeds = np.array([ends.min(), ends.max()])
             file.write(time, values)
             if asked() and file.samples < wanted:
                 raise KeyboardInterrupt
@@ -209,7 +210,7 @@ def stream(
         ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
-    file.note(ended=ended, **simulation.counters, **beyond_attrs(simulation, experiment, top))
+    file.note(ended=ended, **simulation.counters, **beyond_attrs(simulation.assembly, experiment, speeds))
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
 
 

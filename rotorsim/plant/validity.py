@@ -182,35 +182,36 @@ def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exce
         yield Exceeded("pressure", "machine", pressure, limit, "Pa", text)
 
 
-def beyond(assembly: Assembly, start: float, fastest: float, pressure: float) -> tuple[str, ...]:
-    """Sentences of what a run at a gauge pressure [Pa] exceeds, with the speed from which on.
+def beyond(assembly: Assembly, slowest: float, fastest: float, pressure: float) -> tuple[str, ...]:
+    """Sentences of what a run at a gauge pressure [Pa] exceeds, with the speed from which on or up to which it does.
 
     Parameters
     ----------
     assembly : Assembly
-    start, fastest : float
-        Speeds [rad/s]: the first of the run, and the highest.
+    slowest, fastest : float
+        Lowest and highest speed [rad/s] of the run.
     pressure : float
     """
-    early = {one.name: one for one in _at(assembly, start, pressure)}
-    found = []
-    for one in _at(assembly, fastest, pressure):
-        known = one.name in early
-        first = "" if known else f"from {_first(assembly, one, start, fastest, pressure) * TO_RPM:.0f} rpm on: "
-        found.append(f"{first}{one.sentence}")
-        early.pop(one.name, None)
-    return (*found, *(f"at {start * TO_RPM:.0f} rpm: {one.sentence}" for one in early.values()))
+    low = {one.name: one for one in _at(assembly, slowest, pressure)}
+    high = {one.name: one for one in _at(assembly, fastest, pressure)}
+    above = {name: _passage(assembly, name, fastest, slowest, pressure) for name in high if name not in low}
+    below = {name: _passage(assembly, name, slowest, fastest, pressure) for name in low if name not in high}
+    return (
+        *(f"from {above[name]} on: {one.sentence}" if name in above else one.sentence for name, one in high.items()),
+        *(f"up to {speed}: {low[name].sentence}" for name, speed in below.items()),
+    )
 
 
-def _first(assembly: Assembly, what: Exceeded, low: float, high: float, pressure: float) -> float:
-    """Speed [rad/s] from which on a limit is exceeded, of two between which it is passed."""
-    if what.name == "speed":
-        return what.limit
+def _passage(assembly: Assembly, name: str, beyond: float, within: float, pressure: float) -> str:
+    """Speed, as a text, at which a limit is passed, between one [rad/s] beyond it and one within."""
+    checked = assembly.machine.checked
+    if name == "speed" and checked is not None:
+        return f"{checked.highest_speed * TO_RPM:.0f} rpm"
     for _ in range(STEPS):
-        middle = (low + high) / 2
-        passed = what.name in {one.name for one in _at(assembly, middle, pressure)}
-        low, high = (low, middle) if passed else (middle, high)
-    return high
+        middle = (beyond + within) / 2
+        passed = name in {one.name for one in _at(assembly, middle, pressure)}
+        beyond, within = (middle, within) if passed else (beyond, middle)
+    return f"{beyond * TO_RPM:.0f} rpm"
 
 
 def _at(assembly: Assembly, speed: float, pressure: float) -> list[Exceeded]:
