@@ -75,6 +75,12 @@ def check_begin(simulation: Simulation) -> None:
         raise LimitError(f"the run would begin beyond a limit, at {speed:.0f} rpm: {what}; begin lower or raise it")
 
 
+def extremes(speeds: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """Lowest and highest size (2,) of speeds and of more of them; empty while there are none."""
+    size = np.abs(np.concatenate([speeds, more]))
+    return np.array([size.min(), size.max()]) if size.size else size
+
+
 def beyond_attrs(a: Assembly, experiment: Experiment, speeds: np.ndarray) -> dict[str, Any]:
     """Attribute about the range that a run with these speeds [rad/s] among its own exceeds; nothing if it exceeds none.
 
@@ -82,8 +88,8 @@ def beyond_attrs(a: Assembly, experiment: Experiment, speeds: np.ndarray) -> dic
     """
     if not speeds.size or (not a.films and a.machine.checked is None):
         return {}
-    size = np.abs(speeds)
-    found = beyond(a, float(size.min()), float(size.max()), experiment.initial()[1])
+    slowest, fastest = extremes(np.zeros(0), speeds)
+    found = beyond(a, float(slowest), float(fastest), experiment.initial()[1])
     return {BEYOND: "\n".join(found)} if found else {}
 
 

@@ -19,7 +19,7 @@ from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
 from rotorsim.base.progress import track
 from rotorsim.experiments.experiment import Experiment, check_seed
-from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, passed
+from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
 from rotorsim.experiments.loop import Loop
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
@@ -194,8 +194,7 @@ def stream(
     blocks = enumerate(track(march(simulation, experiment, block), wanted, experiment.Ts, progress), start=1)
     try:
         for number, (time, values) in blocks:
-            ends = np.concatenate([speeds, np.abs(values["speed"])])
-            speeds = np.array([ends.min(), ends.max()])
+            speeds = extremes(speeds, values["speed"])
             file.write(time, values)
             if asked() and file.samples < wanted:
                 raise KeyboardInterrupt
