@@ -9,6 +9,7 @@ from rotorsim.control.designs import lqr, p
 from rotorsim.experiments import Impact, controlled
 from rotorsim.machine import Limits, Machine
 from rotorsim.plant import Plant
+from rotorsim.report.pages.verification import page
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import other_machines, worst_ratio
 from rotorsim.verify.criteria import at_most
@@ -169,4 +170,5 @@ def test_a_verification_on_another_machine_says_so(plant, model):
     law = lqr.design(model).with_(about={"machine": "my_rig 0123"})
     result = Verification(law, "dtu_gas_bearing", (), (), ())
     assert result.remark.startswith("law lqr: was designed on a model of my_rig, and the machine is dtu_gas_bearing")
+    assert "Law lqr: was designed on a model of my_rig" in page(result)
     assert Verification(law, "my_rig", (), (), ()).remark == ""
