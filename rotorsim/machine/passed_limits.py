@@ -73,7 +73,7 @@ def at_speed(speed: float, what: str) -> str:
 
 def _temperatures(machine: Machine, speed: np.ndarray, rises: np.ndarray | None) -> np.ndarray:
     """Highest temperature (n,) [K] in the films: that of the gas, and what friction adds where an effect states it."""
-    warm = np.full(len(speed), machine.gas.temperature)
+    warm = np.full(len(speed), machine.gas.temperature if machine.films else -np.inf)
     for effect in machine.effects.get("gas_heating", ()):
         warm = warm + effect.rise + effect.heating * (speed / NOMINAL) ** 2  # type: ignore[attr-defined]
     if rises is not None and rises.size:

@@ -51,6 +51,11 @@ def test_a_film_passes_its_temperature_by_what_warms_it(rig):
     assert speed[sample] == pytest.approx(200 * np.pi * np.sqrt(60.0 / 50.0), abs=0.2)
 
 
+def test_a_machine_without_a_film_has_no_limit_of_its_temperature():
+    rotor = load_machine("plain_rotor").replace("limits.temperature", "294 K").replace("gas.temperature", "293 K")
+    assert first_passed(rotor, np.linspace(0.0, 600.0, 7), np.zeros((7, 0))) is None
+
+
 def test_gas_that_is_fed_hot_has_no_limit_of_its_own(rig):
     assert hottest(rig) == HOT
     hot = rig.replace("gas.temperature", "600 degC")
@@ -88,6 +93,8 @@ def test_a_range_without_a_highest_pressure_is_open():
         ("limits.tip_speed", "500 km/s", "limits.tip_speed: '500 km/s' is"),
         ("limits.tip_speed", "3 kg", "limits.tip_speed: '3 kg' is not a velocity"),
         ("limits.temperature", "-300 degC", "limits.temperature: '-300 degC'"),
+        ("limits.temperature", "20 K",
+         "limits.temperature: '20 K' is not above the gas.temperature '293.15 K'; make it higher"),
         ("limits.choked_feeds", 1.5, "limits.choked_feeds: 1.5 is above the limit"),
         ("limits.tipspeed", "3 m/s", "limits.tipspeed: unknown field; did you mean 'tip_speed'?"),
         ("checked.highest_speed", "-1 rpm", "checked.highest_speed: '-1 rpm'"),
