@@ -9,7 +9,6 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
-from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine.passed_limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
@@ -19,8 +18,6 @@ from rotorsim.plant.validity import beyond, choked_share
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rotorsim.machine import Machine
 
 BEYOND = "beyond_checked_range"
 """Attribute of a record whose run exceeds the range in which the model was checked."""
@@ -46,17 +43,22 @@ def choked(simulation: Simulation) -> str:
     return ""
 
 
-def cut(record: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """A record up to where its run passed a limit of the machine; raises LimitError if it began beyond one."""
+def cut(record: xr.Dataset, a: Assembly) -> xr.Dataset:
+    """A record up to where its run passed a limit of the machine; raises LimitError if it began beyond one.
+
+    With the attributes `ended` and, where the run exceeds it, about the range in which the model was checked.
+    """
     rises = (
         record["temperature_rise"].values.reshape(record.sizes["time"], -1) if "temperature_rise" in record else None
     )
-    found = first_passed(machine, record["speed"].values, rises)
-    if found is None:
-        return record.assign_attrs(ended="complete")
-    if found[0] < FEWEST:
-        raise LimitError(f"the run {found[1]}; begin lower or raise it")
-    return record.isel(time=slice(found[0])).assign_attrs(ended=found[1])
+    found = first_passed(a.machine, record["speed"].values, rises)
+    if found is not None:
+        if found[0] < FEWEST:
+            raise LimitError(f"the run {found[1]}; begin lower or raise it")
+        record = record.isel(time=slice(found[0]))
+    pressures = record["pressure"].values if "pressure" in record else 0.0
+    ended = {"ended": "complete" if found is None else found[1]}
+    return record.assign_attrs(ended | beyond_attrs(a, record["speed"].values, pressures))
 
 
 def check_begin(simulation: Simulation) -> None:
@@ -81,16 +83,14 @@ def extremes(speeds: np.ndarray, more: np.ndarray) -> np.ndarray:
     return np.array([size.min(), size.max()]) if size.size else size
 
 
-def beyond_attrs(a: Assembly, experiment: Experiment, speeds: np.ndarray) -> dict[str, Any]:
-    """Attribute about the range that a run with these speeds [rad/s] among its own exceeds; nothing if it exceeds none.
-
-    Its gauge pressure is that of the experiment.
-    """
+def beyond_attrs(a: Assembly, speeds: np.ndarray, pressures: np.ndarray | float) -> dict[str, Any]:
+    """Attribute about the range that a run with these speeds [rad/s] and gauge pressures [Pa] exceeds, if it does."""
     if not speeds.size or (not a.films and a.machine.checked is None):
         return {}
     slowest, fastest = extremes(np.zeros(0), speeds)
-    found = beyond(a, float(slowest), float(fastest), experiment.initial()[1])
-    return {BEYOND: "\n".join(found)} if found else {}
+    ends = sorted({float(np.min(pressures)), float(np.max(pressures))})
+    found = [text for pressure in ends for text in beyond(a, float(slowest), float(fastest), pressure)]
+    return {BEYOND: "\n".join(dict.fromkeys(found))} if found else {}
 
 
 def sentences(attrs: Mapping[str, Any]) -> list[str]:

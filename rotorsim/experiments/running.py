@@ -123,7 +123,7 @@ def run(
     if len(time) < FEWEST:
         raise LimitError(f"{experiment.name}: {ended}; too little was simulated to keep")
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": ended} | simulation.counters
-    attrs |= beyond_attrs(plant.assembly, experiment, values["speed"])
+    attrs |= beyond_attrs(plant.assembly, values["speed"], experiment.initial()[1])
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
 
@@ -209,7 +209,7 @@ def stream(
         ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
-    file.note(ended=ended, **simulation.counters, **beyond_attrs(simulation.assembly, experiment, speeds))
+    file.note(ended=ended, **simulation.counters, **beyond_attrs(simulation.assembly, speeds, experiment.initial()[1]))
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
 
 

@@ -102,7 +102,7 @@ def runup(
     speed = np.append(start, ramp.rows(0, ramp.samples)[:, 0])
     made = plant.simulate(ramp.samples * ramp.Ts, speed, pressure, seed=seed, progress=progress)
     attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
-    return cut(made.assign_attrs(attrs), plant.machine)
+    return cut(made.assign_attrs(attrs), plant.assembly)
 
 
 def record_runup(

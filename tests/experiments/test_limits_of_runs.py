@@ -129,6 +129,12 @@ def test_records_state_what_they_exceed_and_within_the_range_nothing(plant):
     assert summarise_experiment(low)[BEYOND] == sentences(low.attrs)
     assert summarise(beyond, track_orders(beyond))[BEYOND] == [text]
     assert BEYOND not in summarise_experiment(inside)
+    falling = ex.runup(plant, *RAMP[:3], lambda t: 0.35e6 - 0.4e6 * t)
+    found = sentences(falling.attrs)
+    assert (
+        sum("MPa, below the pressures at which" in text for text in found) == 1 and falling.attrs["ended"] == "complete"
+    )
+    assert sum(text.startswith("from 6000 rpm on: ") for text in found) == 1
 
 
 def test_the_page_and_a_file_state_it_too(plant, tmp_path):
