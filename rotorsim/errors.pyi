@@ -13,8 +13,10 @@ from rotorsim.base.errors import (
     ConvergenceError as ConvergenceError,
     DataError as DataError,
     LeftOut as LeftOut,
+    LimitError as LimitError,
     MachineFileError as MachineFileError,
     NoLiftOffError as NoLiftOffError,
+    OtherMachine as OtherMachine,
     RotorsimError as RotorsimError,
     Unusual as Unusual,
 )

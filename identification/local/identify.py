@@ -19,6 +19,7 @@ from identification.local.models import LinearModel
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import broadened, start_values
+from identification.machine_name import machine_of
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
@@ -109,7 +110,8 @@ def identify(
         found = _black_box(signals, order, method)
     else:
         found = _grey_box(kind, signals, method, start)
-    return replace(found, seconds=perf_counter() - began, warnings=(*remarks, *found.warnings))
+    known = replace(found.model, machine=machine_of(ds))
+    return replace(found, model=known, seconds=perf_counter() - began, warnings=(*remarks, *found.warnings))
 
 
 def count_of(kind: str, order: int) -> int:

@@ -37,7 +37,7 @@ class LinearModel(Shown):
 
     A (n, n), B (n, m), C (p, n), D (p, m) in SI units; Ts [s], 0 for continuous time; `speed` [rad/s] and `pressure`
     [Pa, gauge] of the operating point, NaN where unknown; `extrapolated` marks a model of an `LpvModel` outside the
-    operating points it was made from.
+    operating points it was made from; `machine` is name and fingerprint of the machine, empty where unknown.
 
     Examples
     --------
@@ -57,6 +57,7 @@ class LinearModel(Shown):
     speed: float = float("nan")
     pressure: float = float("nan")
     extrapolated: bool = False
+    machine: str = ""
 
     @property
     def order(self) -> int:
@@ -182,7 +183,8 @@ class LinearModel(Shown):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""
-        return {"kind": "linear", **{key: plain(value) for key, value in asdict(self).items()}}
+        content = {key: plain(value) for key, value in asdict(self).items() if key != "machine" or value}
+        return {"kind": "linear", **content}
 
     def save(self, path: str | Path) -> None:
         """Write the model as JSON, or as .mat by the ending: A, B, C, D, Ts, InputName, OutputName, units.

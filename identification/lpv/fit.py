@@ -16,6 +16,7 @@ from identification.lpv.model import LpvModel
 from identification.lpv.refine_frequency import refine_frequency
 from identification.lpv.refine_global import refine_global
 from identification.lpv.surfaces import ORDERS, SAME, fit_surfaces, make_basis, rms
+from identification.machine_name import common
 from identification.threads import one_thread
 
 REFINEMENTS = ("none", "frequency", "global")
@@ -74,7 +75,10 @@ def fit_lpv(
     if not isinstance(degree, int):
         raise UnfitError(f"fit_lpv.order: {order!r}; choose 1, 2, 3 or 'hold-out'")
     model = _surfaces(results[0], points, values, degree)
-    model = replace(model, rms_hold_out=_hold_out_error(points, values, held, others, degree))
+    model = replace(
+        model, rms_hold_out=_hold_out_error(points, values, held, others, degree),
+        machine=common(r.model.machine for r in results),
+    )  # fmt: skip
     if refine == "frequency":
         model = refine_frequency(model, points, values)
     elif refine == "global":

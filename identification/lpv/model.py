@@ -39,7 +39,8 @@ class LpvModel(Shown):
 
     kind '1', '2', '3' or 'blackbox'; parameters: q names; coefficients (q, t) over `basis`; order of the polynomials;
     points (k, 2) [rad/s, Pa] it was made from; low, high (2,): their range; rms_identification, rms_hold_out (q,):
-    distance of surfaces and local values, the latter at points that were left out; Ts [s] of black-box models, else 0.
+    distance of surfaces and local values, the latter at points that were left out; Ts [s] of black-box models, else 0;
+    `machine` is name and fingerprint of the machine, empty where unknown.
 
     Examples
     --------
@@ -59,6 +60,7 @@ class LpvModel(Shown):
     refined: str = "none"
     Ts: float = 0.0
     states: int = 0
+    machine: str = ""
 
     def card(self) -> Card:
         """Kind, range and points."""
@@ -103,7 +105,9 @@ class LpvModel(Shown):
                 stacklevel=2,
             )
         A, B, C, D = self._matrices(self.theta(speed, pressure))
-        return LinearModel(A, B, C, D, self.Ts, speed=speed, pressure=pressure, extrapolated=beyond)
+        return LinearModel(
+            A, B, C, D, self.Ts, speed=speed, pressure=pressure, extrapolated=beyond, machine=self.machine
+        )  # fmt: skip
 
     def _matrices(self, theta: np.ndarray) -> tuple[np.ndarray, ...]:
         if self.kind == "blackbox":
@@ -227,6 +231,7 @@ class LpvModel(Shown):
         data |= {name: getattr(self, name) for name in arrays}
         data |= {f"basis_{name}": getattr(self.basis, name) for name in ("exponents", "middle", "half")}
         data["scheduling"] = ["speed [rad/s]", "gauge pressure [Pa]"]
+        data |= {"machine": self.machine} if self.machine else {}
         return {key: plain(value) for key, value in data.items()}
 
     def save(self, path: str | Path) -> None:
@@ -262,7 +267,7 @@ class LpvModel(Shown):
         return cls(
             data["structure"], tuple(data["parameters"]), array("coefficients"), basis, int(data["order"]),
             array("points"), array("rms_identification"), array("rms_hold_out"), data["refined"], float(data["Ts"]),
-            int(data["states"]),
+            int(data["states"]), str(data.get("machine", "")),
         )  # fmt: skip
 
 

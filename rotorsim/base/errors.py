@@ -34,6 +34,10 @@ class ConvergenceError(RotorsimError):
     """Raised where an iteration ended without reaching its tolerance."""
 
 
+class LimitError(RotorsimError):
+    """Raised for a run that begins beyond a limit of its machine; one that reaches it later ends there, recorded."""
+
+
 class DataError(RotorsimError):
     """Raised for what cannot be used: a record that lacks a channel or has wrong units, a value, file or option."""
 
@@ -50,6 +54,10 @@ class Unusual(UserWarning):
 
     In Python it is a warning as any other, filtered by `warnings`.
     """
+
+
+class OtherMachine(UserWarning):
+    """Warning, raised for a law on a machine of another name than that of its design; its sentence alone is printed."""
 
 
 class LeftOut(UserWarning):

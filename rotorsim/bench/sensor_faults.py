@@ -161,7 +161,10 @@ def sensor_faults() -> Iterator[Figure]:
     yield Figure(f"sequences of {SEQUENCES} with contact", sum(one.contact > 0 for one in outcomes), "1", 0)
     yield Figure("  with outputs that are not finite", sum(one.not_finite > 0 for one in outcomes), "1", 0)
     yield Figure("  in which the law is not back at the end", sum(one.alarm > 0 for one in outcomes), "1", 0)
-    yield Figure("  with a larger step of the output under an alarm", sum(one.jump > 0 for one in outcomes), "1", 0)
+    yield Figure(
+        "  with a larger step of the output under an alarm than without", sum(one.jump > 0 for one in outcomes), "1"
+    )
+    yield Figure("  by, at most", max(one.jump for one in outcomes), "V")
     yield Figure("wrong signs of 80 ms or more", len(found), "1")
     yield Figure("  not found", len(found) - len(seen), "1", 0)
     yield Figure("  found after, at most", max(seen, default=0), "samples")

@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import on_terminal
 from rotorsim.commands.lazy_group import example
@@ -22,6 +21,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.control import load_law
 from rotorsim.verify import Verification, closed_loop, safe_speed
+from rotorsim.verify.safe_speed import comparison, sentence
 
 FAILED = 1
 
@@ -73,9 +73,10 @@ def _plain(result: Verification) -> dict[str, object]:
     numbers["rows"] = [
         {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
     ]
+    if result.remark:
+        numbers["remark"] = result.remark
     if "safe_speed" in result.runs:
-        alone, held = result.runs["safe_speed"]
-        numbers["safe_speed_rpm"] = {"open": alone.speed * TO_RPM, "closed": held.speed * TO_RPM}
+        numbers["safe_speed"] = comparison(*result.runs["safe_speed"])
     return numbers
 
 
@@ -91,10 +92,7 @@ def _print(result: Verification, files: dict[str, str], as_json: bool) -> None:
     console = Console(highlight=False)
     console.print(table)
     if "safe_speed" in result.runs:
-        alone, held = result.runs["safe_speed"]
-        console.print(
-            f"safe speed: open {alone.speed * 9.5493:.0f} rpm, closed {held.speed * 9.5493:.0f} rpm ({held.why})"
-        )
+        console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")
     for kind, path in files.items():
         console.print(f"{kind}: {path}", soft_wrap=True)

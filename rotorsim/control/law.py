@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.errors import OtherMachine
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.mat import is_mat, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown
@@ -192,6 +194,21 @@ class Law(Shown):
                 f"design it with Ts = {Ts:g} s"
             )
 
+    def other_machine(self, name: str) -> str:
+        """A sentence if the law was designed on a model of another machine than that of this name; else empty."""
+        designed = str(self.about.get("machine", "")).rpartition(" ")[0]
+        if designed in ("", name):
+            return ""
+        return (
+            f"law {self.name}: was designed on a model of {designed}, and the machine is {name}: a test of robustness; "
+            "design it on a model of this machine to use it there"
+        )
+
+    def check_machine(self, name: str) -> None:
+        """Warn OtherMachine as `other_machine` states."""
+        if sentence := self.other_machine(name):
+            warnings.warn(sentence, OtherMachine, stacklevel=4)
+
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample.
 
@@ -288,7 +305,8 @@ class Law(Shown):
 
     def attrs(self) -> dict[str, Any]:
         """Name, order and fingerprint for a record's attributes."""
-        return {"law": self.name, "law_order": self.order, "law_hash": self.hash}
+        machine = {"law_machine": self.about["machine"]} if self.about.get("machine") else {}
+        return {"law": self.name, "law_order": self.order, "law_hash": self.hash} | machine
 
     @cached_property
     def hash(self) -> str:

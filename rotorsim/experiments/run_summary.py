@@ -9,6 +9,7 @@ import xarray as xr
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
+from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.order_tracking import find_resonances
 from rotorsim.signals.probes import probe_numbers
@@ -34,7 +35,8 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         duration_s, samples, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow, sub_synchronous.
         A peak with ``local_maximum = False`` is the largest amplitude at an end of the speed range, not a resonance.
         The largest orbit is measured from the slowly moving mean. A record with probes also has `probes`, see
-        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s.
+        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s;
+        one beyond the range in which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra
     seen = _scan(record, tracked)
@@ -51,7 +53,7 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
                                 "first_rpm": contact["first_speed"]},
         "mass_flow": flow and _flow(flow, normal_density(record)),
         "sub_synchronous": largest_sub_synchronous(spectra),
-    } | _of_probes(record)  # fmt: skip
+    } | _of_probes(record) | beyond_of(record)  # fmt: skip
 
 
 def _of_films(record: xr.Dataset) -> dict[str, Any]:

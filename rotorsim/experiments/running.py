@@ -14,17 +14,22 @@ import numpy as np
 
 from identification import make_record
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
+from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LimitError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
 from rotorsim.base.progress import track
 from rotorsim.experiments.experiment import Experiment, check_seed
+from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
 from rotorsim.experiments.loop import Loop
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.sampling import check_speed
 from rotorsim.plant.control_systems import as_controller
+<<<<<<< HEAD
 from rotorsim.plant.controller import alarms_of
+=======
+from rotorsim.plant.controller import call
+>>>>>>> w/safe
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates
@@ -38,8 +43,9 @@ if TYPE_CHECKING:
 SNAPSHOTS = 6
 """Film pressures kept of a streamed run, evenly spaced over it."""
 PIECE = 250
-"""Samples between two looks for Ctrl-C: on the finest grids seconds of computing."""
+"""Samples between two looks for Ctrl-C, on the finest grids seconds of computing, and for choked feed holes."""
 Values = dict[str, np.ndarray]
+Failure = ConvergenceError | ControllerError | LimitError
 
 
 @dataclass(frozen=True)
@@ -92,6 +98,9 @@ def run(
     Raises
     ------
     DataError, NoLiftOffError, ConvergenceError, ControllerError
+    LimitError
+        If it begins beyond a limit of the machine; where one is reached later, the record ends there with the
+        sentence in its attribute `ended`.
 
     Examples
     --------
@@ -107,11 +116,23 @@ def run(
             "that are returned in memory; make it shorter or record it to a file"
         )
     simulation = begin(plant, experiment, seed)
-    blocks = list(track(march(simulation, experiment, block), experiment.samples, experiment.Ts, progress))
+    blocks, ended = [], "complete"
+    try:
+        for part in track(march(simulation, experiment, block), experiment.samples, experiment.Ts, progress):
+            blocks.append(part)
+    except LimitError as error:
+        ended = str(error)
     values = {name: np.concatenate([part[name] for _, part in blocks]) for name in blocks[0][1]}
+<<<<<<< HEAD
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": "complete"} | simulation.counters
     attrs |= alarms_of(getattr(experiment, "controller", None))
+=======
+>>>>>>> w/safe
     time = np.concatenate([time for time, _ in blocks])
+    if len(time) < FEWEST:
+        raise LimitError(f"{experiment.name}: {ended}; too little was simulated to keep")
+    attrs = plant.provenance(seed) | experiment.attrs() | {"ended": ended} | simulation.counters
+    attrs |= beyond_attrs(plant.assembly, values["speed"], experiment.initial()[1])
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
 
@@ -125,8 +146,8 @@ def record(
 ) -> Outcome:
     """Run as `run` and stream to the NetCDF file `path`, with film pressures at `SNAPSHOTS` instants.
 
-    An interruption (Ctrl-C), a step without solution or a disk that takes no more ends the run and keeps what was
-    simulated, the last as far as it fits. Raises WriteError if nothing could be kept.
+    An interruption (Ctrl-C), a limit of the machine, a step without solution or a disk that takes no more ends the run
+    and keeps what was simulated, the last as far as it fits. Raises WriteError if nothing could be kept.
 
     Examples
     --------
@@ -176,12 +197,13 @@ def stream(
     simulation: Simulation, experiment: Experiment, file: Sink, progress: bool = False, block: int = BLOCK
 ) -> Outcome:
     """Run from where the experiment begins as `record` does, into anything that takes samples."""
-    wanted, ended = experiment.samples, "complete"
+    wanted, ended, speeds = experiment.samples, "complete", np.zeros(0)
     marks = set(np.linspace(0, wanted, SNAPSHOTS)[:-1].astype(int) // block)
     _snapshot(file, simulation)
     blocks = enumerate(track(march(simulation, experiment, block), wanted, experiment.Ts, progress), start=1)
     try:
         for number, (time, values) in blocks:
+            speeds = extremes(speeds, values["speed"])
             file.write(time, values)
             if asked() and file.samples < wanted:
                 raise KeyboardInterrupt
@@ -192,11 +214,15 @@ def stream(
     except ControllerError as error:
         file.note(ended=str(error))
         raise
-    except (ConvergenceError, WriteError) as error:
+    except (ConvergenceError, LimitError, WriteError) as error:
         ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
+<<<<<<< HEAD
     file.note(ended=ended, **simulation.counters, **alarms_of(getattr(experiment, "controller", None)))
+=======
+    file.note(ended=ended, **simulation.counters, **beyond_attrs(simulation.assembly, speeds, experiment.initial()[1]))
+>>>>>>> w/safe
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
 
 
@@ -214,7 +240,11 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     ask_speeds(plant.machine, experiment)
     check_speed(plant.machine, fastest(experiment))
     speed, pressure = experiment.initial()
-    return plant.start(speed, pressure, seed=check_seed(seed))
+    simulation = plant.start(speed, pressure, seed=check_seed(seed))
+    check_begin(simulation)
+    controller: Any = getattr(experiment, "controller", None)
+    call(controller, "check_machine", plant.machine.name)
+    return simulation
 
 
 def _disc(simulation: Simulation) -> np.ndarray:
@@ -223,7 +253,7 @@ def _disc(simulation: Simulation) -> np.ndarray:
 
 
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
-    """Blocks of time (n,) [s] and variables of the schema; an error of solver or controller comes last."""
+    """Blocks of time (n,) [s] and variables of the schema; an error of solver, controller or limit comes last."""
     controller = getattr(experiment, "controller", None)
     if controller is None:
         loop = None
@@ -235,11 +265,15 @@ def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) ->
         table, used, failure = _advance(simulation, loop, rows)
         time, values = _values(simulation, first, table, used, None if loop is None else rows)
         last = None if failure else experiment.end(values["speed"])
+        limit = passed(simulation.assembly, table)
+        if limit is not None and (last is None or limit[0] < last):
+            last, failure = limit[0], LimitError(limit[1])
         if last is not None:
             simulation.restore(before)
-            simulation.advance(rows[:last])
+            simulation.advance(used[:last])
             time, values = time[:last], {name: value[:last] for name, value in values.items()}
-        yield time, values
+        if len(time) or not first:
+            yield time, values
         if failure:
             raise failure
         if last is not None:
@@ -248,17 +282,19 @@ def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) ->
 
 def _advance(
     simulation: Simulation, loop: Loop | None, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, ConvergenceError | ControllerError | None]:
+) -> tuple[np.ndarray, np.ndarray, Failure | None]:
     """Sample table, rows applied and what went wrong, up to there or up to a Ctrl-C that was noted."""
     parts: list[tuple[np.ndarray, np.ndarray]] = []
-    failure: ConvergenceError | ControllerError | None = None
-    for first in range(0, len(rows), PIECE):
-        piece = rows[first : first + PIECE]
+    failure: Failure | None = None
+    cuts = range(PIECE - simulation.samples % PIECE, len(rows), PIECE)  # whatever the block
+    for piece in np.split(rows, cuts):
         try:
             parts.append((simulation.advance(piece), piece) if loop is None else loop.advance(simulation, piece))
         except (ConvergenceError, ControllerError) as error:
             parts.append((error.where["table"], error.where.get("rows", piece)))
             failure = error
+        if failure is None and simulation.samples % PIECE == 0 and (sentence := choked(simulation)):
+            failure = LimitError(sentence)
         if failure or asked():
             break
     tables, used = zip(*parts, strict=True)

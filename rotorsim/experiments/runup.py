@@ -11,6 +11,7 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import LONGEST, Experiment
+from rotorsim.experiments.limits import cut
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import Outcome, record, run
 from rotorsim.plant.plant import as_plant
@@ -71,7 +72,7 @@ def runup(
     seed: int = 0,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Run up and return the record.
+    """Run up and return the record; it ends at a limit of the machine, with the sentence in its attribute `ended`.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def runup(
     speed = np.append(start, ramp.rows(0, ramp.samples)[:, 0])
     made = plant.simulate(ramp.samples * ramp.Ts, speed, pressure, seed=seed, progress=progress)
     attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
-    return made.assign_attrs(attrs)
+    return cut(made.assign_attrs(attrs), plant.assembly)
 
 
 def record_runup(

@@ -13,6 +13,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.experiments.limits import beyond_of
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.static_gain import static_gain_map
@@ -31,13 +32,14 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
         about the mean; largest_orbit_um from the mean; smallest_film_um and contact_samples (None without a film);
         reference_peak_v and force_peak_n (x, y); and what the experiment is made for: static_gain of a staircase,
         deceleration of a coast-down, runout of a slow roll, impulse of impacts, saturation of a closed loop.
-        `probes` of a record that has them, see `rotorsim.signals.probes.probe_numbers`.
+        `probes` of a record that has them, see `rotorsim.signals.probes.probe_numbers`; `beyond_checked_range`,
+        sentences, of one beyond the range in which the model was checked.
     """
     name = str(record.attrs.get("experiment", ""))
     seen = scan(record)
     if numbers := probe_numbers(record):
         seen["probes"] = numbers
-    return {"experiment": name, **seen, **SPECIAL.get(name, _nothing)(record, seen)}
+    return {"experiment": name, **seen, **SPECIAL.get(name, _nothing)(record, seen), **beyond_of(record)}
 
 
 def scan(record: xr.Dataset) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from rotorsim.machine.bearings.film import Gas, GasFilm, Injection, Injector, Or
 from rotorsim.machine.bearings.linear import LinearBearing, Point, Support, TableBearing
 from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.catalogue import catalogue, describe
+from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
@@ -22,6 +23,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.machine.usual import ask_machine
 
 __all__ = [
+    "Checked",
     "Disc",
     "Foil",
     "Gas",
@@ -32,6 +34,7 @@ __all__ = [
     "HousingVelocity",
     "Injection",
     "Injector",
+    "Limits",
     "LinearBearing",
     "Lobes",
     "Machine",

@@ -49,6 +49,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     yield _gains(machine)
     yield check_step(machine)
     yield _meant(machine)
+    yield _cool(machine)
     yield _probes(machine)
     for path, effect in _each_effect(machine):
         yield _own(machine, path, effect)
@@ -290,6 +291,14 @@ def _gains(machine: MachineTables) -> Problems:
             for name in ("pd_gain", "pd_zero"):
                 if getattr(injector, name, 0.0) is None:
                     yield f"injectors.{i}.{name}", "missing, but actuators.mode is 'reference'; add it"
+
+
+def _cool(machine: MachineTables) -> Problems:
+    """The gas is fed cooler than a film may become."""
+    limit, fed = getattr(machine.limits, "temperature", None), machine.gas.temperature
+    if limit is not None and limit <= fed:
+        text = f"'{show(limit, 'K')}' is not above the gas.temperature '{show(fed, 'K')}'; make it higher"
+        yield "limits.temperature", text
 
 
 def _meant(machine: MachineTables) -> Problems:

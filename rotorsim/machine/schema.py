@@ -55,8 +55,9 @@ class Machine(MachineTables):
 
     @property
     def hash(self) -> str:
-        """Short hash of the content; comments and spelling do not matter."""
-        return hashlib.sha256(self.text.encode()).hexdigest()[:16]
+        """Short hash of the content; comments, spelling and the table `checked` (no run needs it) do not matter."""
+        content = toml.dumps(self.model_copy(update={"checked": None}))
+        return hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def replace(self, path: str, value: Any) -> Machine:
         """The machine with another value at a dotted path: ``replace("effects.unbalance.me", "12 g*mm")``.

@@ -12,6 +12,7 @@ from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.bearings.film import Gas, GasFilm, Injection, Injector
 from rotorsim.machine.bearings.linear import LinearBearing, TableBearing
 from rotorsim.machine.effect_tables import read_effects
+from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import AnyProbe
@@ -49,6 +50,8 @@ class MachineTables(Part):
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
+    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.passed_limits`.")
+    checked: Checked | None = Field(None, description="Range in which the model was compared with measurements.")
     unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 
     @property

@@ -9,8 +9,18 @@ from rotorsim.plant.equilibrium import Equilibrium
 from rotorsim.plant.linearise import LinearPlant
 from rotorsim.plant.plant import Plant
 from rotorsim.plant.simulation import Simulation
+from rotorsim.plant.validity import Exceeded, range_of_validity
 
-__all__ = ["Controller", "Equilibrium", "LinearPlant", "Plant", "Simulation", "compile_kernels"]
+__all__ = [
+    "Controller",
+    "Equilibrium",
+    "Exceeded",
+    "LinearPlant",
+    "Plant",
+    "Simulation",
+    "compile_kernels",
+    "range_of_validity",
+]
 
 
 if not TYPE_CHECKING:

@@ -89,7 +89,7 @@ class Plant(Shown):
         >>> plant.equilibrium(300.0, 0.5e6).disc.shape
         (2,)
         """
-        speed, pressure = _point(speed, pressure)
+        speed, pressure = point(speed, pressure)
         return describe(self.assembly, settle(self.assembly, speed, pressure))
 
     def linearise(self, speed: float = 0.0, pressure: float = 0.0) -> LinearPlant:
@@ -100,7 +100,7 @@ class Plant(Shown):
         >>> plant.linearise(300.0, 0.5e6).wn.size > 0
         True
         """
-        speed, pressure = _point(speed, pressure)
+        speed, pressure = point(speed, pressure)
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:
@@ -129,7 +129,7 @@ class Plant(Shown):
         >>> control.input_output_response(system, T, U, system.initial).outputs.shape
         (2, 10)
         """
-        return plant_system(self.start(*_point(speed, pressure), seed))
+        return plant_system(self.start(*point(speed, pressure), seed))
 
     def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
         """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise.
@@ -143,7 +143,7 @@ class Plant(Shown):
         """
         if not 0 <= seed < 2**53 or seed != int(seed):
             raise DataError(f"seed = {seed}: give a whole number from 0 to 2^53 - 1")
-        return Simulation.at_equilibrium(self.assembly, *_point(speed, pressure), seed)
+        return Simulation.at_equilibrium(self.assembly, *point(speed, pressure), seed)
 
     def simulate(
         self,
@@ -247,7 +247,7 @@ def as_plant(plant: Plant | Machine | str | Path) -> Plant:
     raise DataError(f"plant: a {type(plant).__name__} is not one; give a Plant, a machine or its name")
 
 
-def _point(speed: Any, pressure: Any) -> tuple[float, float]:
+def point(speed: Any, pressure: Any) -> tuple[float, float]:
     """Speed [rad/s] and gauge pressure [Pa] of numbers or of texts with a unit."""
     return _si("speed", speed, "rad/s"), _si("pressure", pressure, "Pa")
 

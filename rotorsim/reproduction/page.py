@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.constants import TO_HZ
+from rotorsim.machine import load_machine
 from rotorsim.report.figures.control_plots import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
 from rotorsim.report.pages.study import Block, figure_of
 from rotorsim.reproduction.claims.judge import MET, NOT_MET
@@ -59,8 +60,8 @@ def control_blocks(found: ControlStudy) -> list[Block]:
         Block("How far a run-up reaches", "At 0.3 MPa, 2000 rpm in a second, up to 600 Hz: where the disc leaves a "
               "circle of 20 um about its equilibrium for three samples, and from where on whirl below 0.7 of the "
               "shaft's speed stays the largest part.", figure=reach_figure(runs)),
-        Block("Safe speed and whirl", "", ("law", "circle left", "gain", "onset of whirl", "postponed by", "end"),
-              _reach(found)),
+        Block("Safe speed and whirl", _checked(),
+              ("law", "circle left", "gain", "onset of whirl", "postponed by", "end"), _reach(found)),
         Block("Waterfalls", "Spectra of y over shaft speed; the colour scale ends at 5 um.",
               figure=waterfalls_figure(runs)),
         Block("Loops on the model", "Over the model's range; sensitivity and margins at the law's own point.",
@@ -102,6 +103,16 @@ def _reach(found: ControlStudy) -> list[tuple[str, ...]]:
         rows.append((name, f"{mark}{result['speed'] * TO_HZ:.0f} Hz", f"{mark}{result['speed'] / alone['speed']:.2f}",
                      onset, later, result["why"]))  # fmt: skip
     return rows
+
+
+def _checked() -> str:
+    """A sentence about the speeds at which the rig's model was compared with measurements."""
+    checked = load_machine("dtu_gas_bearing").checked
+    assert checked is not None
+    return (
+        f"The rig's model was compared with measurements up to {checked.highest_speed * TO_HZ:.0f} Hz "
+        f"({checked.against}); speeds above it are what the model computes, and nothing has checked them."
+    )
 
 
 def _loops(found: ControlStudy) -> list[tuple[str, ...]]:

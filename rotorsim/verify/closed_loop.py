@@ -41,6 +41,11 @@ class Verification(Reported):
     runs: dict[str, Any] = field(default_factory=dict)
 
     @property
+    def remark(self) -> str:
+        """A sentence if the law was designed on a model of another machine; else empty."""
+        return self.law.other_machine(self.machine) if isinstance(self.law, Law) else ""
+
+    @property
     def passed(self) -> bool:
         """Whether every judged row passed."""
         return all(row.passed is not False for row in self.rows)
@@ -95,6 +100,7 @@ def closed_loop(
     criteria, law = criteria or Criteria(), as_law(law)
     if isinstance(law, Law):
         law.check_sampling(plant.machine.sampling_time)
+        law.check_machine(plant.machine.name)
     if plant.assembly.film_model is None or plant.machine.actuators is None:
         raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
     report = progress or (lambda _: None)

@@ -87,7 +87,9 @@ def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, 
             table = error.where["table"]
             return Run(table, rows[: len(table)], str(error), Ts)
     check_actuators(plant.machine, law.name)
-    if not isinstance(law, Law):
+    if isinstance(law, Law):
+        law.check_sampling(plant.machine.sampling_time)
+    else:
         centre = plant.equilibrium(float(rows[0, 0]), float(rows[0, 1])).disc
         return run_other(simulation, as_controller(law.given, lambda: centre), rows, fault)
     return run_law(simulation, law, rows, fault)

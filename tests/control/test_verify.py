@@ -3,16 +3,19 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import LimitError
 from rotorsim.control import LawError
 from rotorsim.control.designs import lqr, p
 from rotorsim.experiments import Impact, controlled
-from rotorsim.machine import Machine
+from rotorsim.machine import Limits, Machine
 from rotorsim.plant import Plant
-from rotorsim.verify import closed_loop, safe_speed
+from rotorsim.report.pages.verification import page
+from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import other_machines, worst_ratio
 from rotorsim.verify.criteria import at_most
 from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
 from rotorsim.verify.running import Frozen, run_rows, steady_rows
+from rotorsim.verify.safe_speed import comparison
 
 POINT = (314.0, 0.5e6)
 
@@ -113,3 +116,59 @@ def test_a_machine_on_which_nothing_was_measured_passes_no_robustness():
     assert np.isnan(worst_ratio([(energies(2.0), energies(1.0)), ended]))
     assert at_most("", worst_ratio([ended]), 1.0).passed is False
     assert worst_ratio([(energies(2.0), energies(1.0)), (energies(1.0), energies(3.0))]) == 3.0
+
+
+def test_a_run_up_to_a_limit_of_the_machine_is_safe_up_to_there(plant):
+    """The disc's rim, of 70 mm, passes 22 m/s at 314.3 rad/s; up to there the run is that without the limit."""
+    ramp = {"start": 300.0, "stop": 330.0, "rate": 300.0, "radius": 1e-3}
+    free = safe_speed(plant, None, **ramp)
+    held = safe_speed(Plant(plant.machine.with_({"limits": Limits(tip_speed="22 m/s")})), None, **ramp)
+    assert (held.left, held.run.ended) == (False, held.why)
+    assert held.why.startswith("ended at 3002 rpm: the rim of discs.0, radius 70 mm, moves at 22.0")
+    assert 314.2 < held.speed <= 22.0 / 0.07
+    np.testing.assert_array_equal(held.run.table, free.run.table[: len(held.run.table)])
+    with pytest.raises(LimitError, match="begin lower or raise it"):
+        safe_speed(Plant(plant.machine.with_({"limits": Limits(tip_speed="5 m/s")})), None, **ramp)
+
+
+def test_a_run_up_ends_where_equilibria_have_more_choked_feed_holes_than_the_machine_allows(plant):
+    narrow = plant.machine.replace("injection.curtain_discharge", 0.01).replace("limits.choked_feeds", 0.5)
+    with pytest.raises(LimitError, match="100 % of the feed holes of bearing 1 are choked"):
+        safe_speed(Plant(narrow), None, start=300.0, stop=310.0, rate=300.0, radius=1e-3)
+
+
+def made(speed, left=True, checked=628.3185, beyond=()):
+    return SafeSpeed(speed, left, "left the circle of 20 um", None, checked, beyond)
+
+
+def test_safe_speeds_are_compared_with_the_last_checked_speed():
+    rpm = np.pi / 30
+    numbers = comparison(made(6420 * rpm), made(28980 * rpm, beyond=("from 6000 rpm on: more",)))
+    assert numbers["ratio"] == pytest.approx(28980 / 6420) and numbers["times_checked"] == pytest.approx(4.83)
+    assert (numbers["last_checked_rpm"], numbers["at_least"]) == (pytest.approx(6000), False)
+    assert numbers["sentence"] == (
+        "open loop 6420 rpm (107 Hz), left the circle of 20 um; closed loop 28980 rpm (483 Hz), left the circle of "
+        "20 um: 4.51 times the open loop; the model was compared with measurements up to 6000 rpm (100 Hz), and the "
+        "closed loop's speed, 4.83 times that, is not checked"
+    )
+    slow = comparison(made(3000 * rpm), made(5900 * rpm, left=False))
+    assert slow["at_least"] and slow["sentence"].endswith(
+        "more than 1.97 times the open loop; the model was compared with measurements up to 6000 rpm (100 Hz)"
+    )
+    unknown = comparison(made(300.0, checked=None), made(600.0, checked=None))
+    assert unknown["times_checked"] is None and "states no speeds at which its model was checked" in unknown["sentence"]
+
+
+def test_what_a_safe_speed_exceeds_is_stated_from_the_last_checked_speed_on(plant):
+    found = safe_speed(plant, None, start=620.0, stop=640.0, rate=400.0, radius=1e-3)
+    assert found.checked == pytest.approx(200 * np.pi)
+    assert [text.partition(":")[0] for text in found.beyond] == ["from 6000 rpm on"]
+    assert safe_speed(plant, None, start=600.0, stop=610.0, rate=400.0, radius=1e-3).beyond == ()
+
+
+def test_a_verification_on_another_machine_says_so(plant, model):
+    law = lqr.design(model).with_(about={"machine": "my_rig 0123"})
+    result = Verification(law, "dtu_gas_bearing", (), (), ())
+    assert result.remark.startswith("law lqr: was designed on a model of my_rig, and the machine is dtu_gas_bearing")
+    assert "Law lqr: was designed on a model of my_rig" in page(result)
+    assert Verification(law, "my_rig", (), (), ()).remark == ""

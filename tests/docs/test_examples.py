@@ -29,6 +29,11 @@ PRINTED = {
     "diagnose_runup": ("verdict: partial", "runout.amplitude_1x", 5.43e-6, 2.8e-7, 0.535),
     "film_coefficients": (0.7, 7.0, 5, 10.4, 1000),
     "film_pressure": (67.5, 44),
+    "film_range": (
+        "dtu_gas_bearing: 21 of 25 speeds beyond",
+        "from 6000 rpm on: 6100 rpm",
+        "ended at 6003 rpm: the rim",
+    ),
     "fmu_loop": (10.2, 5.4),
     "frequency_response": (26.4, 118),
     "foil_rotor": (-0.049, 6.6, 6000, 7.7, 28000, 0.124, 7.9, 6000, 8.9, 28000),

@@ -34,6 +34,26 @@ def template():
     return idn.identify(record(0, seconds=2.0))
 
 
+def test_models_keep_the_machine_of_their_records_and_files_too(template, tmp_path):
+    made = record(0, seconds=2.0)
+    assert (template.model.machine, idn.identify(made).model.to_dict().get("machine")) == ("", None)
+    known = made.assign_attrs(machine='name = "my_rig"\n', machine_hash="0123")
+    found = idn.identify(known)
+    assert found.model.machine == "my_rig 0123"
+    for attrs in ({"machine": "not [toml"}, {"machine_hash": ""}):
+        assert idn.identify(known.assign_attrs(attrs)).model.machine == ""
+    found.model.save(tmp_path / "model.json")
+    assert idn.load_model(tmp_path / "model.json").machine == "my_rig 0123"
+    local = [replace(one, model=found.model) for one in results(template)]
+    lpv = idn.fit_lpv(local)
+    assert lpv.machine == lpv.at(300.0, 5e5).machine == "my_rig 0123"
+    for name in ("lpv.json", "lpv.mat"):
+        lpv.save(tmp_path / name)
+        assert idn.load_model(tmp_path / name).machine == "my_rig 0123"
+    mixed = [replace(local[0], model=replace(found.model, machine="b 1")), *local[1:]]
+    assert idn.fit_lpv(mixed).machine == "" and "machine" not in idn.fit_lpv(mixed).to_dict()
+
+
 def results(template, cubic=0.0, noise=0.0):
     rng = np.random.default_rng(0)
     made = []

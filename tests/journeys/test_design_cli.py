@@ -141,14 +141,34 @@ def test_a_law_for_another_sampling_time_is_not_verified(run, tmp_path):
     assert "the plant samples every 0.2 ms" in err
 
 
+def test_a_law_for_another_machine_runs_with_a_warning(run, tmp_path):
+    run("design", "p", MODEL, "--out", tmp_path / "p.json")
+    law = load_law(tmp_path / "p.json")
+    law.with_(about=law.about | {"machine": "my_rig 0123456789abcdef"}).save(tmp_path / "p.json")
+    short = ("--duration", "0.1 s", "--pressure", "0.6 MPa", "--no-report", "--json")
+    code, text, err = run("experiment", "controlled", "--law", tmp_path / "p.json", *short)
+    assert code == 0 and json.loads(text)["parameters"]["law_machine"] == "my_rig 0123456789abcdef"
+    lines = [line for line in err.splitlines() if not line.startswith("compiling ")]
+    assert lines == [
+        "law p: was designed on a model of my_rig, and the machine is dtu_gas_bearing: a test of robustness; design it "
+        "on a model of this machine to use it there"
+    ]
+
+
 def test_a_law_is_verified_on_the_machine(run, tmp_path):
     run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
     short = ("--duration", "0.2 s", "--pressure", "0.6 MPa", "--no-report", "--json")
     code, text, err = run("experiment", "controlled", "--law", tmp_path / "lqr.json", *short)
     law = load_law(tmp_path / "lqr.json")
     assert code == 0 and json.loads(text)["parameters"]["law_hash"] == law.hash, err
-    code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--out", tmp_path / "v")
+    quick = ("--quick", "--safe-speed", "--json", "--out", tmp_path / "v")
+    code, text, err = run("verify", tmp_path / "lqr.json", *quick)
     result = json.loads(text)
+    safe = result["safe_speed"]
+    assert safe["ratio"] == pytest.approx(safe["closed_rpm"] / safe["open_rpm"]) and safe["ratio"] > 2
+    assert safe["last_checked_rpm"] == pytest.approx(6000) and safe["times_checked"] > 2
+    assert safe["beyond"][0].startswith("from 6000 rpm on: ")
+    assert "times that, is not checked" in (tmp_path / "v" / "report.html").read_text()
     rows = {row["check"]: row for row in result["rows"]}
     assert [line for line in err.splitlines() if not line.startswith("compiling ")] == []
     assert code == (0 if result["passed"] else 1)

@@ -48,6 +48,31 @@ def test_a_plain_rotor_is_an_equally_good_machine_and_json_is_for_scripts(tmp_pa
     assert summary["smallest_film"] is None
 
 
+def test_a_run_up_to_a_limit_keeps_its_record_and_ends_with_the_reason_and_code_2(tmp_path):
+    """The rim of the disc, 80 mm, passes 4 m/s at 477.5 rpm; the page has the reason too."""
+    limit = ["--set", "limits.tip_speed=4 m/s"]
+    done = rotorsim("runup", "plain_rotor", *SHORT, *limit, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith("ended at 478 rpm: the rim of discs.0, radius 80 mm, moves at 4.0")
+    assert "what was simulated is in runup/runup.nc" in done.stderr
+    with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
+        assert float(record["speed"][-1]) <= 50.0 and record.attrs["ended"].startswith("ended at 478 rpm")
+    assert "above limits.tip_speed 4 m/s" in (tmp_path / "runup" / "report.html").read_text()
+    done = rotorsim("runup", "plain_rotor", *SHORT, *limit, "--start", "500 rpm", "--out", "b", cwd=tmp_path)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1) and "begin lower or raise it" in done.stderr
+    assert not (tmp_path / "b").exists()
+
+
+def test_json_and_table_state_what_is_beyond_the_checked_range(tmp_path):
+    ramp = ["--start", "5900 rpm", "--stop", "6100 rpm", "--rate", "1000 rpm/s", "--grid", "32x8", "--no-report"]
+    done = rotorsim("runup", *ramp, "--json", cwd=tmp_path)
+    (text,) = json.loads(done.stdout)["beyond_checked_range"]
+    assert done.returncode == 0 and text.startswith("from 6000 rpm on: 6100 rpm, 1.02 times the highest speed")
+    done = rotorsim("experiment", "steady", "--speed", "7000 rpm", "--duration", "0.1 s", "--grid", "32x8",
+                    "--no-report", cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 0 and "Beyond the checked range" in done.stdout
+
+
 def test_a_second_run_does_not_touch_the_first(tmp_path):
     for _ in range(2):
         assert rotorsim("runup", "plain_rotor", *SHORT, "--no-report", cwd=tmp_path).returncode == 0
@@ -58,6 +83,9 @@ def test_a_second_run_does_not_touch_the_first(tmp_path):
     ("arguments", "sentence"),
     [
         (["--pressure", "0.05 MPa"], "no lift-off: at 0.05 MPa gauge"),
+        (["--set", "limits.tip_speed=-3 m/s"], "limits.tip_speed: '-3 m/s' must be above 0"),
+        (["--set", "limits.tipspeed=3 m/s"], "limits.tipspeed: unknown field; did you mean 'tip_speed'?"),
+        (["--set", "limits.choked_feeds=2"], "limits.choked_feeds: 2"),
         (["--pressure", "0.3"], "--pressure: '0.3' has no unit"),
         (["--pressure", "3 kg"], "--pressure: '3 kg' is not a pressure"),
         (["--rate", "0 rpm/s"], "rate = 0 rpm/s: must be positive"),

@@ -29,7 +29,8 @@ def result_rows(summary: dict[str, Any]) -> Rows:
     for name, p in summary.get("probes", {}).items():
         text = f"{shown(p['peak'], p['unit'])}, {shown(p['rms'], p['unit'])}"
         rows.append((f"Probe {name}: peak, rms about the mean", text))
-    return rows + special_rows(summary)
+    beyond = [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]
+    return rows + special_rows(summary) + beyond
 
 
 def special_rows(summary: dict[str, Any]) -> Rows:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
+from rotorsim.experiments.limits import sentences
 from rotorsim.report.export.page_files import write_page
 from rotorsim.report.pages import html
 from rotorsim.report.pages.figure_lists import Found, found_sections
@@ -61,7 +62,9 @@ def kind_of(run: Run) -> str:
 
 def _warning(run: Run) -> str:
     ended = str(run.record.attrs.get("ended", "complete"))
-    return "" if ended == "complete" else f'<p class="warning">The run did not reach its end: {escape(ended)}.</p>'
+    lines = [] if ended == "complete" else [f"The run did not reach its end: {ended}."]
+    lines += [f"Beyond the range in which the model was checked: {text}." for text in sentences(run.record.attrs)]
+    return "".join(f'<p class="warning">{escape(line)}</p>' for line in lines)
 
 
 def _key_numbers(run: Run) -> str:

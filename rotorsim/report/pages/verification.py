@@ -11,6 +11,7 @@ from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_S
 from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
 from rotorsim.verify.running import Run
+from rotorsim.verify.safe_speed import sentence
 
 LOUD = 10.0
 """End [um] of a waterfall's colour scale: what is far into the whirl would hide all else."""
@@ -31,8 +32,9 @@ def page(result: Verification) -> str:
         for r in result.rows
     ]
     verdict = "passed" if result.passed else "FAILED"
+    remark = f" {result.remark[0].upper()}{result.remark[1:]}." if result.remark else ""
     blocks = [
-        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.",
+        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.{remark}",
               ("criterion", "measured", "bound", "verdict", "remark"), rows),
         Block("Impact energies", "Norm of the disc's response over the force's during 0.1 s, along x and along y, "
               "at every operating point; the imbalance is taken out by a twin run without the hit.",
@@ -43,11 +45,12 @@ def page(result: Verification) -> str:
         blocks.append(Block("Run-up and coast-down", text, figure=runup_figure(*result.runs["runup"])))
     if "safe_speed" in result.runs:
         alone, held = result.runs["safe_speed"]
+        found = sentence(alone, held)
         text = (
-            f"Open loop: {alone.speed * TO_RPM:.0f} rpm, {alone.why}. Closed loop: {held.speed * TO_RPM:.0f} rpm, "
-            f"{held.why}. "
-            f"Spectra of y over speed; one colour scale for both, which ends at {LOUD:g} um."
+            f"{found[0].upper()}{found[1:]}. Spectra of y over speed; one colour scale for both, which ends at "
+            f"{LOUD:g} um."
         )
+        text += "".join(f" Beyond the range in which the model was checked: {one}." for one in held.beyond)
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
     about = [row for key, value in result.law.about.items() for row in _about(str(key), value)]
     blocks.append(

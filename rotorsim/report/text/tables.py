@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM
+from rotorsim.experiments.limits import BEYOND
 from rotorsim.report.pages.film_parts import feed_word
 from rotorsim.report.pages.run import Run
 from rotorsim.report.text.parameters import quantities, with_unit
@@ -38,7 +39,7 @@ def provenance(run: Run) -> Rows:
     """Hash, seed, versions and whatever else the record states about itself; parameters of experiments with units."""
     rows, known = [], quantities(run.record.attrs)
     for key, value in run.record.attrs.items():
-        if key in SETTINGS or key in ("machine", "assumed"):
+        if key in SETTINGS or key in ("machine", "assumed", BEYOND):
             continue
         label = PROVENANCE.get(key, str(key).replace("_", " ").capitalize())
         number = key in known and isinstance(value, (int, float, np.number))
@@ -76,7 +77,12 @@ def results(run: Run) -> Rows:
     rows += probe_rows(s.get("probes", {}))
     if run.self_excitable:
         rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
-    return rows
+    return rows + beyond_rows(s)
+
+
+def beyond_rows(summary: dict[str, Any]) -> Rows:
+    """A row for each limit of the checked range that the run exceeds."""
+    return [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]
 
 
 def probe_rows(probes: dict[str, dict[str, Any]]) -> Rows:

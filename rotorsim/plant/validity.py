@@ -1,0 +1,222 @@
+r"""Range in which the film model holds, by numbers of its films at an equilibrium.
+
+.. math:: \Lambda = \frac{6 \mu \Omega R^2}{p_a c^2}, \quad M = \frac{\Omega R}{\sqrt{\gamma R_g T}}, \quad
+          Re^* = \frac{\rho \Omega R\, c^2}{\mu R}, \quad
+          Kn = \frac{\mu}{p\,c} \sqrt{\frac{\pi R_g T}{2}}, \quad
+          M_e = \frac{\dot m}{2 \cdot 2 \pi R\, c\, \rho_a \sqrt{\gamma R_g T}}
+
+p and rho are the means over the film, rho_a is that at ambient pressure, c the clearance. A limit is where the model
+leaves something out that no longer is small: inertia (Re*, M_e), heat across the film (M: the middle of a sheared film
+is warmer than its walls by Pr (gamma - 1) M^2 / 8 of the absolute temperature, 3.5 % at M = 1), slip (Kn), a sonic
+entry from a feed hole; or where nothing checked it (Lambda, and the table `checked` of a machine file).
+
+Cites: hamrock_2004, white_2011, burgdorfer_1959.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reynolds.injector import critical_ratio
+from rotorsim.base.constants import MPA, TO_RPM
+from rotorsim.base.errors import RotorsimError
+from rotorsim.machine.bearings.film import Gas, GasFilm
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.plant import Plant, point
+from rotorsim.plant.simulation import Simulation
+
+if TYPE_CHECKING:
+    from rotorsim.machine.schema import Machine
+
+STEPS = 12
+"""Halvings of the range of speeds in which a limit is passed."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Largest value of a number of a film, and what the model leaves out or nothing has checked beyond it."""
+
+    name: str
+    limit: float
+    why: str
+
+
+BOUNDS = {
+    "bearing": Bound("bearing number", 25.0, "the film was compared with an independent solution up to there"),
+    "mach": Bound("Mach number of the surface", 1.0, "the film is taken as isothermal"),
+    "reynolds": Bound("reduced Reynolds number", 1.0, "the film has no inertia"),
+    "knudsen": Bound("Knudsen number", 0.01, "the gas does not slip at the walls; add [effects.slip]"),
+    "outflow": Bound("Mach number of the flow at the edges", 0.3, "the film has no inertia"),
+    "choked": Bound("share of the feed holes choked where they enter the film", 0.0, "the film has no sonic entry"),
+}
+SLIPPING = Bound("Knudsen number", 0.1, "[effects.slip] is of first order")
+
+
+@dataclass(frozen=True)
+class Exceeded:
+    """A limit of validity that an operating point exceeds: what, where, value, limit, unit, and the sentence."""
+
+    name: str
+    place: str
+    value: float
+    limit: float
+    unit: str
+    sentence: str
+
+
+def bearing_number(gas: Gas, film: GasFilm, speed: float) -> float:
+    """Lambda at a speed [rad/s]."""
+    return 6 * gas.viscosity * speed * (film.diameter / 2 / film.clearance) ** 2 / gas.ambient_pressure
+
+
+def sound(gas: Gas) -> float:
+    """Speed of sound [m/s]."""
+    return sqrt(gas.heat_capacity_ratio * gas.gas_constant * gas.temperature)
+
+
+def density(gas: Gas, pressure: float) -> float:
+    """Density [kg/m^3] at an absolute pressure [Pa]."""
+    return pressure / (gas.gas_constant * gas.temperature)
+
+
+def surface_mach(gas: Gas, film: GasFilm, speed: float) -> float:
+    """Mach number of the journal's surface at a speed [rad/s]."""
+    return speed * film.diameter / 2 / sound(gas)
+
+
+def reduced_reynolds(gas: Gas, film: GasFilm, speed: float, pressure: float) -> float:
+    """Inertia over viscous force in the film at a speed [rad/s] and mean absolute pressure [Pa]."""
+    return density(gas, pressure) * speed * film.clearance**2 / gas.viscosity
+
+
+def knudsen(gas: Gas, film: GasFilm, pressure: float) -> float:
+    """Mean free path over clearance at a mean absolute pressure [Pa]."""
+    return gas.viscosity / (pressure * film.clearance) * sqrt(pi * gas.gas_constant * gas.temperature / 2)
+
+
+def outflow_mach(gas: Gas, film: GasFilm, flow: float) -> float:
+    """Mach number at both edges of the film, through which a flow [kg/s] leaves."""
+    area = 2 * pi * film.diameter * film.clearance
+    return flow / (area * density(gas, gas.ambient_pressure) * sound(gas))
+
+
+def choked_share(simulation: Simulation, number: int = 0) -> float:
+    """Share of the injectors and orifices of a film whose flow into it is sonic now; 0 without any."""
+    a = simulation.assembly
+    v, n = a.film_part(simulation.w, number), len(a.films[number].injectors)
+    if not n:
+        return 0.0
+    ratio = v[a.film.local_p : a.film.local_p + n] / v[a.film.plenum : a.film.plenum + n]
+    return float(np.mean(ratio < critical_ratio(a.machine.gas.heat_capacity_ratio)))
+
+
+def film_numbers(simulation: Simulation) -> list[dict[str, float]]:
+    """Numbers of every film now, by the keys of `BOUNDS`."""
+    a = simulation.assembly
+    gas, speed, found = a.machine.gas, abs(float(simulation.w[a.rotor.speed])), []
+    for k, film in enumerate(a.machine.films):
+        pressure = float(simulation.film_pressure(k).mean())
+        start = a.film.film_flow
+        flow = float(a.film_part(simulation.w, k)[start : start + len(a.films[k].injectors)].sum())
+        found.append({
+            "bearing": bearing_number(gas, film, speed),
+            "mach": surface_mach(gas, film, speed),
+            "reynolds": reduced_reynolds(gas, film, speed, pressure),
+            "knudsen": knudsen(gas, film, pressure),
+            "outflow": outflow_mach(gas, film, flow),
+            "choked": choked_share(simulation, k),
+        })  # fmt: skip
+    return found
+
+
+def range_of_validity(plant: Plant, speed: float = 0.0, pressure: float = 0.0) -> list[Exceeded]:
+    """Limits that the film model exceeds at the equilibrium of a speed [rad/s] and gauge pressure [Pa].
+
+    Speed and pressure are numbers in SI or texts with a unit. Raises as `Plant.equilibrium`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> [one.name for one in rs.plant.range_of_validity(plant, "12000 rpm", "0.5 MPa")]
+    ['speed']
+    """
+    return exceeded(plant.start(speed, pressure), point(speed, pressure)[1])
+
+
+def exceeded(simulation: Simulation, pressure: float) -> list[Exceeded]:
+    """Limits that the film model exceeds where a simulation stands, supplied at a gauge pressure [Pa]."""
+    a = simulation.assembly
+    found = list(_unchecked(a.machine, float(simulation.w[a.rotor.speed]), pressure))
+    bounds = BOUNDS | ({"knudsen": SLIPPING} if "slip" in a.machine.effects else {})
+    numbers = film_numbers(simulation)
+    for key, bound in bounds.items():
+        where = [name for name, one in zip(a.machine.film_names, numbers, strict=True) if one[key] > bound.limit]
+        if where:
+            value = max(one[key] for one in numbers)
+            place = f"{'films' if len(where) > 1 else 'film'} {', '.join(where)}" if len(numbers) > 1 else "film"
+            text = f"{bound.name} {value:.3g} > {bound.limit:g} in the {place} ({bound.why})"
+            found.append(Exceeded(bound.name, place, value, bound.limit, "1", text))
+    return found
+
+
+def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exceeded]:
+    """Speed [rad/s] and gauge pressure [Pa] beyond those that the machine file states as checked."""
+    checked = machine.checked
+    if checked is None or checked.holds(speed, pressure):
+        return
+    compared = "which the machine's model was compared with measurements"
+    if not checked.holds(speed, checked.lowest_pressure):
+        times = f", {abs(speed) / checked.highest_speed:.3g} times" if checked.highest_speed else ", above"
+        highest = f"{checked.highest_speed * TO_RPM:.0f} rpm, {checked.against}"
+        text = f"{abs(speed) * TO_RPM:.0f} rpm{times} the highest speed at {compared} ({highest})"
+        yield Exceeded("speed", "machine", abs(speed), checked.highest_speed, "rad/s", text)
+    if not checked.holds(0.0, pressure):
+        low, high = checked.lowest_pressure, checked.highest_pressure or np.inf
+        below, limit = ("below", low) if pressure < low else ("above", high)
+        text = f"{pressure / MPA:.3g} MPa, {below} the pressures at {compared} ({checked.pressures}, {checked.against})"
+        yield Exceeded("pressure", "machine", pressure, limit, "Pa", text)
+
+
+def beyond(assembly: Assembly, slowest: float, fastest: float, pressure: float) -> tuple[str, ...]:
+    """Sentences of what a run at a gauge pressure [Pa] exceeds, with the speed from which on or up to which it does.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    slowest, fastest : float
+        Lowest and highest speed [rad/s] of the run.
+    pressure : float
+    """
+    low = {one.name: one for one in _at(assembly, slowest, pressure)}
+    high = {one.name: one for one in _at(assembly, fastest, pressure)}
+    above = {name: _passage(assembly, name, fastest, slowest, pressure) for name in high if name not in low}
+    below = {name: _passage(assembly, name, slowest, fastest, pressure) for name in low if name not in high}
+    return (
+        *(f"from {above[name]} on: {one.sentence}" if name in above else one.sentence for name, one in high.items()),
+        *(f"up to {speed}: {low[name].sentence}" for name, speed in below.items()),
+    )
+
+
+def _passage(assembly: Assembly, name: str, beyond: float, within: float, pressure: float) -> str:
+    """Speed, as a text, at which a limit is passed, between one [rad/s] beyond it and one within."""
+    checked = assembly.machine.checked
+    if name == "speed" and checked is not None:
+        return f"{checked.highest_speed * TO_RPM:.0f} rpm"
+    for _ in range(STEPS):
+        middle = (beyond + within) / 2
+        passed = name in {one.name for one in _at(assembly, middle, pressure)}
+        beyond, within = (middle, within) if passed else (beyond, middle)
+    return f"{beyond * TO_RPM:.0f} rpm"
+
+
+def _at(assembly: Assembly, speed: float, pressure: float) -> list[Exceeded]:
+    """Limits exceeded at an equilibrium; those of the machine alone where there is none."""
+    try:
+        return exceeded(Simulation.at_equilibrium(assembly, speed, pressure), pressure)
+    except RotorsimError:
+        return list(_unchecked(assembly.machine, speed, pressure))
