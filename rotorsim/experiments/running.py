@@ -25,11 +25,7 @@ from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.sampling import check_speed
 from rotorsim.plant.control_systems import as_controller
-<<<<<<< HEAD
-from rotorsim.plant.controller import alarms_of
-=======
-from rotorsim.plant.controller import call
->>>>>>> w/safe
+from rotorsim.plant.controller import alarms_of, call
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates
@@ -123,16 +119,12 @@ def run(
     except LimitError as error:
         ended = str(error)
     values = {name: np.concatenate([part[name] for _, part in blocks]) for name in blocks[0][1]}
-<<<<<<< HEAD
-    attrs = plant.provenance(seed) | experiment.attrs() | {"ended": "complete"} | simulation.counters
-    attrs |= alarms_of(getattr(experiment, "controller", None))
-=======
->>>>>>> w/safe
     time = np.concatenate([time for time, _ in blocks])
     if len(time) < FEWEST:
         raise LimitError(f"{experiment.name}: {ended}; too little was simulated to keep")
     attrs = plant.provenance(seed) | experiment.attrs() | {"ended": ended} | simulation.counters
     attrs |= beyond_attrs(plant.assembly, values["speed"], experiment.initial()[1])
+    attrs |= alarms_of(getattr(experiment, "controller", None))
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
 
@@ -218,11 +210,8 @@ def stream(
         ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
-<<<<<<< HEAD
-    file.note(ended=ended, **simulation.counters, **alarms_of(getattr(experiment, "controller", None)))
-=======
-    file.note(ended=ended, **simulation.counters, **beyond_attrs(simulation.assembly, speeds, experiment.initial()[1]))
->>>>>>> w/safe
+    notes = simulation.counters | beyond_attrs(simulation.assembly, speeds, experiment.initial()[1])
+    file.note(ended=ended, **notes, **alarms_of(getattr(experiment, "controller", None)))
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
 
 

@@ -16,12 +16,9 @@ class Controller(Protocol):
     """Anything that makes a reference [V] from a measurement [m]; called once per sample.
 
     A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling(Ts)`
-<<<<<<< HEAD
-    before every run: it may refuse the machine's sampling time [s]; `applied(reference)`, before every step, gives it
-    the reference [V] that acts, which is not its own where one is added to it.
-=======
     before every run: it may refuse the machine's sampling time [s]. `check_machine(name)` may warn of the machine.
->>>>>>> w/safe
+    `applied(reference)`, before every step, gives it the reference [V] that acts, which is not its own where one is
+    added to it.
 
     Examples
     --------
@@ -81,11 +78,7 @@ def check_actuators(machine: Machine, name: str) -> None:
         )
 
 
-<<<<<<< HEAD
 def call(controller: Controller, method: str, *given: Any) -> None:
-=======
-def call(controller: Controller, method: str, *given: float | str) -> None:
->>>>>>> w/safe
     """Call a method of a controller where it has one."""
     found = getattr(controller, method, None)
     if callable(found):
