@@ -8,6 +8,7 @@ from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel
 from .local.result import Identification as Identification
+from .local.structure import Structure as Structure
 from .lpv.coherent import coherent_basis as coherent_basis
 from .lpv.fit import fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
