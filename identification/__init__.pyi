@@ -7,6 +7,7 @@ from .errors import (
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel
+from .local.response_fit import ResponseFit as ResponseFit, fit_frequency_response as fit_frequency_response
 from .local.result import Identification as Identification
 from .local.structure import Structure as Structure
 from .lpv.coherent import coherent_basis as coherent_basis
@@ -24,7 +25,11 @@ from .records.folder import (
     pair as pair,
     survey as survey,
 )
-from .records.frf import FrequencyResponse as FrequencyResponse, frequency_response as frequency_response
+from .records.frf import (
+    FrequencyResponse as FrequencyResponse,
+    frequency_response as frequency_response,
+    periodic_response as periodic_response,
+)
 from .records.lab.proposal import propose as propose
 from .records.lab.resample import resample as resample
 from .records.lab.whole_stretches import longest as longest, whole_stretches as whole_stretches

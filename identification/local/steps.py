@@ -4,6 +4,8 @@ r"""Steps of Levenberg and Marquardt, of parameters with or without bounds.
 
 Elements that pass a bound stop there and the others are solved for again (active set). Source: Nocedal and Wright,
 Numerical Optimization (2006), chapters 10 and 16.
+
+Cites: nocedal_2006.
 """
 
 from __future__ import annotations
