@@ -238,6 +238,7 @@ class Fit:
     converged: bool
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a step too far, which is not taken
 def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Fit:
     """Fit from the start `theta`; the state starts at zero.
 

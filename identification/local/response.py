@@ -3,6 +3,8 @@ r"""Frequency response of a state-space model and its derivatives by the paramet
 .. math:: G = C R B + D, \qquad R = (s I - A)^{-1}, \qquad dG = C R\,(dA\, R B + dB) + dC\, R B + dD
 
 with s = j omega of a continuous model, exp(j omega Ts) of a sampled one.
+
+Cites: ljung_1999.
 """
 
 from __future__ import annotations

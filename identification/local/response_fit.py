@@ -31,7 +31,7 @@ from identification.local.own import (
     valued,
 )
 from identification.local.response import response_with_derivatives
-from identification.local.result import insignificant, mode_lines, model_name, parameter_lines
+from identification.local.response_result import ResponseFit
 from identification.local.start import response_starts
 from identification.local.steps import Box
 from identification.local.structure import Matrices, Structure
@@ -41,9 +41,10 @@ from rotorsim.base.rounding import unstable_poles
 KINDS = ("1", "3")
 NEIGHBOURS = 5
 """Errors of lines up to so far apart are taken as related."""
+MISSED = 2.0
+"""Misfit above which there is a warning."""
 PER_PARAMETER = 2
 """Least numbers, real and imaginary part each one, for each parameter."""
-ITERATIONS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,54 +95,6 @@ class ResponseProblem:
             return False
         A = self.model.structure.matrices(theta)[0]
         return bool(np.all(np.isfinite(A))) and not unstable_poles(A)
-
-
-@dataclass(frozen=True, eq=False)
-class ResponseFit:
-    """Result of `fit_frequency_response`.
-
-    kind '1', '3' or the name of your own structure; parameters by name as (value, sd) in SI, sd NaN at a bound;
-    covariance (q, q) of `theta`; wn [rad/s], zeta (k,) and static gain (2, 2) [m/V] with standard deviations; fit (2,)
-    of each output, as a share of one; misfit (2,), RMS of what is left over its standard deviation, about 1 where the
-    structure explains the response and NaN where no variance is known; number of lines.
-    """
-
-    kind: str
-    model: LinearModel
-    parameters: dict[str, tuple[float, float]]
-    theta: np.ndarray
-    covariance: np.ndarray
-    wn: np.ndarray
-    zeta: np.ndarray
-    wn_sd: np.ndarray
-    zeta_sd: np.ndarray
-    static_gain: np.ndarray
-    static_gain_sd: np.ndarray
-    fit: np.ndarray
-    misfit: np.ndarray
-    lines: int
-    speed: float
-    pressure: float
-    iterations: int
-    converged: bool
-    seconds: float
-    warnings: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()
-
-    @property
-    def insignificant(self) -> tuple[str, ...]:
-        """Parameters within two standard deviations of zero."""
-        return insignificant(self.parameters)
-
-    def report(self) -> str:
-        """The findings as a text that a person can read."""
-        name = model_name(self.kind, self.model)
-        fits, misfits = (", ".join(f"{v:.{d}f}" for v in row) for row, d in ((100 * self.fit, 2), (self.misfit, 2)))
-        lines = [f"{name}, frequency response, {self.lines} lines, {self.iterations} iterations, {self.seconds:.2f} s"]
-        lines.append(f"fit      {fits} %   residual over its standard deviation {misfits}")
-        lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
-        lines += parameter_lines(self.parameters, self.units)
-        return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings)])
 
 
 def fit_frequency_response(
@@ -201,8 +154,18 @@ def fit_frequency_response(
         kind, LinearModel(*structure.matrices(theta), speed=speed, pressure=pressure),
         valued(structure, theta, covariance), theta, covariance, wn, zeta, wn_sd, zeta_sd, gain, gain_sd, fit, misfit,
         len(used.omega), speed, pressure, steps, converged, perf_counter() - began,
-        (*unfinished, *bound_remarks(structure, theta)), structure.units if isinstance(model, Structure) else (),
+        (*unfinished, *_missed(misfit), *bound_remarks(structure, theta)), structure.units if isinstance(model, Structure) else (),
     )  # fmt: skip
+
+
+def _missed(misfit: np.ndarray) -> tuple[str, ...]:
+    """A sentence where more is left than the response's variance explains."""
+    if not np.nanmax(misfit, initial=0.0) > MISSED:
+        return ()
+    return (
+        f"what is left is {np.max(misfit):.1f} times its standard deviation: the structure misses something, which the "
+        "stated intervals do not hold, or the start was too far off",
+    )
 
 
 def in_band(response: FrequencyResponse, band: tuple[float, float], q: int) -> FrequencyResponse:
@@ -258,7 +221,7 @@ def _best(structure: Structure, response: FrequencyResponse, start: Any) -> tupl
     found = []
     for made, first in ready:
         problem = response_problem(made, response)
-        found.append((problem, solve(problem, first, ITERATIONS)))
+        found.append((problem, solve(problem, first)))
     if not found:
         raise UnfitError("fit_frequency_response: no stable start found in the response; give start=")
     problem, best = min(found, key=lambda pair: pair[1].cost)

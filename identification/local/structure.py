@@ -7,6 +7,8 @@ that of the polynomial through five values, which lie within the parameter's bou
 .. math:: f'(\theta) \approx \sum_{i=1}^{5} w_i f(\theta + o_i h), \qquad \sum_i w_i o_i^k = \delta_{1k}, \; k = 0 \ldots 4
 
 Central values give the usual formula of fourth order. The error of a smooth function is some 1e-11 of its size.
+
+Cites: fornberg_1988.
 """
 
 from __future__ import annotations
