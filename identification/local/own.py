@@ -33,7 +33,9 @@ def prepared(structure: Structure, start: Any = None) -> tuple[Structure, np.nda
         raise UnfitError(f"{structure}: has no start; give start=, one value for each of its parameters")
     theta = np.asarray(structure.start if start is None else start, float).ravel()
     if theta.shape != (len(structure.parameters),):
-        raise UnfitError(f"{structure}.start: {theta.size} values; give one for each of {', '.join(structure.parameters)}")
+        raise UnfitError(
+            f"{structure}.start: {theta.size} values; give one for each of {', '.join(structure.parameters)}"
+        )
     made = replace(structure, matrices=checked(structure), start=tuple(theta))
     for name, value, low, high in zip(made.parameters, theta, made.low, made.high, strict=True):
         if not low <= value <= high:
@@ -43,7 +45,9 @@ def prepared(structure: Structure, start: Any = None) -> tuple[Structure, np.nda
     matrices = made.matrices(theta)
     for name, matrix in zip("ABCD", matrices, strict=True):
         if not np.all(np.isfinite(matrix)):
-            raise ModelError(f"{structure}.matrices: {name} has NaN or infinite values at the start; correct the function")
+            raise ModelError(
+                f"{structure}.matrices: {name} has NaN or infinite values at the start; correct the function"
+            )
     if unstable_poles(matrices[0]):
         raise UnfitError(f"{structure}.start: the model is unstable there; start from a stable one")
     return made, theta
@@ -58,7 +62,9 @@ def checked(structure: Structure) -> Callable[[np.ndarray], Matrices]:
         try:
             found = own(theta.copy())
         except Exception as error:
-            raise ModelError(f"{structure}.matrices: {type(error).__name__}: {error}, at {values}; correct it") from error
+            raise ModelError(
+                f"{structure}.matrices: {type(error).__name__}: {error}, at {values}; correct it"
+            ) from error
         return _shaped(structure, found, values)
 
     return matrices
@@ -77,7 +83,9 @@ def _shaped(structure: Structure, found: Any, values: str) -> Matrices:
         wanted = tuple(n if size == "n" else int(size) for size in sizes)
         if matrix.shape != wanted or not n:
             text = ", ".join(sizes)
-            raise ModelError(f"{structure}.matrices: {name} has the shape {matrix.shape}, expected ({text}) with n states")
+            raise ModelError(
+                f"{structure}.matrices: {name} has the shape {matrix.shape}, expected ({text}) with n states"
+            )
     return A, B, C, D
 
 
@@ -128,8 +136,8 @@ def bound_remarks(structure: Structure, theta: np.ndarray) -> tuple[str, ...]:
     """A sentence for each parameter that ended at a bound."""
     low, high = structure.at_bounds(theta)
     return tuple(
-        f"{name} ended at its {'lower' if at_low else 'upper'} bound {value:g}: it has no standard deviation, and those "
-        "of the others hold for this value"
+        f"{name} ended at its {'lower' if at_low else 'upper'} bound {value:g}: it has no standard deviation, and "
+        "those of the others hold for this value"
         for name, value, at_low, at_high in zip(structure.parameters, theta, low, high, strict=True)
         if at_low or at_high
     )

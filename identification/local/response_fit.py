@@ -4,7 +4,8 @@ r"""Fit of a structure to a measured frequency response, weighted line by line.
 
 by the steps of the output-error fit, with exact derivatives. A response of sampled signals is held against the model
 behind its zero-order hold. The covariance is that of least squares, by the scatter that is left, times 1 + 2 sum rho_k
-of the correlations rho_k of what is left k lines apart, for a window makes errors of neighbours alike. Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2012), chapters 8 and 9.
+of the correlations rho_k of what is left k lines apart, for a window makes errors of neighbours alike. Source: Pintelon
+and Schoukens, System Identification: A Frequency Domain Approach (2012), chapters 8 and 9.
 
 Cites: pintelon_2012.
 """
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ModelError, UnfitError
-from identification.local.fit import GreyBox, Problem, solve
+from identification.local.fit import GreyBox, solve
 from identification.local.greybox import STRUCTURES
 from identification.local.identifiable import without_nuisance
 from identification.local.models import LinearModel
@@ -146,6 +147,7 @@ def fit_frequency_response(
     kind = structure.name if isinstance(model, Structure) else str(model)
     used = in_band(response, band, len(structure.parameters))
     problem, theta, steps, converged = _best(structure, used, start)
+    units = structure.units if isinstance(model, Structure) else ()
     structure, covariance = problem.model.structure, _covariance(problem, theta)
     wn, zeta, wn_sd, zeta_sd, gain, gain_sd = properties(structure, theta, covariance)
     fit, misfit = _goodness(problem, used, theta)
@@ -154,7 +156,7 @@ def fit_frequency_response(
         kind, LinearModel(*structure.matrices(theta), speed=speed, pressure=pressure),
         valued(structure, theta, covariance), theta, covariance, wn, zeta, wn_sd, zeta_sd, gain, gain_sd, fit, misfit,
         len(used.omega), speed, pressure, steps, converged, perf_counter() - began,
-        (*unfinished, *_missed(misfit), *bound_remarks(structure, theta)), structure.units if isinstance(model, Structure) else (),
+        (*unfinished, *_missed(misfit), *bound_remarks(structure, theta)), units,
     )  # fmt: skip
 
 
@@ -180,8 +182,8 @@ def in_band(response: FrequencyResponse, band: tuple[float, float], q: int) -> F
     count, need = 2 * int(known[kept].sum()), PER_PARAMETER * q
     if count < need or not known[kept].any(axis=(0, 1)).all():
         raise UnfitError(
-            f"fit_frequency_response: {int(kept.sum())} lines between {band[0]:g} and {band[1]:g} Hz hold {count} numbers "
-            f"of both inputs, {q} parameters need {need} or more; widen the band or measure more lines"
+            f"fit_frequency_response: {int(kept.sum())} lines between {band[0]:g} and {band[1]:g} Hz hold {count} "
+            f"numbers of both inputs, {q} parameters need {need} or more; widen the band or measure more lines"
         )
     if not np.all(known[kept].any(axis=(0, 2))):
         raise UnfitError("fit_frequency_response: an output was not measured; give G of both")
@@ -207,7 +209,9 @@ def response_problem(structure: Structure, response: FrequencyResponse) -> Respo
     return ResponseProblem(grey, response.omega, G, weights(response), not response.Ts, box(structure))
 
 
-def _best(structure: Structure, response: FrequencyResponse, start: Any) -> tuple[ResponseProblem, np.ndarray, int, bool]:
+def _best(
+    structure: Structure, response: FrequencyResponse, start: Any
+) -> tuple[ResponseProblem, np.ndarray, int, bool]:
     """Problem, parameters of the lowest cost that a start leads to, steps, whether the iteration ended."""
     if start is not None or structure.start:
         ready = [prepared(structure, start)]
@@ -239,12 +243,12 @@ def _covariance(problem: ResponseProblem, theta: np.ndarray) -> np.ndarray:
     e, J = problem.residual(theta)
     free = ~np.any(structure.at_bounds(theta), axis=0)
     refuse_indistinguishable(structure, without_nuisance(J, len(theta))[:, free], free)
-    flat = J[..., free].reshape(-1, int(free.sum()))
-    left = 2 * np.count_nonzero(problem.weight) - flat.shape[1]
+    flat = J[..., free].reshape(e.size, int(free.sum()))
+    left = max(2 * int(np.count_nonzero(problem.weight)) - flat.shape[1], 1)
     length = np.maximum(np.linalg.norm(flat, axis=0), 1e-300)
     inverse = np.linalg.pinv((flat / length).T @ (flat / length), hermitian=True) / np.outer(length, length)
     covariance = np.zeros((len(theta), len(theta)))
-    covariance[np.ix_(free, free)] = inverse * float(np.sum(e**2)) / max(left, 1) * related(e)
+    covariance[np.ix_(free, free)] = inverse * (float(np.sum(e**2)) / left * related(e))
     return covariance
 
 
@@ -254,7 +258,9 @@ def related(e: np.ndarray) -> float:
     return max(1.0, 1 + 2 * sum(float(np.sum(e[k:] * e[:-k])) / whole for k in range(1, min(NEIGHBOURS + 1, len(e)))))
 
 
-def _goodness(problem: ResponseProblem, response: FrequencyResponse, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _goodness(
+    problem: ResponseProblem, response: FrequencyResponse, theta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Fit (2,) and misfit (2,)."""
     known, G = problem.weight > 0, problem.response(theta)[0]
     left = np.where(known, problem.G - G, 0)

@@ -38,7 +38,9 @@ def response_starts(kind: str, response: FrequencyResponse) -> list[np.ndarray]:
     candidates = []
     for corner in CORNERS:
         if kind == "2":
-            lag = np.asarray(held) / np.exp(-0.5j * response.omega * response.Ts) * np.exp(-1j * response.omega / corner)
+            lag = (
+                np.asarray(held) / np.exp(-0.5j * response.omega * response.Ts) * np.exp(-1j * response.omega / corner)
+            )
             more = [2 * corner] * 2
         else:
             lag = np.asarray(held / (1 + 1j * response.omega / corner))

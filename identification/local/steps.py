@@ -41,7 +41,7 @@ def damped_step(N: np.ndarray, g: np.ndarray, damping: float, room: Box = None) 
 
 
 def _stopped(M: np.ndarray, s: np.ndarray, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Solution of M step = s in what is free, where elements that pass a bound are held at it, one set after another."""
+    """Solution of M step = s in what is free; elements that pass a bound are held at it, one set after another."""
     held = np.zeros(len(s), bool)
     while np.any(beyond := ~held & ((step < low) | (step > high))):
         held |= beyond

@@ -1,10 +1,11 @@
-r"""Structures of grey-box models: named parameters theta and the matrices A, B, C, D of continuous time that they make.
+r"""Structures of grey-box models: named parameters theta and the matrices A, B, C, D that they make, continuous time.
 
-The thesis' Models 1 to 3 (`identification.local.greybox`) are instances, and so is a structure of one's own. Where A and
+The thesis' Models 1 to 3 (`identification.local.greybox`) are instances, and so is a structure of your own. Where A and
 B are affine in each parameter alone, C and D constant, the difference of two values is the exact derivative; else it is
 that of the polynomial through five values, which lie within the parameter's bounds:
 
-.. math:: f'(\theta) \approx \sum_{i=1}^{5} w_i f(\theta + o_i h), \qquad \sum_i w_i o_i^k = \delta_{1k}, \; k = 0 \ldots 4
+.. math:: f'(\theta) \approx \sum_{i=1}^{5} w_i f(\theta + o_i h), \qquad
+          \sum_i w_i o_i^k = \delta_{1k}, \; k = 0 \ldots 4
 
 Central values give the usual formula of fourth order. The error of a smooth function is some 1e-11 of its size.
 
@@ -31,11 +32,11 @@ AT_BOUND = 1e-9
 class Structure:
     """Parameters and the matrices that they make: two references [V] in, two displacements [m] out, n states.
 
-    name; parameters: q names; matrices: function of theta (q,) that returns A (n, n), B (n, 2), C (2, n), D (2, 2) in SI
-    units, continuous time; start (q,): where a fit begins, unless it is given another; bounds: q pairs (low, high), -inf
-    and inf where there is none; units: q texts for reports; positive: names of parameters, such as poles and masses,
-    that stay above zero and change by half at most in one step of a fit; affine: whether A and B are affine in each
-    parameter alone and C and D constant, which makes derivatives exact. Nothing of it is stored with a model.
+    name; parameters: q names; matrices: function of theta (q,) that returns A (n, n), B (n, 2), C (2, n), D (2, 2) in
+    SI units, continuous time; start (q,): where a fit begins, unless it is given another; bounds: q pairs (low, high),
+    -inf and inf where there is none; units: q texts for reports; positive: names of parameters, such as poles and
+    masses, that stay above zero and change by half at most in one step of a fit; affine: whether A and B are affine in
+    each parameter alone and C and D constant, which makes derivatives exact. Nothing of it is stored with a model.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Recursive LPV estimate: a model with surfaces over speed and pressure that learns sample by sample, for online use.
 
-The equations are those of `identification.lpv.recursive_kernel`. What guards them: without excitation nothing is learned
-and no variance grows; no variance grows beyond its first value; every coefficient stays within its bounds; an update that
-would make the model unstable at the present operating point is halved twice and then refused; NaN, outliers and
-displacements that stand still are skipped, and nothing is learned until the filters have forgotten them.
+The equations are those of `identification.lpv.recursive_kernel`. What guards them: without excitation nothing is
+learned and no variance grows; no variance grows beyond its first value; every coefficient stays within its bounds; an
+update that would make the model unstable at the present operating point is halved twice and then refused; NaN, outliers
+and displacements that stand still are skipped, and nothing is learned until the filters have forgotten them.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ class RecursiveLpv:
         return OUTCOMES[int(self.take(*one, np.array([speed], float), np.array([pressure], float))[0])]
 
     def take(self, u: np.ndarray, y: np.ndarray, speed: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-        """Take samples in: u (n, 2) [V], y (n, 2) [m], speed (n,) [rad/s], pressure (n,) [Pa]; numbers of `OUTCOMES` (n,)."""
+        """Take u (n, 2) [V], y (n, 2) [m], speed (n,) [rad/s], pressure (n,) [Pa] in; numbers of `OUTCOMES` (n,)."""
         status = np.empty(len(u), np.int64)
         kernel.advance(
             np.ascontiguousarray(u, float), y / self._scale, speed, pressure, self._F, self._inputs, self._exponents,
@@ -178,7 +178,9 @@ class RecursiveLpv:
                 raise UnfitError(f"record: no {name}; a recursive estimate needs it at every sample: map or add it")
         assert y is not None and speed is not None and pressure is not None
         if abs(sampling_time(record) / self.Ts - 1) > 1e-6:
-            raise UnfitError(f"record: sampled every {sampling_time(record):g} s and not every {self.Ts:g} s; resample it")
+            raise UnfitError(
+                f"record: sampled every {sampling_time(record):g} s and not every {self.Ts:g} s; resample it"
+            )
         u, block, found = np.asarray(record["reference"].values, float), max(round(every / self.Ts), 1), []
         for first in range(0, len(u), block):
             at = slice(first, first + block)
@@ -186,7 +188,8 @@ class RecursiveLpv:
             found.append(self._modes())
         last = np.minimum(np.arange(0, len(u), block) + block, len(u)) - 1
         points, modes = np.array([one[0] for one in found]), np.array([one[1] for one in found])
-        return Track(np.asarray(record["time"].values, float)[last], *points.T, modes[:, 0], modes[:, 1])
+        time = np.asarray(record["time"].values, float)[last]
+        return Track(time, points[:, 0], points[:, 1], modes[:, 0], modes[:, 1])
 
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
         """Present operating point (2,) and wn, zeta (2, 2) there."""
@@ -196,7 +199,7 @@ class RecursiveLpv:
         return point, np.array([model.wn, model.zeta]) if two else np.full((2, 2), np.nan)
 
     def at(self, speed: float, pressure: float) -> LinearModel:
-        """Frozen model at `speed` [rad/s] and gauge `pressure` [Pa]; `extrapolated` outside what it has learned from."""
+        """Frozen model at `speed` [rad/s] and `pressure` [Pa, gauge]; `extrapolated` beyond what was learned from."""
         psi = self.basis.at(np.array([[speed, pressure]]))[0]
         rows = (self._theta.T.reshape(2, -1, len(psi)) @ psi)[:, : OWN - 1]
         low, high = self._real[kernel.LOWEST : kernel.HIGHEST], self._real[kernel.HIGHEST :]
@@ -221,7 +224,7 @@ def _basis(speeds: Any, pressures: Any, order: int) -> tuple[Basis, np.ndarray]:
         ends = np.asarray(pair, float).ravel()
         if ends.shape != (2,) or not np.all(np.isfinite(ends)) or ends[0] > ends[1]:
             raise UnfitError(f"recursive.{name}: {pair}; give the lowest and the highest to come")
-        lines.append(np.linspace(*ends, order + 2) if ends[1] > ends[0] else ends[:1])
+        lines.append(np.linspace(ends[0], ends[1], order + 2) if ends[1] > ends[0] else ends[:1])
     points = np.array([(speed, pressure) for speed in lines[0] for pressure in lines[1]])
     return make_basis(points, order), points
 
@@ -235,14 +238,14 @@ def _units(local: list[LinearModel], Ts: float) -> tuple[float, float]:
     omega = float(np.mean([one.wn[:2] for one in local]))
     if not (np.isfinite(Ts) and 0 < omega * Ts < FASTEST):
         raise UnfitError(
-            f"recursive.Ts: {Ts:g} s for modes at {omega / 2 / np.pi:.4g} Hz; sample at {2 * np.pi / FASTEST:.3g} times "
-            "their frequency or faster"
+            f"recursive.Ts: {Ts:g} s for modes at {omega / 2 / np.pi:.4g} Hz; sample at {2 * np.pi / FASTEST:.3g} "
+            "times their frequency or faster"
         )
     return omega, float(np.mean([np.abs(np.diag(one.static_gain)) for one in local]))
 
 
 def _filters(corner: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """F (4, 4) of 1/(s + corner)^4 sampled every `step`, and G (4, 4): of straight inputs early and late, of held ones."""
+    """F (4, 4) of 1/(s + corner)^4 sampled every `step`; its inputs (4, 4): straight ones early and late, held ones."""
     A, B = np.diag(np.ones(3), 1), np.eye(4)[:, 3:]
     A[3] = -(corner ** np.array([4, 3, 2, 1])) * (1, 4, 6, 4)
     straight, held = (sampled(A, B, step, hold) for hold in ("first", "zero"))

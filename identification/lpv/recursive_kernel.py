@@ -3,14 +3,17 @@ r"""Samples of the recursive LPV estimate: vetting, state-variable filters, auxi
 With time in units of 1/omega_0, displacements in units of the scale and ' for derivatives filtered by 1/(s + lambda)^4,
 
 .. math:: y''' = A_2(q) y'' + A_1(q) y' + A_0(q) y + B(q) u + c(q) + \sum_{k \le H} (a_k(q) \cos k\theta
-          + b_k(q) \sin k\theta), \qquad e = y''' - \Theta^T \varphi, \quad \varphi = (y'', y', y, u, \ldots) \otimes \psi(q)
+          + b_k(q) \sin k\theta)
+
+.. math:: e = y''' - \Theta^T \varphi, \quad \varphi = (y'', y', y, u, \ldots) \otimes \psi(q)
 
 .. math:: \Theta \leftarrow \Theta + g e^T / S, \quad g = P z, \quad S = \sigma^2 + z^T g, \quad
           P \leftarrow P - g g^T / S + Q
 
-z is phi with the displacement of an auxiliary model, which no noise of the sensors enters, in place of the measured one:
-with phi itself noise would bias the damping (refined instrumental variables in the symmetric form, Young 2011, chapters 7
-and 8; Garnier and Wang 2008, chapter 4). P and Q are those of a random walk with a variance for each coefficient.
+z is phi with the displacement of an auxiliary model, which no noise of the sensors enters, in place of the measured
+one: with phi itself noise would bias the damping (refined instrumental variables in the symmetric form, Young 2011,
+chapters 7 and 8; Garnier and Wang 2008, chapter 4). P and Q are those of a random walk with a variance for each
+coefficient.
 
 Cites: young_2011, garnier_2008.
 """
@@ -90,7 +93,7 @@ def at_point(theta, psi, A):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def decaying(A, margin):
-    """Whether the roots of det(s^3 - A_2 s^2 - A_1 s - A_0) lie left of -margin (Routh); A (2, r) with these in front."""
+    """Whether the roots of det(s^3 - A_2 s^2 - A_1 s - A_0) lie left of -margin (Routh); A (2, r) begins with these."""
     p, d, above, below = np.zeros((2, 2, 4)), np.zeros(8), np.zeros(5), np.zeros(5)
     for i in range(2):
         for j in range(2):  # coefficients of powers of s + margin
@@ -247,7 +250,7 @@ def learned(f, psi, theta, P, walk, box, real, count, rule, limit, work, new, A)
     if count[WEIGHED] < limit[WARM]:
         return SETTLING
     S = gain(P, z, real[SIGMA2], g)
-    if not S > 0.5 * real[SIGMA2]:  # rounding has made P indefinite
+    if not 0.5 * real[SIGMA2] < S:  # rounding has made P indefinite
         P[:] = np.diag(walk[1])
         return REFUSED
     if not renewed(theta, box, psi, e, g, S, rule[MARGIN], A, new):

@@ -47,7 +47,7 @@ class Recursion:
         """Refuse numbers that make no estimate."""
         if self.order not in (0, 1, 2, 3) or self.harmonics not in range(11):
             raise UnfitError(
-                f"recursion: order {self.order}, {self.harmonics} harmonics; choose an order of 0 to 3 and 0 to 10 harmonics"
+                f"recursion: order {self.order}, {self.harmonics} harmonics; choose 0 to 3, and 0 to 10 harmonics"
             )
         for name in ("corner", "reach", "gate", "standing", "period"):
             if not 0 < getattr(self, name) < np.inf:
@@ -56,8 +56,8 @@ class Recursion:
             values = np.asarray(getattr(self, name), float)
             if values.shape != (4,) or not np.all((values >= least) & (values < np.inf)):
                 raise UnfitError(
-                    f"recursion.{name}: {getattr(self, name)}; give four numbers, of displacements, references, constant, "
-                    "harmonics"
+                    f"recursion.{name}: {getattr(self, name)}; give four numbers, of displacements, references, "
+                    "constant, harmonics"
                 )
         for name in ("least_input", "least_decay"):
             if not 0 <= getattr(self, name) < np.inf:

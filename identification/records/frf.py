@@ -70,7 +70,9 @@ def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: floa
     coherence = np.clip(explained / np.maximum(Syy, 1e-300), 0, 1)
     free = max((high - low) * OVERLAPPED - u.shape[1], 0.5)
     variance = ((1 - coherence) * Syy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
-    return FrequencyResponse(2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], high - low, variance[1:], Ts)
+    return FrequencyResponse(
+        2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], high - low, variance[1:], Ts
+    )
 
 
 def periodic_response(u: np.ndarray, y: np.ndarray, Ts: float, period: float) -> FrequencyResponse:
