@@ -31,6 +31,7 @@ from .records.folder import (
 from .records.frf import (
     FrequencyResponse as FrequencyResponse,
     frequency_response as frequency_response,
+    measured_response as measured_response,
     periodic_response as periodic_response,
 )
 from .records.lab.proposal import propose as propose

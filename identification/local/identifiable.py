@@ -17,18 +17,23 @@ import numpy as np
 
 SINGULAR = 1e-6
 """Singular value, of sensitivities of unit length, below which a direction leaves the response as it is."""
+NEGLIGIBLE = 1e-9
+"""A parameter whose own size moves the response by less than this share of what the strongest one does has no effect."""
 LINKED = 1e-3
 """Elements of the projection above this link two parameters."""
 
 
-def without_nuisance(J: np.ndarray, q: int) -> np.ndarray:
-    """Sensitivities (samples, q) of J (n, p, q + k) to the first q parameters beyond what the k others explain.
+def without_nuisance(J: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Sensitivities (samples, q) of J (n, p, q + k) to parameters beyond what the k others explain.
 
-    Columns are of the length that they have relative to their full one, which is 1.
+    sizes (q,) are those of the parameters, 0 where it is not known. Columns are of the length that they have relative to their full one, which is 1, or 0 without any effect.
     """
-    flat = J.reshape(-1, J.shape[2])
+    flat, q = J.reshape(-1, J.shape[2]), len(sizes)
     own, others = flat[:, :q], flat[:, q:]
-    own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+    length = np.linalg.norm(own, axis=0)
+    effect = length * sizes
+    none = (length == 0) | ((sizes > 0) & (effect < NEGLIGIBLE * effect.max(initial=0.0)))
+    own = np.where(none, 0.0, own / np.where(none, 1.0, length))
     if not others.shape[1]:
         return own
     Q = np.linalg.qr(others / np.maximum(np.linalg.norm(others, axis=0), 1e-300))[0]

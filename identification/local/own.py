@@ -16,6 +16,7 @@ from identification.local.models import LinearModel
 from identification.local.structure import Matrices, Structure
 from rotorsim.base.rounding import unstable_poles
 
+TAKEN = ("1", "2", "3", "actuator", "blackbox")
 SIZES = {"A": ("n", "n"), "B": ("n", "2"), "C": ("2", "n"), "D": ("2", "2")}
 
 
@@ -29,6 +30,8 @@ def prepared(structure: Structure, start: Any = None) -> tuple[Structure, np.nda
     UnfitError
         If there is no start, or it has a wrong length, NaN, lies outside the bounds or is unstable.
     """
+    if structure.name in TAKEN:
+        raise UnfitError(f"{structure}: a model of the package has this name; choose another")
     if start is None and not structure.start:
         raise UnfitError(f"{structure}: has no start; give start=, one value for each of its parameters")
     theta = np.asarray(structure.start if start is None else start, float).ravel()
@@ -113,13 +116,20 @@ def covariance_of(structure: Structure, problem: Problem, fitted: Fit, Ts: float
         If the record does not show some parameters apart; the sentence names them.
     """
     q = len(structure.parameters)
-    left, J = problem.residual(fitted.theta, fitted.x0)
     free = ~np.any(structure.at_bounds(fitted.theta[:q]), axis=0)
-    refuse_indistinguishable(structure, without_nuisance(J, q)[:, free], free)
+    forced = problem.residual(fitted.theta, np.zeros_like(fitted.x0))[1]  # noise in the initial state shows nothing
+    refuse_indistinguishable(structure, without_nuisance(forced, sizes(structure, fitted.theta[:q]))[:, free], free)
+    left, J = problem.residual(fitted.theta, fitted.x0)
     kept = np.concatenate([free, np.ones(J.shape[2] - q, bool)])
     covariance, count = np.zeros((q, q)), int(free.sum())
     covariance[np.ix_(free, free)] = sandwich(left, np.ascontiguousarray(J[..., kept]), Ts)[:count, :count]
     return covariance
+
+
+def sizes(structure: Structure, theta: np.ndarray) -> np.ndarray:
+    """Sizes (q,) of the parameters; 0, for unknown, where one started at zero: it may be small without being idle."""
+    start = np.asarray(structure.start)
+    return np.where(start != 0, np.maximum(np.abs(theta), np.abs(start)), 0.0)
 
 
 def refuse_indistinguishable(structure: Structure, J: np.ndarray, free: np.ndarray) -> None:

@@ -29,6 +29,7 @@ from identification.local.own import (
     prepared,
     properties,
     refuse_indistinguishable,
+    sizes,
     valued,
 )
 from identification.local.response import response_with_derivatives
@@ -213,11 +214,12 @@ def _best(
     structure: Structure, response: FrequencyResponse, start: Any
 ) -> tuple[ResponseProblem, np.ndarray, int, bool]:
     """Problem, parameters of the lowest cost that a start leads to, steps, whether the iteration ended."""
-    if start is not None or structure.start:
+    kind = next((kind for kind in KINDS if STRUCTURES[kind] is structure), None)
+    if start is not None or kind is None:
         ready = [prepared(structure, start)]
     else:
         ready = []
-        for theta in response_starts(structure_kind(structure), response):
+        for theta in response_starts(kind, response):
             try:
                 ready.append(prepared(structure, theta))
             except (ModelError, UnfitError):
@@ -232,17 +234,12 @@ def _best(
     return problem, best.theta, best.iterations, best.converged
 
 
-def structure_kind(structure: Structure) -> str:
-    """What `identify(model=)` calls a structure of the package."""
-    return next(kind for kind in KINDS if STRUCTURES[kind] is structure)
-
-
 def _covariance(problem: ResponseProblem, theta: np.ndarray) -> np.ndarray:
     """Covariance (q, q), zero for parameters at a bound; refuses those that the response does not show apart."""
     structure = problem.model.structure
     e, J = problem.residual(theta)
     free = ~np.any(structure.at_bounds(theta), axis=0)
-    refuse_indistinguishable(structure, without_nuisance(J, len(theta))[:, free], free)
+    refuse_indistinguishable(structure, without_nuisance(J, sizes(structure, theta))[:, free], free)
     flat = J[..., free].reshape(e.size, int(free.sum()))
     left = max(2 * int(np.count_nonzero(problem.weight)) - flat.shape[1], 1)
     length = np.maximum(np.linalg.norm(flat, axis=0), 1e-300)

@@ -128,11 +128,14 @@ class Structure:
     def _curved(self, theta: np.ndarray, i: int) -> list[np.ndarray]:
         offsets, h = five_values(theta[i], self.low[i], self.high[i], self.start[i] if self.start else 0.0)
         weights = np.linalg.solve(np.vander(offsets, increasing=True).T, np.eye(5)[1]) / h
-        found = [np.zeros(())] * 4
+        middle, found = self.matrices(theta), [np.zeros(())] * 4
         for offset, weight in zip(offsets, weights, strict=True):
             moved = theta.copy()
             moved[i] += offset * h
-            found = [total + weight * value for total, value in zip(found, self.matrices(moved), strict=True)]
+            values = zip(found, self.matrices(moved), middle, strict=True)
+            found = [
+                total + weight * (value - old) for total, value, old in values
+            ]  # what does not change adds nothing
         return found
 
 

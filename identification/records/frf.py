@@ -75,6 +75,48 @@ def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: floa
     )
 
 
+def measured_response(
+    omega: np.ndarray, G: np.ndarray, sd: np.ndarray | None = None, Ts: float = 0.0
+) -> FrequencyResponse:
+    """A frequency response from elsewhere, such as an analyser.
+
+    Parameters
+    ----------
+    omega : ndarray, shape (f,)
+        Frequencies [rad/s], ascending.
+    G : ndarray, shape (f, p, m)
+        Outputs [m] per input [V], NaN where nothing was measured.
+    sd : ndarray or None, shape (f, p, m)
+        Root mean square of its error, real and imaginary part together [m/V].
+    Ts : float
+        Period [s] of samples and held references, 0 for continuous time.
+
+    Raises
+    ------
+    UnfitError
+        If shapes do not fit, frequencies are not positive and ascending, or standard deviations not positive.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> model = rs.LinearModel(-np.eye(2), np.eye(2), np.eye(2), np.zeros((2, 2)))
+    >>> omega = np.linspace(0.1, 10.0, 50)
+    >>> rs.identification.measured_response(omega, model.transfer(omega)).segments
+    1
+    """
+    omega, G = np.asarray(omega, float), np.asarray(G, complex)
+    if G.ndim != 3 or omega.shape != G.shape[:1] or not (len(omega) and omega[0] > 0 and np.all(np.diff(omega) > 0)):
+        raise UnfitError(
+            f"measured_response: omega {omega.shape}, G {G.shape}; give (f,) ascending, above zero, and (f, p, m)"
+        )
+    variance = None if sd is None else np.asarray(sd, float) ** 2
+    if variance is not None and (variance.shape != G.shape or not np.all((variance > 0) | np.isnan(variance))):
+        raise UnfitError(f"measured_response.sd: {np.shape(sd)}; give {G.shape}, each above zero")
+    size = np.nan_to_num(np.abs(G) ** 2)
+    power, noise = size.sum(axis=2), 0.0 if variance is None else np.nan_to_num(variance).sum(axis=2)
+    return FrequencyResponse(omega, G, power / np.maximum(power + noise, 1e-300), power, 1, variance, Ts)
+
+
 def periodic_response(u: np.ndarray, y: np.ndarray, Ts: float, period: float) -> FrequencyResponse:
     """Response at the lines of a periodic excitation whose lines belong to one input each, such as a multisine.
 
