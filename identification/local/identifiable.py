@@ -26,7 +26,8 @@ LINKED = 1e-3
 def without_nuisance(J: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Sensitivities (samples, q) of J (n, p, q + k) to parameters beyond what the k others explain.
 
-    sizes (q,) are those of the parameters, 0 where it is not known. Columns are of the length that they have relative to their full one, which is 1, or 0 without any effect.
+    sizes (q,) are those of the parameters, 0 where one is not known. Columns are of the length that they have relative
+    to their full one, which is 1, or 0 without any effect.
     """
     flat, q = J.reshape(-1, J.shape[2]), len(sizes)
     own, others = flat[:, :q], flat[:, q:]

@@ -1,4 +1,4 @@
-"""Run-ups of a known parameter-varying system: Model 3 whose modes, cross terms and imbalance response move with speed."""
+"""Run-ups of a known parameter-varying system: Model 3 whose modes, cross terms and gains move with speed and pressure."""
 
 import numpy as np
 
@@ -33,14 +33,12 @@ def frozen(speed, pressure=5e5, detune=1.0):
     return idn.LinearModel(A, B, C, np.zeros((2, 2)), speed=speed, pressure=pressure)
 
 
-def runup(
-    seconds=30.0, seed=0, noise=0.5e-6, eccentricity=2e-6, quiet=(0.0, 0.4), pressures=None, detune=None, top=TOP
-):
+def runup(seconds=30.0, quiet=(0.0, 0.4), pressures=None, detune=None, top=TOP, noise=0.5e-6, eccentricity=2e-6):
     """time, u [V], y [m], speed [rad/s], pressure [Pa] of a run-up from rest with PRBS on both axes but for `quiet` [s].
 
     The imbalance response passes both resonances, the equilibrium moves with speed. detune: function of time.
     """
-    rng, n = np.random.default_rng(seed), round(seconds / TS)
+    rng, n = np.random.default_rng(0), round(seconds / TS)
     t = np.arange(n) * TS
     speed = np.clip((t - 1) / (seconds - 2), 0, 1) * top
     pressure = np.full(n, 5e5) if pressures is None else pressures(t)

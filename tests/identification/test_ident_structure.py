@@ -204,7 +204,7 @@ def test_what_a_record_without_motion_in_one_direction_cannot_show_is_named():
         return A, B, C, D
 
     structure = idn.Structure("separate", ("kx", "ky", "dx", "dy", "b", "p"), separate, (3e5, 3e5, 200, 200, 1, 600))
-    with pytest.raises(UnfitError, match="ky.*dy|dy.*ky"):
+    with pytest.raises(UnfitError, match=r"ky.*dy|dy.*ky"):
         idn.identify(measured(), structure)
 
 
