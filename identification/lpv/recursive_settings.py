@@ -34,9 +34,9 @@ class Recursion:
     order: int = 2
     harmonics: int = 2
     corner: float = 1.5
-    spread: Four = (0.5, 0.5, 3.0, 3.0)
-    drift: Four = (0.005, 0.005, 0.05, 0.05)
-    reach: float = 4.0
+    spread: Four = (0.5, 0.5, 10.0, 10.0)
+    drift: Four = (0.005, 0.005, 0.02, 0.02)
+    reach: float = 8.0
     least_input: float = 0.05
     gate: float = 12.0
     standing: int = 5

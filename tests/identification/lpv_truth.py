@@ -1,4 +1,4 @@
-"""Run-ups of a known parameter-varying system: Model 3 whose modes, cross terms and gains move with speed and pressure."""
+"""Run-ups of a known parameter-varying system: Model 3 whose modes, that cross, and gains move with speed and pressure."""
 
 import numpy as np
 
@@ -31,6 +31,15 @@ def matrices(speed, pressure=5e5, detune=1.0):
 def frozen(speed, pressure=5e5, detune=1.0):
     A, B, C, _ = matrices(speed, pressure, detune)
     return idn.LinearModel(A, B, C, np.zeros((2, 2)), speed=speed, pressure=pressure)
+
+
+def deviations(model, wanted):
+    """Relative errors of natural frequencies and damping ratios (2,), pole by nearest pole: order changes where they
+    cross."""
+    found, true = (m.wn * np.exp(1j * np.arccos(-m.zeta)) for m in (model, wanted))
+    order = min(((0, 1), (1, 0)), key=lambda pair: np.abs(found[list(pair)] - true).sum())
+    found = found[list(order)]
+    return np.abs(found) / np.abs(true) - 1, found.real / np.abs(found) / wanted.zeta * -1 - 1
 
 
 def runup(seconds=30.0, quiet=(0.0, 0.4), pressures=None, detune=None, top=TOP, noise=0.5e-6, eccentricity=2e-6):
