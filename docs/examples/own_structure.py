@@ -1,7 +1,7 @@
 """A grey-box structure of your own
 
-Model 3 has one lag for actuators and film. Here the actuators are known from the pins, and a structure of nine parameters
-adds the film's lag; it is fitted to a record and to its frequency response, and lies closer to the plant than Model 3.
+Model 3 has one lag for actuators and film. Here the actuators are known from the pins, and a structure of nine
+parameters adds the film's lag. Fitted to a record or to its frequency response, it is closer to the plant.
 """
 
 import matplotlib.pyplot as plt

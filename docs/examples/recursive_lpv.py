@@ -1,7 +1,7 @@
 """Modes tracked online during a run-up
 
-Binary references excite the rig while it runs up to 6000 rpm, and a recursive estimate follows its modes sample by sample.
-For one second the sensors are lost; the estimate waits, counts what it skipped, and goes on.
+Binary references excite the rig while it runs up to 6000 rpm, and a recursive estimate follows its modes sample by
+sample. For one second the sensors are lost; the estimate waits, counts what it skipped, and goes on.
 """
 
 import matplotlib.pyplot as plt
@@ -28,17 +28,15 @@ for k in range(len(t)):
     if k % 500 == 499:
         frozen = online.at(speed[k], pressure)
         times.append(t[k])
-        modes.append([*frozen.wn / (2 * np.pi), *frozen.zeta])
+        modes.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
 
 speeds = np.linspace(0, top, 7)
 physics = [plant.linearise(one, pressure) for one in speeds]
 true = np.array([[*one.wn[:2] / (2 * np.pi), *one.zeta[:2]] for one in physics])
 modes, at = np.array(modes), np.interp(times, t, speed)
 off = modes / np.column_stack([np.interp(at, speeds, column) for column in true.T]) - 1
-late = np.array(times) > 2
-print(
-    f"largest error of frequencies {np.abs(off[late, :2]).max():.1%}, of damping ratios {np.abs(off[late, 2:]).max():.0%}"
-)
+worst = np.abs(off[np.array(times) > 2]).max(axis=0)
+print(f"largest error of frequencies {worst[:2].max():.2%}, of damping ratios {worst[2:].max():.1%}")
 print(f"samples skipped: {online.counts['skipped']}, updates refused: {online.counts['refused']}")
 
 figure, axes = plt.subplots(1, 2, figsize=(10, 4.2))

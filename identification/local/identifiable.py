@@ -18,7 +18,7 @@ import numpy as np
 SINGULAR = 1e-6
 """Singular value, of sensitivities of unit length, below which a direction leaves the response as it is."""
 NEGLIGIBLE = 1e-9
-"""A parameter whose own size moves the response by less than this share of what the strongest one does has no effect."""
+"""A parameter whose size moves the response by less than this share of what the strongest does has no effect."""
 LINKED = 1e-3
 """Elements of the projection above this link two parameters."""
 

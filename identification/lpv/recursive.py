@@ -44,7 +44,7 @@ FASTEST = 0.5
 @dataclass(frozen=True, eq=False)
 class Track:
     """Modes of a recursive estimate along a record: time (n,) [s], speed (n,) [rad/s], pressure (n,) [Pa], wn (n, 2)
-    [rad/s], ascending, and zeta (n, 2); NaN where the model has not two oscillating modes."""
+    [rad/s], ascending, and zeta (n, 2) of the two least damped; NaN where fewer oscillate."""
 
     time: np.ndarray
     speed: np.ndarray
@@ -60,7 +60,7 @@ class RecursiveLpv:
     ----------
     start : LinearModel or LpvModel
         Where it begins: six states, continuous, stable, such as Model 3 at standstill. Its frequencies may be off by
-        a third.
+        a fifth.
     Ts : float
         Sampling time [s].
     speeds, pressures : tuple
@@ -101,7 +101,7 @@ class RecursiveLpv:
         theta[:, : OWN - 1] = surfaces.reshape(2, OWN - 1, t)
         self._theta = np.ascontiguousarray(theta.reshape(2, -1).T)
         every = max(1, round(chosen.period / self.Ts))
-        group = np.repeat([0] * 6 + [1] * 2 + [2] + [3] * waves, t)
+        group = np.repeat([0] * 6 + [1] * 4 + [2] + [3] * waves, t)
         sd, drift = (np.array(values)[group] for values in (chosen.spread, chosen.drift))
         self._walk = np.stack([(drift * sd) ** 2 * every * self.Ts, sd**2])
         self._P = np.diag(sd**2)
@@ -114,7 +114,8 @@ class RecursiveLpv:
             self.Ts, step, chosen.corner, chosen.gate, chosen.least_input, chosen.least_decay,
             self.Ts / SLOW, self.Ts / FAST,
         ])  # fmt: skip
-        self._limit = np.array([every, settle, chosen.standing, max(round(MOST_OUTLIERS / self.Ts), 1), WARM])
+        outliers = max(round(MOST_OUTLIERS / self.Ts), 1)
+        self._limit = np.array([every, settle, chosen.standing, outliers, WARM])
         self._f, self._x, self._past = np.zeros((6 + waves, 4)), np.zeros(6), np.zeros((3, 2))
         self._waves, self._real = np.zeros((3, waves)), np.zeros(kernel.NUMBERS)
         self._count, self._tally = np.zeros(5, np.int64), np.zeros(len(OUTCOMES), np.int64)
@@ -195,8 +196,9 @@ class RecursiveLpv:
         """Present operating point (2,) and wn, zeta (2, 2) there."""
         point = self._real[kernel.SPEED : kernel.SPEED + 2].copy()
         model = self.at(*point)
-        two = len(model.wn) == 2
-        return point, np.array([model.wn, model.zeta]) if two else np.full((2, 2), np.nan)
+        least = np.sort(np.argsort(model.zeta)[:2])
+        two = len(least) == 2
+        return point, np.array([model.wn[least], model.zeta[least]]) if two else np.full((2, 2), np.nan)
 
     def at(self, speed: float, pressure: float) -> LinearModel:
         """Frozen model at `speed` [rad/s] and `pressure` [Pa, gauge]; `extrapolated` beyond what was learned from."""

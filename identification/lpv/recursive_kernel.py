@@ -2,7 +2,7 @@ r"""Samples of the recursive LPV estimate: vetting, state-variable filters, auxi
 
 With time in units of 1/omega_0, displacements in units of the scale and ' for derivatives filtered by 1/(s + lambda)^4,
 
-.. math:: y''' = A_2(q) y'' + A_1(q) y' + A_0(q) y + B(q) u + c(q) + \sum_{k \le H} (a_k(q) \cos k\theta
+.. math:: y''' = A_2(q) y'' + A_1(q) y' + A_0(q) y + B_0(q) u + B_1(q) u' + c(q) + \sum_{k \le H} (a_k(q) \cos k\theta
           + b_k(q) \sin k\theta)
 
 .. math:: e = y''' - \Theta^T \varphi, \quad \varphi = (y'', y', y, u, \ldots) \otimes \psi(q)
@@ -13,7 +13,7 @@ With time in units of 1/omega_0, displacements in units of the scale and ' for d
 z is phi with the displacement of an auxiliary model, which no noise of the sensors enters, in place of the measured
 one: with phi itself noise would bias the damping (refined instrumental variables in the symmetric form, Young 2011,
 chapters 7 and 8; Garnier and Wang 2008, chapter 4). P and Q are those of a random walk with a variance for each
-coefficient.
+coefficient. Where one would pass a bound it is taken as measured there: the others move along what the data leave open.
 
 Cites: young_2011, garnier_2008.
 """
@@ -118,13 +118,14 @@ def decaying(A, margin):
 @njit(cache=True, nogil=True, error_model="numpy")
 def slope(A, x, u, waves, out):
     """Time derivative of the auxiliary model's state (y, y', y'') (6,)."""
+    second = (x[4] + A[0, 8] * u[0] + A[0, 9] * u[1], x[5] + A[1, 8] * u[0] + A[1, 9] * u[1])
     for axis in range(2):
-        out[axis], out[2 + axis] = x[2 + axis], x[4 + axis]
-        value = A[axis, 6] * u[0] + A[axis, 7] * u[1] + A[axis, 8]
+        out[axis], out[2 + axis] = x[2 + axis], second[axis]
+        value = A[axis, 6] * u[0] + A[axis, 7] * u[1] + A[axis, 10]
         for j in range(2):
-            value += A[axis, j] * x[4 + j] + A[axis, 2 + j] * x[2 + j] + A[axis, 4 + j] * x[j]
+            value += A[axis, j] * second[j] + A[axis, 2 + j] * x[2 + j] + A[axis, 4 + j] * x[j]
         for k in range(len(waves)):
-            value += A[axis, 9 + k] * waves[k]
+            value += A[axis, 11 + k] * waves[k]
         out[4 + axis] = value
 
 
@@ -181,13 +182,13 @@ def excited(f, real, rule):
 def regressors(f, psi, first, constant, out):
     """phi (r t,) of filter states f (6 + 2 H, 4); `first` is the displacement's filter."""
     t = len(psi)
-    for i in range(3 + len(f)):
+    for i in range(5 + len(f)):
         if i < 6:
             value = f[first + i % 2, 2 - i // 2]
-        elif i == 8:
-            value = constant
+        elif i < 10:
+            value = f[U + i % 2, (i - 6) // 2]
         else:
-            value = f[U + i - 6, 0] if i < 8 else f[WAVES + i - 9, 0]
+            value = constant if i == 10 else f[WAVES + i - 11, 0]
         for j in range(t):
             out[i * t + j] = value * psi[j]
 
@@ -206,14 +207,26 @@ def gain(P, z, sigma2, g):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def renewed(theta, box, psi, e, g, S, margin, A, new):
+def bounded(P, low, high, new):
+    """Coefficients that pass a bound are put there, and the others moved with them as P relates them."""
+    for i in range(len(new)):
+        off = min(max(new[i], low[i]), high[i]) - new[i]
+        if off != 0:
+            for j in range(len(new)):
+                new[j] += P[j, i] / P[i, i] * off
+    for i in range(len(new)):
+        new[i] = min(max(new[i], low[i]), high[i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def renewed(theta, P, box, psi, e, g, S, margin, A, new):
     """Move theta within its bounds by the step, or less of it where the model would be unstable; whether it moved."""
     share = 1.0
     for _ in range(SHARES):
-        for i in range(len(g)):
-            for axis in range(2):
-                value = theta[i, axis] + share * g[i] / S * e[axis]
-                new[i, axis] = min(max(value, box[0, i, axis]), box[1, i, axis])
+        for axis in range(2):
+            for i in range(len(g)):
+                new[i, axis] = theta[i, axis] + share * g[i] / S * e[axis]
+            bounded(P, box[0, :, axis], box[1, :, axis], new[:, axis])
         at_point(new, psi, A)
         if decaying(A, margin):
             theta[:] = new
@@ -253,7 +266,7 @@ def learned(f, psi, theta, P, walk, box, real, count, rule, limit, work, new, A)
     if not 0.5 * real[SIGMA2] < S:  # rounding has made P indefinite
         P[:] = np.diag(walk[1])
         return REFUSED
-    if not renewed(theta, box, psi, e, g, S, rule[MARGIN], A, new):
+    if not renewed(theta, P, box, psi, e, g, S, rule[MARGIN], A, new):
         return REFUSED
     shrink(P, g, S, walk)
     return UPDATED

@@ -36,7 +36,7 @@ class Recursion:
     corner: float = 1.5
     spread: Four = (0.5, 0.5, 10.0, 10.0)
     drift: Four = (0.005, 0.005, 0.02, 0.02)
-    reach: float = 8.0
+    reach: float = 6.0
     least_input: float = 0.05
     gate: float = 12.0
     standing: int = 5

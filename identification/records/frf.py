@@ -105,13 +105,14 @@ def measured_response(
     1
     """
     omega, G = np.asarray(omega, float), np.asarray(G, complex)
+    sd = None if sd is None else np.asarray(sd, float)
     if G.ndim != 3 or omega.shape != G.shape[:1] or not (len(omega) and omega[0] > 0 and np.all(np.diff(omega) > 0)):
         raise UnfitError(
             f"measured_response: omega {omega.shape}, G {G.shape}; give (f,) ascending, above zero, and (f, p, m)"
         )
-    variance = None if sd is None else np.asarray(sd, float) ** 2
-    if variance is not None and (variance.shape != G.shape or not np.all((variance > 0) | np.isnan(variance))):
-        raise UnfitError(f"measured_response.sd: {np.shape(sd)}; give {G.shape}, each above zero")
+    variance = None if sd is None else sd**2
+    if sd is not None and (np.shape(sd) != G.shape or not np.all((sd > 0) | np.isnan(sd))):
+        raise UnfitError(f"measured_response.sd: shape {np.shape(sd)}; give {G.shape}, each above zero")
     size = np.nan_to_num(np.abs(G) ** 2)
     power, noise = size.sum(axis=2), 0.0 if variance is None else np.nan_to_num(variance).sum(axis=2)
     return FrequencyResponse(omega, G, power / np.maximum(power + noise, 1e-300), power, 1, variance, Ts)

@@ -1,4 +1,4 @@
-"""Run-ups of a known parameter-varying system: Model 3 whose modes, that cross, and gains move with speed and pressure."""
+"""Run-ups of a known parameter-varying system: Model 3 whose modes move with speed and pressure, and cross."""
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def deviations(model, wanted):
 
 
 def runup(seconds=30.0, quiet=(0.0, 0.4), pressures=None, detune=None, top=TOP, noise=0.5e-6, eccentricity=2e-6):
-    """time, u [V], y [m], speed [rad/s], pressure [Pa] of a run-up from rest with PRBS on both axes but for `quiet` [s].
+    """time, u [V], y [m], speed [rad/s], pressure [Pa] of a run-up from rest; PRBS but for `quiet` [s].
 
     The imbalance response passes both resonances, the equilibrium moves with speed. detune: function of time.
     """
