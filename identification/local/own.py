@@ -138,7 +138,7 @@ def refuse_indistinguishable(structure: Structure, J: np.ndarray, free: np.ndarr
     if texts := indistinguishable(J, names):
         raise UnfitError(
             f"{structure}: not identifiable: {'; '.join(texts)}; make one of each constant in the matrices, or excite "
-            "what tells them apart"
+            "what distinguishes them"
         )
 
 

@@ -2,8 +2,8 @@ r"""Steps of Levenberg and Marquardt, of parameters with or without bounds.
 
 .. math:: (N + \lambda\,\mathrm{diag} N)\, \Delta = g, \qquad \theta_{low} \le \theta + \Delta \le \theta_{high}
 
-Elements that pass a bound stop there and the others are solved for again (active set). Source: Nocedal and Wright,
-Numerical Optimization (2006), chapters 10 and 16.
+Elements that pass a bound stop there and the others are solved for again (active set). Source: Nocedal and Wright
+(2006), chapters 10 and 16.
 
 Cites: nocedal_2006.
 """

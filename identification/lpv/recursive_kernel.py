@@ -219,7 +219,7 @@ def bounded(P, low, high, new):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def renewed(theta, P, box, psi, e, g, S, margin, A, new):
+def stepped(theta, P, box, psi, e, g, S, margin, A, new):
     """Move theta within its bounds by the step, or less of it where the model would be unstable; whether it moved."""
     share = 1.0
     for _ in range(SHARES):
@@ -266,7 +266,7 @@ def learned(f, psi, theta, P, walk, box, real, count, rule, limit, work, new, A)
     if not 0.5 * real[SIGMA2] < S:  # rounding has made P indefinite
         P[:] = np.diag(walk[1])
         return REFUSED
-    if not renewed(theta, P, box, psi, e, g, S, rule[MARGIN], A, new):
+    if not stepped(theta, P, box, psi, e, g, S, rule[MARGIN], A, new):
         return REFUSED
     shrink(P, g, S, walk)
     return UPDATED
