@@ -34,7 +34,7 @@ def prepared(structure: Structure, start: Any = None) -> tuple[Structure, np.nda
         raise UnfitError(f"{structure}: a model of the package has this name; choose another")
     if start is None and not structure.start:
         raise UnfitError(f"{structure}: has no start; give start=, one value for each of its parameters")
-    theta = np.asarray(structure.start if start is None else start, float).ravel()
+    theta = _numbers(structure, structure.start if start is None else start)
     if theta.shape != (len(structure.parameters),):
         raise UnfitError(
             f"{structure}.start: {theta.size} values; give one for each of {', '.join(structure.parameters)}"
@@ -54,6 +54,14 @@ def prepared(structure: Structure, start: Any = None) -> tuple[Structure, np.nda
     if unstable_poles(matrices[0]):
         raise UnfitError(f"{structure}.start: the model is unstable there; start from a stable one")
     return made, theta
+
+
+def _numbers(structure: Structure, start: Any) -> np.ndarray:
+    """A start as an array; raises UnfitError for what are no numbers."""
+    try:
+        return np.asarray(start, float).ravel()
+    except (TypeError, ValueError) as error:
+        raise UnfitError(f"{structure}.start: {start!r}; give a number for each parameter") from error
 
 
 def checked(structure: Structure) -> Callable[[np.ndarray], Matrices]:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -72,8 +73,8 @@ class Structure:
             if count not in (0, len(self.parameters)):
                 raise ModelError(f"{self}.{name}: {count} for {len(self.parameters)} parameters; give one for each")
         for name, pair in zip(self.parameters, self.bounds, strict=False):
-            low, high = np.asarray(pair, float).reshape(-1)[[0, -1]] if np.size(pair) == 2 else (np.nan, np.nan)
-            if not low < high:
+            pair_of_numbers = np.shape(pair) == (2,) and all(isinstance(one, Real) for one in pair)
+            if not (pair_of_numbers and pair[0] < pair[1]):
                 raise ModelError(f"{self}.bounds of {name}: {pair}; give a pair (low, high) with low below high")
 
     def _check_names(self) -> None:

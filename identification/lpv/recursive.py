@@ -141,14 +141,19 @@ class RecursiveLpv:
         str
             One of `OUTCOMES`.
         """
-        one = (np.array(u, float).reshape(1, 2), np.array(y, float).reshape(1, 2))
-        return OUTCOMES[int(self.take(*one, np.array([speed], float), np.array([pressure], float))[0])]
+        return OUTCOMES[int(self.take([u], [y], [speed], [pressure])[0])]
 
-    def take(self, u: np.ndarray, y: np.ndarray, speed: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    def take(self, u: Any, y: Any, speed: Any, pressure: Any) -> np.ndarray:
         """Take u (n, 2) [V], y (n, 2) [m], speed (n,) [rad/s], pressure (n,) [Pa] in; numbers of `OUTCOMES` (n,)."""
+        u, y, speed, pressure = (np.ascontiguousarray(values, float) for values in (u, y, speed, pressure))
+        if not u.shape == y.shape == (*speed.shape, 2) == (*pressure.shape, 2) or speed.ndim != 1:
+            raise UnfitError(
+                f"recursive: u {u.shape}, y {y.shape}, speed {speed.shape}, pressure {pressure.shape}; give (n, 2), "
+                "(n, 2), (n,), (n,), for one sample two of u and y"
+            )
         status = np.empty(len(u), np.int64)
         kernel.advance(
-            np.ascontiguousarray(u, float), y / self._scale, speed, pressure, self._F, self._inputs, self._exponents,
+            u, y / self._scale, speed, pressure, self._F, self._inputs, self._exponents,
             self.basis.middle, self.basis.half, self._rule, self._limit, self._walk, self._box, self._f, self._x,
             self._theta, self._P, self._past, self._waves, self._real, self._count, status,
         )  # fmt: skip

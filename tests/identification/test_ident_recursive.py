@@ -288,6 +288,23 @@ def test_what_makes_no_estimate_is_refused_in_a_sentence(call, error, sentence):
         call()
 
 
+@pytest.mark.parametrize(
+    "samples",
+    [
+        ([1.0], [0.0, 0.0], 0.0, 5e5),
+        ([1.0, 1.0], [0.0], 0.0, 5e5),
+        ([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], 5e5),
+        ([1.0, 1.0], [0.0, 0.0], 0.0, [5e5] * 3),
+        ([[1.0, 1.0]] * 2, [[0.0, 0.0]] * 2, 0.0, 5e5),
+    ],
+)
+def test_samples_of_wrong_shapes_are_refused_before_they_are_taken_in(samples):
+    estimate = online()
+    with pytest.raises(UnfitError, match="for one sample two of u and y"):
+        estimate.update(*samples)
+    assert sum(estimate.counts.values()) == 0
+
+
 def test_records_that_lack_something_or_have_another_rate_are_refused(to_20_krpm):
     t, *signals = (values[:2000] for values in to_20_krpm)
     record = as_record(t, *signals)

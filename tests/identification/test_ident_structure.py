@@ -231,6 +231,7 @@ def test_what_is_no_four_matrices_is_refused_in_a_sentence(data, case):
     ("change", "start", "sentence"),
     [
         ({}, START[:5], "5 values"),
+        ({}, ("stiff", *START[1:]), "give a number for each parameter"),
         ({}, (np.nan, *START[1:]), "stiffness = nan is not within"),
         ({"bounds": ((4e5, 6e5), *[(-1e9, 1e9)] * 5)}, None, "stiffness = 300000 is not within 400000 to 600000"),
         ({}, (3e5, 1e3, -200.0, 1, 1, 600), "unstable there"),
@@ -254,6 +255,7 @@ def test_an_unfit_start_is_refused_in_a_sentence(data, change, start, sentence):
         ({"bounds": ((1, 0), *[(-1, 1)] * 5)}, "low below high"),
         ({"bounds": ((0, np.nan), *[(-1, 1)] * 5)}, "low below high"),
         ({"bounds": (3, *[(-1, 1)] * 5)}, "pair"),
+        ({"bounds": (("0", "1"), *[(-1, 1)] * 5)}, "pair"),
         ({"units": ("m",)}, "1 for 6"),
         ({"positive": ("mass",)}, "mass; choose of"),
     ],
