@@ -22,6 +22,7 @@ from identification.local.result import Identification
 from identification.local.start import broadened, start_values
 from identification.local.structure import Structure
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
+from identification.records.frf import FrequencyResponse
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.sampling import sampling_time
@@ -96,6 +97,8 @@ def identify(
     >>> found.model.wn.shape
     (2,)
     """
+    if isinstance(ds, FrequencyResponse):
+        raise UnfitError("identify: a frequency response and no record; fit_frequency_response takes it")
     own = model if isinstance(model, Structure) else None
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:

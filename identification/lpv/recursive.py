@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import UnfitError
+from identification.feedback import WAY_OUT, controller_of
 from identification.local.discretise import sampled
 from identification.local.models import LinearModel
 from identification.lpv import recursive_kernel as kernel
@@ -166,8 +167,8 @@ class RecursiveLpv:
         Raises
         ------
         SchemaError, UnfitError
-            If the record lacks references, displacements, speed or pressure, or has another sampling time. Samples of
-            NaN are skipped.
+            If the record lacks references, displacements, speed or pressure, has another sampling time, or names a
+            controller. Samples of NaN are skipped.
 
         Examples
         --------
@@ -177,6 +178,8 @@ class RecursiveLpv:
         (100, 2)
         """
         require(record, "reference", use="a recursive estimate")
+        if name := controller_of(record):
+            raise UnfitError(f"record: made in closed loop ({name}), where the estimate is biased; {WAY_OUT}")
         names = ("disc", "speed", "pressure")
         y, speed, pressure = (measured(record, name) for name in names)
         for name, values in zip(names, (y, speed, pressure), strict=True):

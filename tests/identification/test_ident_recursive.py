@@ -312,5 +312,7 @@ def test_records_that_lack_something_or_have_another_rate_are_refused(to_20_krpm
         online().run(record.drop_vars("reference"))
     with pytest.raises(UnfitError, match="no pressure"):
         online().run(record.drop_vars("pressure"))
+    with pytest.raises(UnfitError, match=r"closed loop \(lqr\)"):
+        online().run(record.assign_attrs(controller="lqr"))
     with pytest.raises(UnfitError, match="resample"):
         online().run(as_record(2 * t, *signals))

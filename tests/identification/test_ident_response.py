@@ -148,6 +148,7 @@ G0 = np.ones((5, 2, 2), complex)
     ("call", "sentence"),
     [
         (lambda: idn.fit_frequency_response(noisy(0), 2), "choose 1, 3 or a Structure"),
+        (lambda: idn.identify(noisy(0), 3), "fit_frequency_response takes it"),
         (lambda: idn.fit_frequency_response(noisy(0), 3, band=(420, 500)), "0 lines.*widen the band"),
         (lambda: idn.fit_frequency_response(noisy(0), 3, band=(100, 102)), "parameters need 28"),
         (lambda: idn.fit_frequency_response(replace(noisy(0), G=noisy(0).G[:, :1]), 3), "two outputs by two inputs"),
