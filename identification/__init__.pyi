@@ -7,10 +7,15 @@ from .errors import (
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel
+from .local.response_fit import fit_frequency_response as fit_frequency_response
+from .local.response_result import ResponseFit as ResponseFit
 from .local.result import Identification as Identification
+from .local.structure import Structure as Structure
 from .lpv.coherent import coherent_basis as coherent_basis
 from .lpv.fit import fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
+from .lpv.recursive import RecursiveLpv as RecursiveLpv, Track as Track
+from .lpv.recursive_settings import Recursion as Recursion
 from .lpv.refine_frequency import distance as distance
 from .model_file import load_model as load_model
 from .readers import checked as checked, columns as columns, load as load, read as read
@@ -23,7 +28,12 @@ from .records.folder import (
     pair as pair,
     survey as survey,
 )
-from .records.frf import FrequencyResponse as FrequencyResponse, frequency_response as frequency_response
+from .records.frf import (
+    FrequencyResponse as FrequencyResponse,
+    frequency_response as frequency_response,
+    measured_response as measured_response,
+    periodic_response as periodic_response,
+)
 from .records.lab.proposal import propose as propose
 from .records.lab.resample import resample as resample
 from .records.lab.whole_stretches import longest as longest, whole_stretches as whole_stretches

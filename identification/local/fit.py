@@ -18,8 +18,9 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from identification.local.discretise import sampled, sampled_with_derivatives
-from identification.local.greybox import Structure
 from identification.local.simulation import normal_matrices, respond_with_sensitivities
+from identification.local.steps import Box, damped_step, reach, within
+from identification.local.structure import Structure
 
 ITERATIONS, TOLERANCE = 60, 1e-9
 """Most steps; end of the iteration."""
@@ -66,10 +67,14 @@ class GreyBox:
         return np.ascontiguousarray(FG[:, :n]), np.ascontiguousarray(FG[:, n:]), C, E
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of [F G] and [H E]; outputs do not depend on the parameters."""
-        A, B, C, _ = self.structure.matrices(theta)
-        _, dF = sampled_with_derivatives(A, B, *self.structure.derivatives(theta), self.Ts, self.hold)
-        return dF, np.zeros((len(C), *dF.shape[1:]))
+        """Of [F G] and [H E]."""
+        A, B, _, D = self.structure.matrices(theta)
+        dA, dB, dC, dD = self.structure.derivatives(theta)
+        _, dF = sampled_with_derivatives(A, B, dA, dB, self.Ts, self.hold)
+        n, (p, m) = len(A), D.shape
+        dH = np.zeros((p, *dF.shape[1:]))
+        dH[:, :n], dH[:, n : n + m] = np.moveaxis(dC, 0, -1), np.moveaxis(dD, 0, -1)
+        return dF, dH
 
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether positive parameters are positive."""
@@ -138,12 +143,16 @@ class Predictor:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out."""
+    """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out.
+
+    box: lowest and highest parameters (q,), where they have bounds.
+    """
 
     model: Parametrised
     w: np.ndarray
     y: np.ndarray
     Q: np.ndarray
+    box: Box = None
 
     def project(self, values: np.ndarray) -> np.ndarray:
         """Component of values (n, ...) orthogonal to the regressors."""
@@ -191,6 +200,29 @@ class Problem:
         return bool(np.all(np.isfinite(F)) and np.abs(np.linalg.eigvals(F)).max() < 1 + 1 / len(self.w))
 
 
+class Minimised(Protocol):
+    """What `solve` minimises: a sum of squares over parameters and a state, which may have no elements."""
+
+    @property
+    def model(self) -> Parametrised:
+        """The parametrised model."""
+
+    @property
+    def box(self) -> Box:
+        """Lowest and highest parameters, where they have bounds."""
+
+    def states(self, theta: np.ndarray) -> int:
+        """Number of states that are found as well."""
+
+    def normal_equations(
+        self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """J'J, J'r and r'r."""
+
+    def usable(self, theta: np.ndarray) -> bool:
+        """Whether the parameters make sense."""
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Where the iteration ended: parameters (q,), state (n,), normal matrix (d + n, d + n), cost, history.
@@ -206,15 +238,16 @@ class Fit:
     converged: bool
 
 
-def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Fit:
+@np.errstate(over="ignore", invalid="ignore")  # a step too far, which is not taken
+def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Fit:
     """Fit from the start `theta`; the state starts at zero.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or another with its model, box, states, normal equations and test of usability
         Model and data.
     theta : ndarray, shape (q,)
-        Start, usable: stable and admissible.
+        Start, usable: stable and admissible, within the bounds.
     iterations : int
         Most steps.
     tolerance : float
@@ -231,12 +264,12 @@ def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tol
     while number < iterations and not converged:
         number += 1
         while damping < MOST_DAMPING:
-            step, promised = _step(N, g, damping)
+            step, promised = damped_step(N, g, damping, reach(problem.box, theta, len(g)))
             converged = promised < tolerance * cost
-            move, start = step[: -len(x0)], step[-len(x0) :]
+            move, start = np.split(step, [len(step) - len(x0)])
             move = move if V is None else V @ move
             share = problem.model.share(theta, move)
-            trial, state = theta + share * move, x0 + share * start
+            trial, state = within(problem.box, theta + share * move), x0 + share * start
             wanted = not converged and problem.usable(trial)
             ahead = problem.model.directions(trial) if wanted else None
             found = problem.normal_equations(trial, state, ahead) if wanted else None
@@ -248,11 +281,3 @@ def solve(problem: Problem, theta: np.ndarray, iterations: int = ITERATIONS, tol
         damping = max(damping / 10, 1e-12) if cost - found[2] > 0.25 * promised else damping
         theta, x0, V, (N, g, cost) = trial, state, ahead, found
     return Fit(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
-
-
-def _step(N: np.ndarray, g: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
-    """Damped step and the fall of the cost that it promises."""
-    scale = np.sqrt(np.maximum(np.diag(N), 1e-300))
-    M, s = N / np.outer(scale, scale), g / scale
-    step = np.linalg.solve(M + damping * np.eye(len(M)), s)
-    return step / scale, float(2 * step @ s - step @ M @ step)

@@ -14,11 +14,11 @@ Cites: theisen_2016, thesis.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+from identification.local.structure import Matrices, Structure
+
 PAIRS = ("xx", "xy", "yx", "yy")
 KDB = tuple(f"{letter}_{pair}" for letter in "KDB" for pair in PAIRS)
 UNITS = {
@@ -32,36 +32,6 @@ UNITS = {
     "b": "m/(s^2 V)",
 }
 """Unit by the first part of a parameter's name; B of Model 2 is per metre of pin and not per volt."""
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Names of the parameters and the matrices A, B, C, D (SI) that they make."""
-
-    name: str
-    parameters: tuple[str, ...]
-    matrices: Callable[[np.ndarray], Matrices]
-    positive: tuple[str, ...] = ()
-
-    def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """dA/dtheta (q, n, n) and dB/dtheta (q, n, m); exact, for A and B are affine in each parameter alone."""
-        dA, dB = [], []
-        for i in range(len(theta)):
-            low, high = theta.copy(), theta.copy()
-            low[i], high[i] = 0.0, 1.0
-            (A0, B0, *_), (A1, B1, *_) = self.matrices(low), self.matrices(high)
-            dA.append(A1 - A0)
-            dB.append(B1 - B0)
-        return np.array(dA), np.array(dB)
-
-    def admissible(self, theta: np.ndarray) -> bool:
-        """Whether the parameters that must be positive are."""
-        return bool(np.all(theta[self.positive_places] > 0))
-
-    @property
-    def positive_places(self) -> np.ndarray:
-        """Where the parameters stand that must be positive."""
-        return np.array([self.parameters.index(name) for name in self.positive], int)
 
 
 def split(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -122,13 +92,20 @@ def cascade(theta: np.ndarray) -> Matrices:
 
 ACTUATOR = tuple(f"{letter}_{axis}" for axis in "xy" for letter in ("a0", "a1", "b"))
 ROTOR_2 = (*KDB, "r_x", "r_y")
-POSITIVE = tuple(name for name in ACTUATOR if name[0] == "a")
+
+
+def _built_in(name: str, parameters: tuple[str, ...], matrices: Callable[[np.ndarray], Matrices]) -> Structure:
+    units = tuple(UNITS[one[:2] if one[:2] in UNITS else one[0]] for one in parameters)
+    positive = tuple(one for one in parameters if one[0] in "pra")
+    return Structure(name, parameters, matrices, units=units, positive=positive, affine=True)
+
+
 STRUCTURES = {
-    "1": Structure("Model 1", KDB, model_1),
-    "rotor": Structure("Model 2 behind its actuators", ROTOR_2, model_2, ROTOR_2[12:]),
-    "2": Structure("Model 2", (*ROTOR_2, *ACTUATOR), cascade, (*ROTOR_2[12:], *POSITIVE)),
-    "3": Structure("Model 3", (*KDB, "p_x", "p_y"), model_3, ("p_x", "p_y")),
-    "actuator": Structure("actuator", ACTUATOR, actuator, POSITIVE),
+    "1": _built_in("Model 1", KDB, model_1),
+    "rotor": _built_in("Model 2 behind its actuators", ROTOR_2, model_2),
+    "2": _built_in("Model 2", (*ROTOR_2, *ACTUATOR), cascade),
+    "3": _built_in("Model 3", (*KDB, "p_x", "p_y"), model_3),
+    "actuator": _built_in("actuator", ACTUATOR, actuator),
 }
 """Every structure by what `identify(model=)` calls it."""
 

@@ -16,11 +16,14 @@ from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel
+from identification.local.own import bound_remarks, box, covariance_of, prepared, properties, valued
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import broadened, start_values
 from identification.machine_name import machine_of
+from identification.local.structure import Structure
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
+from identification.records.frf import FrequencyResponse
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.sampling import sampling_time
@@ -45,7 +48,7 @@ REDUNDANT = 1e-6
 @one_thread
 def identify(
     ds: xr.Dataset,
-    model: int | str = 3,
+    model: int | str | Structure = 3,
     order: int = 6,
     method: str = "oe",
     steady: xr.Dataset | None = None,
@@ -59,8 +62,8 @@ def identify(
     ----------
     ds : Dataset
         Record of the schema with `reference` and `disc_measured`; for model 2 and 'actuator' also `pin`.
-    model : 1, 2, 3, 'actuator' or 'blackbox'
-        Structure, see `identification.local.greybox` and `identification.local.blackbox`.
+    model : 1, 2, 3, 'actuator', 'blackbox' or Structure
+        Structure, see `identification.local.greybox` and `identification.local.blackbox`, or one of your own.
     order : int
         Of the black-box model.
     method : 'oe' or 'pem'
@@ -70,7 +73,7 @@ def identify(
     settings : Prefilter or None
         Prefilter.
     start : sequence of float or None
-        Start of the parameters in place of values found in the data.
+        Start of the parameters in place of values found in the data, or of a structure's own.
     check : bool
         Refuse records with saturation, drop-outs, mistaken units or drift, and for output error those that name the
         controller they were made with; length and excitation are always checked. A record whose reference follows past
@@ -84,7 +87,9 @@ def identify(
     ------
     SchemaError, UnfitError
         With one sentence about what the record lacks, or about a grey-box model with a mode above the record's
-        Nyquist frequency.
+        Nyquist frequency, or a structure whose start is unfit or that is not identifiable, with the parameters' names.
+    ModelError
+        For a structure whose function fails or returns what are no matrices.
 
     Examples
     --------
@@ -93,8 +98,11 @@ def identify(
     >>> found.model.wn.shape
     (2,)
     """
-    began, kind = perf_counter(), str(model)
-    if kind not in MODELS or method not in METHODS:
+    if isinstance(ds, FrequencyResponse):
+        raise UnfitError("identify: a frequency response and no record; fit_frequency_response takes it")
+    own = model if isinstance(model, Structure) else None
+    began, kind = perf_counter(), own.name if own else str(model)
+    if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
     signals = filtered(ds, steady, settings)
     ds = chosen_output(ds, settings)
@@ -103,8 +111,10 @@ def identify(
     remarks = check_loop(ds, method, check)
     if kind in ("2", "actuator") and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
-    check_signals(signals, count_of(kind, order))
-    if kind == "2":
+    check_signals(signals, len(own.parameters) if own else count_of(kind, order))
+    if own:
+        found = _own(own, signals, method, start)
+    elif kind == "2":
         found = _two_steps(signals, method, start)
     elif kind == "blackbox":
         found = _black_box(signals, order, method)
@@ -217,6 +227,31 @@ def _grey_result(
         information=schur(fitted.N, len(theta)) if len(fitted.theta) == len(theta) else np.zeros((0, 0)),
         warnings=suspicious_gains(gain) if moving else (),
     )  # fmt: skip
+
+
+def _own(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:
+    """Fit of a user's own structure."""
+    made, first = prepared(structure, start)
+    grey, q = GreyBox(made, signals.Ts), len(first)
+    y = project(signals.y, signals.Q)
+    problem = Problem(grey, np.ascontiguousarray(signals.u), y, signals.Q, box(made))
+    fitted = solve(problem, _best_start(problem, signals, [first]))
+    if method == "pem":
+        n = problem.states(first)
+        w = np.ascontiguousarray(np.hstack([problem.w, problem.y]))
+        problem = replace(problem, model=Predictor(grey, n, 2), w=w, box=box(made, 2 * n))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
+    theta = fitted.theta[:q]
+    covariance = covariance_of(made, problem, fitted, signals.Ts)
+    wn, zeta, wn_sd, zeta_sd, *gains = properties(made, theta, covariance)
+    check_modes(wn, signals.Ts)
+    model = LinearModel(*made.matrices(theta), speed=signals.speed, pressure=signals.pressure)
+    found = _result(
+        structure.name, method, model, valued(made, theta, covariance), theta, covariance, signals, fitted,
+        modes_found=(wn, zeta, wn_sd, zeta_sd), gains=tuple(gains), lags=(np.full(2, np.nan), np.full(2, np.nan)),
+        information=np.zeros((0, 0)), warnings=bound_remarks(made, theta),
+    )  # fmt: skip
+    return replace(found, units=structure.units)
 
 
 def schur(N: np.ndarray, keep: int) -> np.ndarray:

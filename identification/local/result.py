@@ -17,9 +17,10 @@ SIGNIFICANT = 2.0
 class Identification:
     """Result of `identify`.
 
-    kind '1', '2', '3', 'actuator' or 'blackbox'; parameters by name as (value, sd) in SI; covariance (q, q) of `theta`;
-    fit, ceiling and noise_free_fit (2,) as shares of one; wn [rad/s], zeta (2,) and their standard deviations; gain
-    (2, 2) [m/V]; delay (2,) [s]; speed [rad/s], pressure [Pa]; seconds it took.
+    kind '1', '2', '3', 'actuator', 'blackbox' or the name of your own structure; parameters by name as (value, sd) in
+    SI, sd NaN at a bound; covariance (q, q) of `theta`; fit, ceiling and noise_free_fit (2,) as shares of one; wn
+    [rad/s], zeta (2,), of your own structure (k,), and their standard deviations; gain (2, 2) [m/V]; delay (2,) [s];
+    speed [rad/s], pressure [Pa]; seconds it took; units of the parameters of your own structure.
     """
 
     kind: str
@@ -49,11 +50,12 @@ class Identification:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     information: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    units: tuple[str, ...] = ()
 
     @property
     def insignificant(self) -> tuple[str, ...]:
         """Parameters within two standard deviations of zero."""
-        return tuple(name for name, (value, sd) in self.parameters.items() if abs(value) < SIGNIFICANT * sd)
+        return insignificant(self.parameters)
 
     def report(self) -> str:
         """The findings as a text that a person can read."""
@@ -61,10 +63,8 @@ class Identification:
         lines.append(f"fit      {_percent(self.fit)}   noise ceiling {_percent(self.ceiling)}")
         if self.noise_free_fit is not None:
             lines.append(f"noise-free fit {_percent(self.noise_free_fit)}")
-        for k, (w, z) in enumerate(zip(self.wn, self.zeta, strict=True)):
-            lines.append(f"mode {k + 1}   {w / 2 / np.pi:.3f} +- {self.wn_sd[k] / 2 / np.pi:.3f} Hz, "
-                         f"zeta {z:.5f} +- {self.zeta_sd[k]:.5f}")  # fmt: skip
-        lines += [f"{name:8s} {value: .6g} +- {sd:.2g}" for name, (value, sd) in self.parameters.items()]
+        lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
+        lines += parameter_lines(self.parameters, self.units)
         white = "white" if self.residuals.white else f"not white ({_percent(self.residuals.outside)} outside the band)"
         free = "independent of" if self.residuals.independent else "correlated with"
         lines.append(f"residuals {white}, {free} the inputs")
@@ -73,7 +73,34 @@ class Identification:
     @property
     def model_name(self) -> str:
         """Displayed name."""
-        return f"Model {self.kind}" if self.kind.isdigit() else f"{self.kind}, order {self.model.order}"
+        return model_name(self.kind, self.model)
+
+
+def model_name(kind: str, model: LinearModel) -> str:
+    """Displayed name of a model of a kind."""
+    return f"Model {kind}" if kind.isdigit() else f"{kind}, order {model.order}"
+
+
+def insignificant(parameters: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Parameters (value, sd) within SIGNIFICANT standard deviations of zero."""
+    return tuple(name for name, (value, sd) in parameters.items() if abs(value) < SIGNIFICANT * sd)
+
+
+def mode_lines(wn: np.ndarray, wn_sd: np.ndarray, zeta: np.ndarray, zeta_sd: np.ndarray) -> list[str]:
+    """A line for each mode."""
+    return [
+        f"mode {k + 1}   {w / 2 / np.pi:.3f} +- {wn_sd[k] / 2 / np.pi:.3f} Hz, zeta {z:.5f} +- {zeta_sd[k]:.5f}"
+        for k, (w, z) in enumerate(zip(wn, zeta, strict=True))
+    ]
+
+
+def parameter_lines(parameters: dict[str, tuple[float, float]], units: tuple[str, ...] = ()) -> list[str]:
+    """A line for each parameter."""
+    named = zip(parameters.items(), units or ("",) * len(parameters), strict=True)
+    return [
+        f"{name:8s} {value: .6g} {'at its bound' if np.isnan(sd) else f'+- {sd:.2g}'} {unit}".rstrip()
+        for (name, (value, sd)), unit in named
+    ]
 
 
 def _percent(values: np.ndarray) -> str:

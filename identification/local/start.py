@@ -9,6 +9,8 @@ Cites: levy_1959.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.local.greybox import split
@@ -25,13 +27,20 @@ def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.
     """Candidates for the parameters of a structure, from inputs u (n, 2) and outputs y (n, 2)."""
     if kind == "actuator":
         return [_actuator(u, y)]
-    response = frequency_response(u, y, Ts)
+    return response_starts(kind, frequency_response(u, y, Ts))
+
+
+def response_starts(kind: str, response: FrequencyResponse) -> list[np.ndarray]:
+    """Candidates for the parameters of a structure, from a frequency response."""
+    response = filled(response)
     peak = peak_frequency(response)
-    held = np.exp(-0.5j * response.omega * Ts)
+    held = np.exp(-0.5j * response.omega * response.Ts)
     candidates = []
     for corner in CORNERS:
         if kind == "2":
-            lag = np.asarray(held) / np.exp(-0.5j * response.omega * Ts) * np.exp(-1j * response.omega / corner)
+            lag = (
+                np.asarray(held) / np.exp(-0.5j * response.omega * response.Ts) * np.exp(-1j * response.omega / corner)
+            )
             more = [2 * corner] * 2
         else:
             lag = np.asarray(held / (1 + 1j * response.omega / corner))
@@ -40,6 +49,17 @@ def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.
         for values in (KDB, crude(response, peak)):
             candidates.append(np.concatenate([values, [] if kind == "1" else more]))
     return candidates
+
+
+def filled(response: FrequencyResponse) -> FrequencyResponse:
+    """The response with straight lines through elements that were not measured at a line."""
+    if np.all(np.isfinite(response.G)):
+        return response
+    G = response.G.copy()
+    for row, column in np.ndindex(G.shape[1:]):
+        known = np.isfinite(G[:, row, column])
+        G[:, row, column] = np.interp(response.omega, response.omega[known], G[known, row, column])
+    return replace(response, G=G)
 
 
 def peak_frequency(response: FrequencyResponse) -> float:

@@ -20,6 +20,8 @@ from identification.machine_name import common
 from identification.threads import one_thread
 
 REFINEMENTS = ("none", "frequency", "global")
+LPV_KINDS = ("1", "2", "3", "blackbox")
+"""Models that surfaces can be made of: a file of them names a structure that the package knows."""
 BETTER = 0.95
 """A higher order is taken only if its hold-out error is below this share of the lower one's."""
 
@@ -63,7 +65,7 @@ def fit_lpv(
     if not results:
         raise UnfitError("fit_lpv: 0 results; identify records at several operating points first")
     kinds = {(r.kind, r.model.order) for r in (*results, *hold_out)}
-    if len(kinds) > 1 or results[0].kind == "actuator":
+    if len(kinds) > 1 or results[0].kind not in LPV_KINDS:
         raise UnfitError(f"fit_lpv: models {sorted(kinds)}; give results of one kind, 1, 2, 3 or blackbox of one order")
     if refine not in REFINEMENTS:
         raise UnfitError(f"fit_lpv.refine: {refine!r}; choose of {', '.join(REFINEMENTS)}")

@@ -2,7 +2,7 @@ r"""Refinement of surfaces by their frequency responses against those of the loc
 
 .. math:: \min_c \sum_j \sum_\omega \| G(\theta(q_j; c), j\omega) - G_j(j\omega) \|_F^2 / \overline{\|G_j\|_F^2}
 
-by Gauss and Newton with damping from the plain surfaces; dG = C R (dA R B + dB), R = (j omega - A)^-1.
+by Gauss and Newton with damping from the plain surfaces.
 
 Cites: thesis.
 """
@@ -14,7 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local.greybox import STRUCTURES, Structure, modes
+from identification.local.greybox import STRUCTURES, modes
+from identification.local.response import response_with_derivatives
+from identification.local.structure import Structure
 from identification.lpv.model import LpvModel
 
 LINES, ITERATIONS, SPAN = 60, 12, (0.05, 2.5)
@@ -23,13 +25,7 @@ LINES, ITERATIONS, SPAN = 60, 12, (0.05, 2.5)
 
 def response(structure: Structure, theta: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """G (f, 2, 2) and its derivatives (f, 2, 2, q)."""
-    A, B, C, D = structure.matrices(theta)
-    dA, dB = structure.derivatives(theta)
-    R = np.linalg.inv(1j * omega[:, None, None] * np.eye(len(A)) - A)
-    left, right = C @ R, R @ B
-    G = left @ B + D
-    dG = np.einsum("fin,qnm,fmj->fijq", left, dA, right) + np.einsum("fin,qnj->fijq", left, dB)
-    return G, dG
+    return response_with_derivatives(structure.matrices(theta), structure.derivatives(theta), 1j * omega)
 
 
 def frequencies(values: np.ndarray) -> np.ndarray:
