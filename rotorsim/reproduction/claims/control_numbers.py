@@ -10,7 +10,7 @@ from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import closed, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant, sampled_plant
+from rotorsim.control.designs.plants import Model, design_plant, sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, model_loop, stable_gains
 from rotorsim.control.numerics.gamma import controller, solve
@@ -32,10 +32,15 @@ Part = Callable[[ControlStudy, LpvModel], Figures]
 
 def control_numbers(found: ControlStudy, model: LpvModel) -> dict[str, Figures]:
     """Numbers by claim and figure; those of a law that was refused or not made are left out."""
-    known: dict[str, Figures] = {number: {} for number, _, _ in _PARTS}
+    return {number: numbers_of(number, found, model) for number in dict.fromkeys(number for number, _, _ in _PARTS)}
+
+
+def numbers_of(claim: str, found: ControlStudy, model: Model) -> Figures:
+    """Numbers of one claim, from the laws that `found` holds."""
+    known: Figures = {}
     for number, needed, part in _PARTS:
-        if found.laws.keys() >= set(needed):
-            known[number] |= part(found, model)
+        if number == claim and found.laws.keys() >= set(needed):
+            known |= part(found, model)
     return known
 
 

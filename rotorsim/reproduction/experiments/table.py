@@ -1,0 +1,131 @@
+"""Table of the experiments, from `experiments.toml`: number of the machine, factors, what is measured, why it stays."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from importlib.resources import files
+from typing import Any
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.suggest import did_you_mean
+from rotorsim.machine import Machine
+from rotorsim.machine.edit import expanded
+from rotorsim.reproduction.claims.rules import Figure, claims
+
+KEYS = {"words", "fields", "factors", "measure", "figures", "why"}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One number of the machine (`fields`, dotted paths) times each of `factors`, ascending in the file's order.
+
+    measure: what is computed at each, by its name in `measures`; figures: claim and figure, as 'I4.before'; why: why the
+    value that gives the thesis' figure is not the shipped one.
+    """
+
+    name: str
+    words: str
+    fields: tuple[str, ...]
+    factors: tuple[float, ...]
+    measure: str
+    figures: tuple[str, ...]
+    why: str
+
+    @property
+    def claims(self) -> tuple[str, ...]:
+        """Numbers of the claims that it explains."""
+        return tuple(dict.fromkeys(figure.split(".")[0] for figure in self.figures))
+
+
+@lru_cache
+def experiments() -> tuple[Experiment, ...]:
+    """All experiments, in the order of the file."""
+    text = (files("rotorsim.reproduction.experiments") / "experiments.toml").read_text(encoding="utf-8")
+    return read(text)
+
+
+def read(text: str) -> tuple[Experiment, ...]:
+    """Experiments of a file's text; raises DataError with one sentence.
+
+    Examples
+    --------
+    >>> text = '''[plenum]
+    ... words = "volume"
+    ... fields = ["injection.plenum_volume"]
+    ... factors = [1.0, 2.0]
+    ... measure = "whirl"
+    ... figures = ["C12.onset_3"]
+    ... why = "it is calibrated"'''
+    >>> [one.name for one in read(text)]
+    ['plenum']
+    """
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise DataError(f"experiments: is not a TOML file ({error}); correct it") from error
+    return tuple(_experiment(name, table) for name, table in tables.items())
+
+
+def _experiment(name: str, table: Any) -> Experiment:
+    if not isinstance(table, dict) or set(table) != KEYS:
+        raise DataError(f"experiments: {name} needs the keys {', '.join(sorted(KEYS))} and no others")
+    factors = tuple(float(v) for v in table["factors"])
+    if 1.0 not in factors or len(set(factors)) != len(factors):
+        raise DataError(f"experiments: {name}.factors {list(factors)} must hold 1, the machine as it is, and each once")
+    for figure in table["figures"]:
+        figure_of(figure)
+    values = {key: tuple(table[key]) for key in ("fields", "figures")}
+    return Experiment(name, table["words"], values["fields"], factors, table["measure"], values["figures"], table["why"])
+
+
+def figure_of(key: str) -> Figure:
+    """The rule of a figure 'I4.before'; raises DataError where there is none."""
+    known = known_figures()
+    if key not in known:
+        raise DataError(f"experiments: there is no figure {key}; {did_you_mean(key, known)}")
+    return known[key]
+
+
+@lru_cache
+def known_figures() -> dict[str, Figure]:
+    """All figures of the rules by claim and name."""
+    return {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures}
+
+
+def chosen(names: Iterable[str]) -> tuple[Experiment, ...]:
+    """The experiments of these names or claims, all where none is given; raises DataError for an unknown name."""
+    wanted, found = list(names), experiments()
+    known = [one.name for one in found] + sorted({claim for one in found for claim in one.claims})
+    for name in wanted:
+        if name not in known:
+            raise DataError(f"--only: there is no experiment or claim {name!r}; there are {', '.join(known)}")
+    return tuple(one for one in found if not wanted or one.name in wanted or set(one.claims) & set(wanted))
+
+
+def changed(machine: Machine, experiment: Experiment, factor: float) -> Machine:
+    """The machine with every field times the factor; raises MachineFileError where it would not be valid."""
+    if factor == 1:
+        return machine
+    return machine.with_({path: factor * value for path, value in values(machine, experiment).items()})
+
+
+def values(machine: Machine, experiment: Experiment) -> Mapping[str, float]:
+    """Values [SI] of the fields, stars of lists written out; raises DataError for one that is no number."""
+    found = {}
+    for path in (one for field in experiment.fields for one in expanded(machine.text, field)):
+        value = reduce(_below, path.split("."), machine)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise DataError(f"experiments: {experiment.name}: {path} of {machine.name} is {value!r} and no number")
+        found[path] = float(value)
+    return found
+
+
+def _below(part: Any, key: str) -> Any:
+    if key.isdecimal():
+        return part[int(key)]
+    if isinstance(part, tuple) and len(part) == 1:
+        return _below(part[0], key)
+    return part[key] if isinstance(part, Mapping) else getattr(part, key, None)
