@@ -91,9 +91,7 @@ class Layout:
         named = dict.fromkeys(_rounded(*q) for name in CLAIMED for q in points(name))
         return [q for q in named if q not in grid]
 
-    def _text(
-        self, name: str, roles: tuple[str, ...], first: int, speed: float, pressures: tuple[float, ...]
-    ) -> str:
+    def _text(self, name: str, roles: tuple[str, ...], first: int, speed: float, pressures: tuple[float, ...]) -> str:
         text = _HEAD.format(name=name, kept=list(KEPT))
         for number, role in enumerate(roles, first):
             text += _PRBS.format(name=role, duration=self.duration, number=number)

@@ -28,7 +28,9 @@ def test_a_study_of_four_points_ends_in_claims_models_and_a_report(run, tmp_path
     lpv = idn.load_model(out / "model.json")
     assert lpv.points.shape == (4, 2)
     # the same records by hand: the index states roles and operating points
-    code, text, err = run("identify", *sorted(out.glob("grid-*")), "--surfaces", "1", "--out", tmp_path / "m.json", "--json")
+    code, text, err = run(
+        "identify", *sorted(out.glob("grid-*")), "--surfaces", "1", "--out", tmp_path / "m.json", "--json"
+    )
     assert code == 0, err
     assert len(json.loads(text)["records"]) == 8
     again = idn.load_model(tmp_path / "m.json")

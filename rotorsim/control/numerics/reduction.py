@@ -3,8 +3,8 @@ r"""Reduction of a controller, stable or not, judged by the change of the loop's
 The Hankel values of a controller predict little of its loop; the order here is the smallest whose S differs from the
 full one's, relative to the peak of the latter, by less than a tolerance, and whose loop is stable.
 
-A stable controller is truncated in balanced coordinates. One that is unstable, or whose truncation loses the loop, begins
-as the truncation of its normalised coprime factors, K = N M^-1, which are stable whatever K is, and is then fitted:
+A stable controller is truncated in balanced coordinates. One that is unstable, or whose truncation changes S too much,
+begins as the truncation of its normalised coprime factors, K = N M^-1, which are stable whatever K is, and is fitted:
 
 .. math:: \min_{K_r} \sum_k \| S_r(z_k) - S(z_k) \|_F^2
 
@@ -122,7 +122,12 @@ def fitted(start: System, full: Loop, plant: System, make: Callable[[System], Sy
 
 
 def reduced(
-    system: System, plant: System, make: Callable[[System], System], Ts: float, order: int | None, tolerance: float,
+    system: System,
+    plant: System,
+    make: Callable[[System], System],
+    Ts: float,
+    order: int | None,
+    tolerance: float,
     accept: Callable[[System], bool] = lambda small: True,
 ) -> tuple[System, float]:
     """Reduced controller and the largest change of S, relative to its peak.
@@ -144,13 +149,18 @@ def reduced(
     """  # fmt: skip
     full = loop_of(plant, make(system), Ts)
     for n in range(1, system.order + 1) if order is None else [order]:
+        best: tuple[System, float] | None = None
         for small in _candidates(system, n, plant, make, Ts, order is not None):
             made = make(small)
             if not decays(closed_poles(plant, made)) or not accept(small):
                 continue
             change = float(largest(loop_of(plant, made, Ts).So - full.So).max() / full.peak)
-            if order is not None or change < tolerance:
+            if change < tolerance:
                 return small, change
+            if best is None or change < best[1]:
+                best = small, change
+        if order is not None and best is not None:
+            return best
     raise DesignError(f"reduction: order {order} makes the loop unstable; allow more states")
 
 

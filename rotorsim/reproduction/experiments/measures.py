@@ -18,8 +18,9 @@ MEASURES: dict[str, Measure] = {
     one.__name__: one
     for one in (
         identification.actuators, identification.fits, identification.orders, identification.runout,
-        identification.ranges, identification.scatter, control.placement, control.reduced, control.decentralised,
-        control.nominal, control.hits, control.run_end, control.safe, control.whirl,
+        identification.ranges, identification.scatter, control.placement, control.reduced, control.limit,
+        control.decentralised, control.nominal, control.interpolation, control.hits, control.run_end, control.safe,
+        control.whirl,
     )
 }  # fmt: skip
 """Functions of the changed and the unchanged plant to numbers by claim and figure."""

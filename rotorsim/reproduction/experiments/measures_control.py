@@ -7,6 +7,7 @@ study, as each function states; so a figure here may differ a little from the st
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,13 +15,17 @@ from rotorsim.analysis import critical_speeds, whirl_onset
 from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_HZ
 from rotorsim.control import DesignError, Law
 from rotorsim.control.catalogue import make_spec, module_of
-from rotorsim.control.designs import hinf
-from rotorsim.control.designs.plants import Model
+from rotorsim.control.designs import h2_scheduled, hinf, lead
+from rotorsim.control.designs.interpolation import fit, held_out
+from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.law_from_system import table_axes
+from rotorsim.control.loop.sampled_loop import closed_poles, law_system, sweep
 from rotorsim.plant import Plant
 from rotorsim.reproduction.claims.control_numbers import numbers_of
 from rotorsim.reproduction.claims.rules import points
 from rotorsim.reproduction.control import DESIGNS, OPEN, ControlStudy
 from rotorsim.reproduction.control_cases import ringing
+from rotorsim.reproduction.experiments.limit import least_level
 from rotorsim.reproduction.experiments.measures_identification import Figures, local, lpv
 from rotorsim.verify.impacts import impact_energies
 from rotorsim.verify.running import run_rows, steady_rows
@@ -72,12 +77,40 @@ def decentralised(plant: Plant, shipped: Plant) -> Figures:
     """C3 and C4, on a model of one record."""
     model = local(plant, *points("decentralised")[0]).model
     found = _rung(plant, _laws(model, ["p", "softening", "hardening"]), "decentralised")
-    return _claims(["C3", "C4"], found, model)
+    return _claims(["C3", "C4"], found, model) | {"C4.radius": _radius(model)}
+
+
+def _radius(model: Model) -> float:
+    """Largest pole radius of the loop with hardening control, which its design refuses from one on."""
+    (q,) = points("decentralised")
+    law = lead.design(model, replace(lead.HARDENING, check=False))
+    return float(np.abs(closed_poles(sampled_plant(model, *q), law_system(law, *q))).max())
+
+
+def limit(plant: Plant, shipped: Plant) -> Figures:
+    """C2: least level of Fig. B.4's sensitivity that any linear controller reaches, on a model of one record."""
+    (q,) = points("reduced_design")
+    return {"C2.least": least_level(local(plant, *q).model, *q)}
 
 
 def nominal(plant: Plant, shipped: Plant) -> Figures:
     """C5, on surfaces over nine points."""
     return _claims(["C5"], ControlStudy(), lpv(plant))
+
+
+def interpolation(plant: Plant, shipped: Plant) -> Figures:
+    """C10 with surfaces of second order, on a model over nine points: points of the fine grid that they leave unstable,
+    and excess of the imbalance response at the held-out ones over the local designs'."""
+    model, spec = lpv(plant), h2_scheduled.Spec()
+    speeds, pressures = table_axes(model, spec.grid, spec.slowest)
+    at, out = np.array([(w, p) for w in speeds for p in pressures]), held_out(len(speeds), len(pressures))
+    local_ = [h2_scheduled.local_controller(model, spec, w, p) for w, p in at]
+    surfaces = fit(at[~out], [local_[k] for k in np.flatnonzero(~out)], 2)
+    law = h2_scheduled.scheduled(model, spec, surfaces)
+    fine = [np.linspace(axis[0], axis[-1], n) for axis, n in zip((speeds, pressures), spec.fine, strict=True)]
+    held = [local_[k] for k in np.flatnonzero(out)]
+    return {"C10.unstable": float(sweep(law, model, *fine).unstable),
+            "C10.excess": h2_scheduled.imbalance_excess(model, spec, law, at[out], held)}  # fmt: skip
 
 
 def hits(plant: Plant, shipped: Plant) -> Figures:

@@ -16,14 +16,34 @@ from rotorsim.machine.edit import expanded
 from rotorsim.reproduction.claims.rules import Figure, claims
 
 KEYS = {"words", "fields", "factors", "measure", "figures", "why"}
+EXTRA = {
+    "C2.least": Figure(
+        "least", "least level of Fig. B.4's S that any controller reaches", "", 1.0, (0.0, 1.0), (0.0, 1.1),
+        one_sided="at most one is needed",
+    ),
+    "C4.radius": Figure(
+        "radius", "hardening: largest pole radius of the loop", "", 1.0, (0.0, 0.999999), (0.0, 1.001),
+        one_sided="stable below one",
+    ),
+    "C10.unstable": Figure(
+        "unstable", "points of 600 that surfaces of second order leave unstable", "", 0.0, (0.0, 0.0), (0.0, 1.0)
+    ),
+    "C10.excess": Figure(
+        "excess", "excess of their imbalance response at held-out points", "", 0.0, (0.0, 0.1), (0.0, 0.2)
+    ),
+}  # fmt: skip
+"""Figures that explain a claim and judge none."""
+POWER = "^"
+"""Between a field's path and the power of the factor that it is multiplied with, 1 where there is none."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """One number of the machine (`fields`, dotted paths) times each of `factors`, ascending in the file's order.
+    """One number of the machine times each of `factors`, ascending in the file's order.
 
-    measure: what is computed at each, by its name in `measures`; figures: claim and figure, as 'I4.before'; why: why the
-    value that gives the thesis' figure is not the shipped one.
+    fields: dotted paths, each multiplied with the factor, or with a power of it ('injectors.2.pd_zero^-1'); measure:
+    what is computed at each, by its name in `measures`; figures: claim and figure, as 'I4.before'; why: why the value that
+    gives the thesis' figure is not the shipped one.
     """
 
     name: str
@@ -78,7 +98,9 @@ def _experiment(name: str, table: Any) -> Experiment:
     for figure in table["figures"]:
         figure_of(figure)
     values = {key: tuple(table[key]) for key in ("fields", "figures")}
-    return Experiment(name, table["words"], values["fields"], factors, table["measure"], values["figures"], table["why"])
+    return Experiment(
+        name, table["words"], values["fields"], factors, table["measure"], values["figures"], table["why"]
+    )
 
 
 def figure_of(key: str) -> Figure:
@@ -91,8 +113,8 @@ def figure_of(key: str) -> Figure:
 
 @lru_cache
 def known_figures() -> dict[str, Figure]:
-    """All figures of the rules by claim and name."""
-    return {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures}
+    """All figures of the rules by claim and name, and those that only experiments have."""
+    return {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures} | EXTRA
 
 
 def chosen(names: Iterable[str]) -> tuple[Experiment, ...]:
@@ -109,23 +131,32 @@ def changed(machine: Machine, experiment: Experiment, factor: float) -> Machine:
     """The machine with every field times the factor; raises MachineFileError where it would not be valid."""
     if factor == 1:
         return machine
-    return machine.with_({path: factor * value for path, value in values(machine, experiment).items()})
+    return machine.with_({path: factor**power * value for path, (value, power) in values(machine, experiment).items()})
 
 
-def values(machine: Machine, experiment: Experiment) -> Mapping[str, float]:
-    """Values [SI] of the fields, stars of lists written out; raises DataError for one that is no number."""
+def values(machine: Machine, experiment: Experiment) -> Mapping[str, tuple[float, float]]:
+    """Values [SI] of the fields and powers of the factor, stars of lists written out.
+
+    Raises
+    ------
+    DataError
+        For a field that is no number of the machine.
+    """
     found = {}
-    for path in (one for field in experiment.fields for one in expanded(machine.text, field)):
-        value = reduce(_below, path.split("."), machine)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise DataError(f"experiments: {experiment.name}: {path} of {machine.name} is {value!r} and no number")
-        found[path] = float(value)
+    for field in experiment.fields:
+        name, _, power = field.partition(POWER)
+        for path in expanded(machine.text, name):
+            value = reduce(_below, path.split("."), machine)
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise DataError(f"experiments: {experiment.name}: {path} of {machine.name} is {value!r} and no number")
+            found[path] = float(value), float(power or 1)
     return found
 
 
 def _below(part: Any, key: str) -> Any:
-    if key.isdecimal():
-        return part[int(key)]
-    if isinstance(part, tuple) and len(part) == 1:
-        return _below(part[0], key)
-    return part[key] if isinstance(part, Mapping) else getattr(part, key, None)
+    """What lies below a part, list or effect of a machine; None where there is nothing."""
+    if isinstance(part, tuple):
+        if key.isdecimal():
+            return part[int(key)] if int(key) < len(part) else None
+        return _below(part[0], key) if len(part) == 1 else None
+    return part.get(key) if isinstance(part, Mapping) else getattr(part, key, None)
