@@ -37,7 +37,7 @@ DESIGN_MODEL = "model_2.json"
 
 @dataclass
 class Whole:
-    """Verdicts on all claims, rules edited since the first run, sections of the report, aims, times [s] of the stages."""
+    """Verdicts on all claims, rules edited since the first run, sections of the report, aims, times of stages [s]."""
 
     edited: list[str] = field(default_factory=list)
     claims: list[Judged] = field(default_factory=list)

@@ -41,9 +41,10 @@ POWER = "^"
 class Experiment:
     """One number of the machine times each of `factors`, ascending in the file's order.
 
-    fields: dotted paths, each multiplied with the factor, or with a power of it ('injectors.2.pd_zero^-1'); measure:
-    what is computed at each, by its name in `measures`; figures: claim and figure, as 'I4.before'; why: why the value that
-    gives the thesis' figure is not the shipped one.
+    fields: dotted paths, each multiplied with the factor, or with a power of it ('injectors.2.pd_zero^-1')
+    measure: what is computed at each factor, by its name in `measures`
+    figures: claim and figure, as 'I4.before'
+    why: why the value that gives the thesis' figure is not the shipped one
     """
 
     name: str
