@@ -122,6 +122,7 @@ def test_tables_hold_both_columns_and_why(machine):
     found = Found(one(), {1.0: {"I4.before": 6.0}, 2.0: {"I4.before": 10.0}}, {}, ["w_x"])
     assert rows(found) == [("I4 amplitude before", "9 um", "6", "10 (x 2)", f"{NEAR} -> {MET}", "x 1.75")]
     text = markdown([found], machine)
+    assert "| I4 | unbalance | x 2 | 0 to 1 of 1 | w_x |" in text
     assert "w_x are lost" in text and "assumed" in text and f"| {' | '.join(HEADS)} |" in text
     (kept,) = plain([found])
     assert kept["figures"]["I4.before"]["values"] == {"1": 6.0, "2": 10.0}

@@ -14,6 +14,7 @@ from rotorsim.reproduction.experiments.table import figure_of, values
 if TYPE_CHECKING:
     from rotorsim.report.pages.study import Block
 
+SUMMARY = ("claims", "number", "changed to", "figures met", "lost of Table E.2")
 HEADS = ("figure", "thesis", "here", "with the changed number", "verdicts", "thesis' number at")
 
 
@@ -45,9 +46,22 @@ def sentence(found: Found, machine: Machine) -> str:
     return text + one.why
 
 
+def summary(found: Sequence[Found]) -> list[tuple[str, ...]]:
+    """A row for each experiment: claims, number, factor that meets the most figures, how many, what is then lost."""
+    listed = []
+    for one in found:
+        best, count = one.best, len(one.experiment.figures)
+        lost = ", ".join(one.broken) or "none" if best != 1 else ""
+        met = f"{one.met(1.0)} to {one.met(best)} of {count}"
+        changed = f"x {best:g}" if best != 1 else "no factor tried is better"
+        listed.append((", ".join(one.experiment.claims), one.experiment.words, changed, met, lost))
+    return listed
+
+
 def markdown(found: Sequence[Found], machine: Machine) -> str:
-    """All experiments as Markdown."""
-    text = []
+    """All experiments as Markdown: a row for each, then each with its figures."""
+    text = [f"| {' | '.join(SUMMARY)} |", f"|{'---|' * len(SUMMARY)}"]
+    text += [*(f"| {' | '.join(_escaped(cell) for cell in row)} |" for row in summary(found)), ""]
     for one in found:
         text += [f"**{', '.join(one.experiment.claims)}: {sentence(one, machine)}**", "", f"| {' | '.join(HEADS)} |"]
         text += [f"|{'---|' * len(HEADS)}", *(f"| {' | '.join(_escaped(cell) for cell in row)} |" for row in rows(one))]
@@ -87,7 +101,7 @@ def blocks(found: Sequence[Found], machine: Machine) -> list[Block]:
     from rotorsim.report.figures.experiments import over_factor
     from rotorsim.report.pages.study import Block
 
-    made = []
+    made = [Block("Experiments", "The factor that the most figures are met at.", SUMMARY, summary(found))]
     for one in found:
         title = f"{', '.join(one.experiment.claims)}: {one.experiment.words}"
         made.append(Block(title, sentence(one, machine), HEADS, rows(one)))
