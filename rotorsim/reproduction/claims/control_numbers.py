@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.mixed import closed, mixed_sensitivity
-from rotorsim.control.designs.plants import Model, design_plant, sampled_plant
+from rotorsim.control.designs.plants import design_plant, sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, model_loop, stable_gains
 from rotorsim.control.numerics.gamma import controller, solve
@@ -35,8 +36,8 @@ def control_numbers(found: ControlStudy, model: LpvModel) -> dict[str, Figures]:
     return {number: numbers_of(number, found, model) for number in dict.fromkeys(number for number, _, _ in _PARTS)}
 
 
-def numbers_of(claim: str, found: ControlStudy, model: Model) -> Figures:
-    """Numbers of one claim, from the laws that `found` holds."""
+def numbers_of(claim: str, found: ControlStudy, model: Any) -> Figures:
+    """Numbers of one claim, from the laws that `found` holds; a local model does where its figures are at one point."""
     known: Figures = {}
     for number, needed, part in _PARTS:
         if number == claim and found.laws.keys() >= set(needed):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from rotorsim.reproduction.claims.identification_numbers import MS, VOLT
 from rotorsim.reproduction.claims.rules import points
 from rotorsim.reproduction.local_models import RECIPE, runout_amplitudes
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 DURATION, STEADY = 5.0, 2.0
 """Durations [s] of a record with and of one without excitation; the study's are 10 and 2."""
 CROSS = ((0.0, 0.5), (4.0, 0.7), (6.0, 0.5))
@@ -28,15 +32,19 @@ SCATTER = ((0.5, 0.35), (3.5, 0.55), (5.5, 0.65))
 Figures = dict[str, float]
 
 
-def record(plant: Plant, speed: float, pressure: float, sequence: int = 1, duration: float = DURATION):  # type: ignore[no-untyped-def]
+def record(
+    plant: Plant, speed: float, pressure: float, sequence: int = 1, duration: float = DURATION
+) -> tuple[xr.Dataset, xr.Dataset | None]:
     """A record with excitation and, where the shaft turns, one without (None at rest)."""
     made = prbs(plant, speed, pressure, amplitude=1.0, duration=duration, sequence=sequence)
     return made, steady(plant, speed, pressure, duration=STEADY) if speed else None
 
 
-def local(plant: Plant, speed: float, pressure: float, model: str = "2", **settings: float) -> idn.Identification:
+def local(
+    plant: Plant, speed: float, pressure: float, model: str = "2", duration: float = DURATION
+) -> idn.Identification:
     """A local model at a speed [rad/s] and gauge pressure [Pa]."""
-    excited, quiet = record(plant, speed, pressure, **settings)  # type: ignore[arg-type]
+    excited, quiet = record(plant, speed, pressure, duration=duration)
     return idn.identify(excited, model, steady=quiet, settings=RECIPE)
 
 
@@ -56,7 +64,7 @@ def actuators(plant: Plant, shipped: Plant) -> Figures:
 
 def fits(plant: Plant, shipped: Plant) -> Figures:
     """I2 and I3 (Model 3), I10 (Model 2) at `CROSS`: fits of second records."""
-    figures = {}
+    figures: Figures = {}
     for claim, name in (("I2", "rest"), ("I3", "turning")):
         fit = _second_fit(plant, *points(name)[0], "3")
         figures |= {f"{claim}.validation_{axis}": fit[k] for k, axis in enumerate("xy")}

@@ -20,14 +20,15 @@ HEADS = ("figure", "thesis", "here", "with the changed number", "verdicts", "the
 
 def rows(found: Found) -> list[tuple[str, ...]]:
     """Figure by figure: ours, that at the best factor, both verdicts, and the factor that gives the thesis' number."""
-    best, listed = found.best, []
+    best = found.best
+    listed: list[tuple[str, ...]] = []
     for key in found.experiment.figures:
         figure, at = figure_of(key), found.reached(key)
         both = found.verdict(key, 1.0), found.verdict(key, best)
         listed.append((
             f"{key.split('.')[0]} {figure.words}", f"{number(figure.thesis)} {figure.unit}".strip(),
             number(found.value(key, 1.0)), f"{number(found.value(key, best))} (x {best:g})", " -> ".join(both),
-            "no factor tried" if at is None else f"x {at:.3g}",
+            "no factor tried" if at is None else f"x {at:.4g}",
         ))  # fmt: skip
     return listed
 
@@ -37,7 +38,7 @@ def sentence(found: Found, machine: Machine) -> str:
     one = found.experiment
     own = ", ".join(dict.fromkeys(f"{value:.4g}" for value, _ in values(machine, one).values()))
     factors = ", ".join(f"{factor:g}" for factor in one.factors)
-    text = f"{one.words} ({', '.join(one.fields)}; here {own} in SI units), times {factors}. "
+    text = f"{one.words[0].upper()}{one.words[1:]} ({', '.join(one.fields)}; here {own} in SI units), times {factors}. "
     if found.best != 1:
         text += f"At {found.best:g} times it, of the calibrated rows of Table E.2, " + (
             f"{', '.join(found.broken)} are lost. " if found.broken else "none is lost. "
@@ -48,7 +49,7 @@ def sentence(found: Found, machine: Machine) -> str:
 
 def summary(found: Sequence[Found]) -> list[tuple[str, ...]]:
     """A row for each experiment: claims, number, factor that meets the most figures, how many, what is then lost."""
-    listed = []
+    listed: list[tuple[str, ...]] = []
     for one in found:
         best, count = one.best, len(one.experiment.figures)
         lost = ", ".join(one.broken) or "none" if best != 1 else ""
@@ -63,7 +64,7 @@ def markdown(found: Sequence[Found], machine: Machine) -> str:
     text = [f"| {' | '.join(SUMMARY)} |", f"|{'---|' * len(SUMMARY)}"]
     text += [*(f"| {' | '.join(_escaped(cell) for cell in row)} |" for row in summary(found)), ""]
     for one in found:
-        text += [f"**{', '.join(one.experiment.claims)}: {sentence(one, machine)}**", "", f"| {' | '.join(HEADS)} |"]
+        text += [f"**{', '.join(one.experiment.claims)}.** {sentence(one, machine)}", "", f"| {' | '.join(HEADS)} |"]
         text += [f"|{'---|' * len(HEADS)}", *(f"| {' | '.join(_escaped(cell) for cell in row)} |" for row in rows(one))]
         text += [""]
     return "\n".join(text)

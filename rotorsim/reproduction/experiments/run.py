@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from rotorsim.machine import Machine
 from rotorsim.reproduction.claims.judge import MET, judge_figure
@@ -104,7 +105,7 @@ def _case(machine: Machine, one: Experiment, factor: float, text: str) -> Case:
     return Case("experiment", f"{one.name} x {factor:g}", key, f"{HOME}:figures", arguments)
 
 
-def _found(experiment: Experiment, results: dict[float, dict]) -> Found:  # type: ignore[type-arg]
+def _found(experiment: Experiment, results: dict[float, dict[str, Any]]) -> Found:
     failed = {f: one["failed"] for f, one in results.items() if "failed" in one}
     return Found(experiment, {f: one for f, one in results.items() if f not in failed}, failed)
 
