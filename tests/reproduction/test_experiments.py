@@ -14,7 +14,7 @@ from rotorsim.reproduction.experiments.run import Found, reached
 from rotorsim.reproduction.experiments.table import (
     Experiment,
     changed,
-    chosen,
+    chosen_experiments,
     experiments,
     figure_of,
     known_figures,
@@ -90,15 +90,15 @@ def test_fields_that_are_no_numbers_and_unknown_names_are_refused(machine):
     with pytest.raises(MachineFileError, match="damping_ratio"):
         changed(machine, one(fields=("shaft.damping_ratio",), factors=(1.0, -1.0)), -1.0)
     with pytest.raises(DataError, match="there is no experiment or claim 'I99'"):
-        chosen(["I99"])
+        chosen_experiments(["I99"])
     with pytest.raises(DataError, match="no measure 'runouts'; did you mean 'runout'"):
         measures.measure("runouts")
 
 
 def test_only_takes_claims_and_names():
-    assert {found.name for found in chosen(["I4"])} == {"unbalance"}
-    assert [found.name for found in chosen(["pd_gain"])] == ["pd_gain"]
-    assert chosen([]) == experiments()
+    assert {found.name for found in chosen_experiments(["I4"])} == {"unbalance"}
+    assert [found.name for found in chosen_experiments(["pd_gain"])] == ["pd_gain"]
+    assert chosen_experiments([]) == experiments()
 
 
 def test_the_factor_of_the_thesis_number_is_found_between_those_tried_nearest_to_one():
@@ -130,9 +130,11 @@ def test_tables_hold_both_columns_and_why(machine):
     assert "At 2 there is no number: the shaft touches." in markdown([failed], machine)
 
 
-def test_a_machine_that_does_not_run_leaves_a_sentence(machine):
-    starved = machine.with_({"injection.pin_discharge": 1e-6}).text
-    assert set(measures.figures(starved, machine.text, "runout")) == {"failed"}
+def test_a_machine_whose_records_cannot_be_identified_leaves_a_sentence(machine):
+    deaf = machine.with_({"effects.noise.sigma": 1e-3}).text
+    found = measures.figures(deaf, machine.text, "fits")
+    assert set(found) == {"failed"}
+    assert found["failed"].startswith("identify: ")
 
 
 def test_unbalance_raises_the_amplitude_and_a_larger_position_gain_the_slow_pole(machine):
@@ -140,7 +142,7 @@ def test_unbalance_raises_the_amplitude_and_a_larger_position_gain_the_slow_pole
     small, large = (measures.figures(m.text, machine.text, "runout")["I4.before"] for m in (machine, loud))
     assert small == pytest.approx(6.4, rel=0.05)
     assert 8 < large < 12
-    (gain,) = chosen(["pd_gain"])
+    (gain,) = chosen_experiments(["pd_gain"])
     found = measures.figures(changed(machine, gain, 1.5).text, machine.text, "actuators")
     assert figure_of("I9.p1_x").met[0] < found["I9.p1_x"] < figure_of("I9.p1_x").met[1]
 

@@ -15,6 +15,9 @@ from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, r
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import stage_bar
+from rotorsim.reproduction.experiments.pages import blocks, markdown, plain, rows
+from rotorsim.reproduction.experiments.run import run_experiments
+from rotorsim.reproduction.experiments.table import chosen_experiments
 
 RESULTS = ("experiments.md", "experiments.json", "report.html")
 """Files in the folder."""
@@ -40,15 +43,12 @@ def experiments(
 ) -> None:
     """Change one number of the machine at a time and measure the figures of claims that are not met."""
     from rotorsim.report.pages.study import save_study_page
-    from rotorsim.reproduction.experiments.pages import blocks, markdown, plain, rows
-    from rotorsim.reproduction.experiments.run import run
-    from rotorsim.reproduction.experiments.table import chosen
 
     page.check()
     refuse_campaign(out)
-    wanted, plant = chosen(only or []), plant_of(machine)
+    wanted, plant = chosen_experiments(only or []), plant_of(machine)
     with study_folder(out, {"kind": "experiments", "machine": plant.machine.hash}):
-        found = run(plant.machine, wanted, out / "stages", stage_bar(), jobs)
+        found = run_experiments(plant.machine, wanted, out / "stages", stage_bar(), jobs)
         numbers = {"machine": plant.machine.name, "experiments": plain(found)}
         text = "One number of the machine changed at a time; verdicts by the rules of the claims."
         with replacing_all(out, RESULTS) as part:
@@ -64,4 +64,6 @@ def experiments(
         typer.echo(f"{', '.join(one.experiment.claims)}: {one.experiment.words}")
         for row in rows(one):
             typer.echo(f"     {row[0]}: {row[2]} here, {row[3]}; thesis {row[1]}, at {row[5]}")
+        for factor, why in one.failed.items():
+            typer.echo(f"     x {factor:g}: no numbers: {why}")
     typer.echo(f"{out / 'report.html'}: report; {out / 'experiments.md'}: tables; {out / 'experiments.json'}: numbers")

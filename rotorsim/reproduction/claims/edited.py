@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,9 +23,7 @@ JUDGING = ("thesis", "met", "near", "kind", "one_sided")
 
 def judging() -> dict[str, Any]:
     """All that verdicts follow from, by 'points.NAME' and 'I2.figure', from the rules as they are now."""
-    from tomllib import loads
-
-    table = loads(text())
+    table = tomllib.loads(text())
     kept: dict[str, Any] = {f"points.{name}": one["at"] for name, one in table["points"].items()}
     for number, claim in table["claims"].items():
         shared = {key: claim[key] for key in JUDGING if key in claim}

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import identification as idn
+from identification.local.greybox import actuator_poles
+from identification.local.identify import actuator_signals
 from rotorsim.base.constants import KRPM, MPA, TO_HZ, TO_UM
 from rotorsim.experiments import prbs, steady
 from rotorsim.plant import Plant
@@ -50,9 +52,6 @@ def local(
 
 def actuators(plant: Plant, shipped: Plant) -> Figures:
     """I9 at rest and 0.5 MPa: poles of the pairs of pins and the fit of a second record."""
-    from identification.local.greybox import actuator_poles
-    from identification.local.identify import actuator_signals
-
     one, other = (prbs(plant, 0.0, 0.5 * MPA, amplitude=1.0, duration=2.0, sequence=k) for k in (1, 2))
     found = idn.identify(one, "actuator", settings=RECIPE)
     poles, gain = actuator_poles(found.theta), np.diag(found.static_gain) / VOLT

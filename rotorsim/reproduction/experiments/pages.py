@@ -99,7 +99,7 @@ def _plain(found: Found, key: str) -> dict[str, Any]:
 
 def blocks(found: Sequence[Found], machine: Machine) -> list[Block]:
     """A table and a figure for each experiment."""
-    from rotorsim.report.figures.experiments import over_factor
+    from rotorsim.report.figures.identification_plots import over_factor
     from rotorsim.report.pages.study import Block
 
     made = [Block("Experiments", "The factor that the most figures are met at.", SUMMARY, summary(found))]

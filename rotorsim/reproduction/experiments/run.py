@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.errors import DataError
 from rotorsim.machine import Machine
 from rotorsim.reproduction.claims.judge import MET, judge_figure
 from rotorsim.reproduction.claims.rules import Figure
@@ -74,7 +75,7 @@ def _crossings(points: Sequence[tuple[float, float]], value: float) -> Iterator[
             yield f + (value - v) / (w - v) * (g - f)
 
 
-def run(
+def run_experiments(
     machine: Machine, chosen: Sequence[Experiment], folder: Path, progress: Progress, workers: int = 1
 ) -> list[Found]:
     """The experiments on a machine; what is in `folder` already is read.
@@ -82,14 +83,16 @@ def run(
     Raises
     ------
     DataError
-        If a field is no number of the machine or a measure does not exist.
+        If a field is no number of the machine, or it has no actuators.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> from rotorsim.reproduction.experiments.table import chosen
-    >>> found = run(machine, chosen(["I9"]), Path("experiments"), print)  # doctest: +SKIP
+    >>> chosen = rs.reproduction.chosen_experiments(["I9"])
+    >>> found = rs.reproduction.run_experiments(machine, chosen, Path("experiments"), print)  # doctest: +SKIP
     """
+    if machine.actuators is None or machine.injection is None:
+        raise DataError(f"{machine.name}: has no actuators in a gas film; the claims are of such a machine")
     texts = {(one.name, f): changed(machine, one, f).text for one in chosen for f in one.factors}
     cases = [_case(machine, one, f, texts[one.name, f]) for one in chosen for f in one.factors]
     results = run_cases(folder, cases, workers, progress)

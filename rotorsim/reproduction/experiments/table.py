@@ -105,7 +105,14 @@ def _experiment(name: str, table: Any) -> Experiment:
 
 
 def figure_of(key: str) -> Figure:
-    """The rule of a figure 'I4.before'; raises DataError where there is none."""
+    """The rule of a figure 'I4.before'; raises DataError where there is none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.reproduction.figure_of("I4.before").thesis
+    9.0
+    """
     known = known_figures()
     if key not in known:
         raise DataError(f"experiments: there is no figure {key}; {did_you_mean(key, known)}")
@@ -118,8 +125,15 @@ def known_figures() -> dict[str, Figure]:
     return {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures} | EXTRA
 
 
-def chosen(names: Iterable[str]) -> tuple[Experiment, ...]:
-    """The experiments of these names or claims, all where none is given; raises DataError for an unknown name."""
+def chosen_experiments(names: Iterable[str]) -> tuple[Experiment, ...]:
+    """The experiments of these names or claims, all where none is given; raises DataError for an unknown name.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> [one.words for one in rs.reproduction.chosen_experiments(["I4"])]
+    ['unbalance of the disc']
+    """
     wanted, found = list(names), experiments()
     known = [one.name for one in found] + sorted({claim for one in found for claim in one.claims})
     for name in wanted:
