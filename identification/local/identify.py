@@ -20,8 +20,8 @@ from identification.local.own import bound_remarks, box, covariance_of, prepared
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import broadened, start_values
-from identification.machine_name import machine_of
 from identification.local.structure import Structure
+from identification.machine_name import machine_of
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
 from identification.records.frf import FrequencyResponse
 from identification.records.pin_positions import pin_pairs

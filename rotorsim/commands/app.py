@@ -113,6 +113,7 @@ class Study(LazyGroup):
         "identification-vs-physics": "study.identification_vs_physics.identification_vs_physics",
         "control": "study.control.control",
         "whole": "study.control.whole",
+        "experiments": "study.experiments.experiments",
     }
 
 

@@ -21,6 +21,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.control import load_law
 from rotorsim.verify import Verification, closed_loop, safe_speed
+from rotorsim.verify.criteria import edited
 from rotorsim.verify.safe_speed import comparison, sentence
 
 FAILED = 1
@@ -56,6 +57,7 @@ def verify(
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
+        result.settings["edited"] = _edited(folder / "table.json", result)
         write_json(folder / "table.json", _plain(result))
         files = {"report": str(result.report(folder / "report.html"))}
         files |= page.finish(files["report"])
@@ -68,8 +70,18 @@ def _progress() -> Callable[[str], None] | None:
     return (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
 
 
+def _edited(path: Path, result: Verification) -> list[str]:
+    """Sentences about bounds that differ from those in the table that is replaced; none where it states none."""
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))["criteria"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return edited(before, result.settings["criteria"]) if isinstance(before, dict) else []
+
+
 def _plain(result: Verification) -> dict[str, object]:
     numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
+    numbers |= {name: result.settings[name] for name in ("criteria", "edited")}
     numbers["rows"] = [
         {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
     ]
@@ -91,6 +103,8 @@ def _print(result: Verification, files: dict[str, str], as_json: bool) -> None:
         table.add_row(*map(escape, (row.check, f"{row.measured:.3g} {row.unit}", bound, words, row.remark)))
     console = Console(highlight=False)
     console.print(table)
+    for bound in result.settings["edited"]:
+        console.print(f"edited bound: {escape(bound)}")
     if "safe_speed" in result.runs:
         console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")

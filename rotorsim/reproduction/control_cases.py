@@ -6,6 +6,7 @@ Cites: thesis.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -65,9 +66,14 @@ def hits(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
 
 def ring_downs(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
     """Natural frequency [rad/s] and damping ratio of the disc after hits along x and y at operating points."""
+    return ringing(_plant(machine), _law(law), points)
+
+
+def ringing(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict[str, Any]]:
+    """The same of a plant and a law."""
     rows = []
     for speed, pressure in points:
-        answers = impact_answers(_plant(machine), _law(law), speed, pressure, RING_DOWN)
+        answers = impact_answers(plant, law, speed, pressure, RING_DOWN)
         wn, zeta = zip(*map(ring_down, answers), strict=True)
         rows.append({"speed": speed, "pressure": pressure, "wn": wn, "zeta": zeta})
     return rows

@@ -77,7 +77,7 @@ def _local_of(pair: tuple[idn.Source, idn.Source | None]) -> Local | str:
 def _local(source: idn.Source, second: idn.Source | None) -> Local:
     record, steady = idn.open_pair(source)
     found = {kind: idn.identify(record, kind, steady=steady, settings=RECIPE) for kind in MODELS}
-    runout = _runout(record, steady)
+    runout = runout_amplitudes(record, steady)
     if second is None:
         return Local(source, source, found, {}, found["3"].ceiling, runout)
     signals = idn.filtered(*idn.open_pair(second), RECIPE)
@@ -85,8 +85,11 @@ def _local(source: idn.Source, second: idn.Source | None) -> Local:
     return Local(source, second, found, fits, idn.ceiling(project(signals.y, signals.Q), signals.noise), runout)
 
 
-def _runout(record: xr.Dataset, steady: xr.Dataset | None) -> tuple[np.ndarray, np.ndarray] | None:
-    """The filter comes from the steady run and acts on the record's rest before the excitation, second half."""
+def runout_amplitudes(record: xr.Dataset, steady: xr.Dataset | None) -> tuple[np.ndarray, np.ndarray] | None:
+    """Amplitudes (2,) [m, 0-pk] raw and filtered, of the second half of the record's rest before the excitation.
+
+    The filter comes from the steady run; None without one or where the shaft hardly turns.
+    """
     if steady is None:
         return None
     signals, raw = idn.filtered(record, steady, RECIPE), np.asarray(record["disc_measured"].values)

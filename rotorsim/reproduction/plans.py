@@ -60,8 +60,8 @@ class Layout:
     --------
     >>> import rotorsim as rs
     >>> layout = rs.reproduction.Layout(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
-    >>> [name for name, text in layout.texts()][:2]
-    ['grid', 'centres']
+    >>> [name for name, text in layout.texts()][:3]
+    ['grid-0rpm', 'grid-2865rpm', 'centres-1432rpm']
     """
 
     speeds: tuple[float, ...] = tuple(1000 * RPM * k for k in range(7))
@@ -69,12 +69,21 @@ class Layout:
     duration: float = 10.0
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Name and text of each plan: the grid with a second record, the centres of its cells, the thesis' points."""
-        yield "grid", self._text("grid", ("identification", "validation"), 1, self.speeds, self.pressures)
-        yield "centres", self._text("centres", ("centre",), 3, _middles(self.speeds), _middles(self.pressures))
-        for speed, pressure in self.claimed():
+        """Name and text of each plan: the grid with a second record, the centres of its cells, the thesis' points.
+
+        Each speed has random sequences of its own. The two references of a finite sequence are a little alike, which
+        moves the cross gains; one sequence for all would move them alike, and points left out would show it as an error
+        of the surfaces.
+        """
+        for k, speed in enumerate(self.speeds):
+            name = f"grid-{speed / RPM:.0f}rpm"
+            yield name, self._text(name, ("identification", "validation"), 10 * k + 1, speed, self.pressures)
+        for k, speed in enumerate(_middles(self.speeds)):
+            name = f"centres-{speed / RPM:.0f}rpm"
+            yield name, self._text(name, ("centre",), 10 * k + 3, speed, _middles(self.pressures))
+        for k, (speed, pressure) in enumerate(self.claimed()):
             name = f"claim-{speed / RPM:.0f}rpm-{pressure * TO_MPA:.2f}MPa"
-            yield name, self._text(name, ("claim", "claim_second"), 4, (speed,), (pressure,))
+            yield name, self._text(name, ("claim", "claim_second"), 10 * k + 4, speed, (pressure,))
 
     def claimed(self) -> list[tuple[float, float]]:
         """The thesis' points [rad/s, Pa] that are not on the grid."""
@@ -82,13 +91,11 @@ class Layout:
         named = dict.fromkeys(_rounded(*q) for name in CLAIMED for q in points(name))
         return [q for q in named if q not in grid]
 
-    def _text(
-        self, name: str, roles: tuple[str, ...], first: int, speeds: tuple[float, ...], pressures: tuple[float, ...]
-    ) -> str:
+    def _text(self, name: str, roles: tuple[str, ...], first: int, speed: float, pressures: tuple[float, ...]) -> str:
         text = _HEAD.format(name=name, kept=list(KEPT))
         for number, role in enumerate(roles, first):
             text += _PRBS.format(name=role, duration=self.duration, number=number)
-        text += _STEADY + _AXIS.format(name="speed", values=[f"{w / RPM:.9g} rpm" for w in speeds])
+        text += _STEADY + _AXIS.format(name="speed", values=[f"{speed / RPM:.9g} rpm"])
         return text + _AXIS.format(name="pressure", values=[f"{p:.9g} Pa" for p in pressures])
 
 

@@ -11,6 +11,7 @@ HERE = "rotorsim/reproduction"
 IDENTIFICATION = (
     "coherent", "figures", "identification_vs_physics", "local_models", "page", "physics", "pool", "table",
 )  # fmt: skip
+MEASURES = ("limit", "measures", "measures_control", "measures_identification")
 SOURCES = {
     "control": (
         "identification", "reynolds", "rotorsim/base", "rotorsim/machine", "rotorsim/control",
@@ -18,6 +19,12 @@ SOURCES = {
     ),
     "verify": (*RUNS, "rotorsim/analysis", "rotorsim/verify", "rotorsim/report", f"{HERE}/control_cases.py"),
     "hysteresis": (*PLANT, f"{HERE}/claims/hysteresis.py"),
+    "experiments": (
+        *RUNS, "rotorsim/analysis", "rotorsim/verify", f"{HERE}/control.py", f"{HERE}/control_cases.py",
+        f"{HERE}/local_models.py", f"{HERE}/claims/control_numbers.py", f"{HERE}/claims/rules.py",
+        f"{HERE}/claims/rules.toml", f"{HERE}/claims/identification_numbers.py",
+        *(f"{HERE}/experiments/{name}.py" for name in MEASURES),
+    ),
     "identification": (
         *PLANT, "rotorsim/analysis", *(f"{HERE}/{name}.py" for name in IDENTIFICATION),
         *(f"{HERE}/claims/{name}" for name in ("identification_numbers.py", "targets.py", "rules.py", "rules.toml")),

@@ -17,6 +17,7 @@ from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.reproduction.claims.control_numbers import control_numbers
+from rotorsim.reproduction.claims.edited import edited, edited_block, edited_markdown
 from rotorsim.reproduction.claims.hysteresis import hysteresis_numbers
 from rotorsim.reproduction.claims.identification_numbers import identification_numbers
 from rotorsim.reproduction.claims.judge import Judged
@@ -36,8 +37,9 @@ DESIGN_MODEL = "model_2.json"
 
 @dataclass
 class Whole:
-    """Verdicts on all claims, the report's sections, aims of identification, wall time [s] of the stages."""
+    """Verdicts on all claims, rules edited since the first run, sections of the report, aims, times of stages [s]."""
 
+    edited: list[str] = field(default_factory=list)
     claims: list[Judged] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     targets: list[dict[str, Any]] = field(default_factory=list)
@@ -66,6 +68,7 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
         )
     found, stages, clock = Whole(), out / "stages", _Clock()
     out.mkdir(parents=True, exist_ok=True)
+    found.edited = edited(out)
     folders = run(plant.machine, QUICK if quick else Layout(), out, workers)
     clock.lap("campaign")
     kept = _identification(plant, folders, stages, workers, progress)
@@ -77,11 +80,12 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     found.control = control_study(plant, model, stages, progress, workers, quick)
     clock.lap("designs and verification")
     found.claims = verdicts(kept["numbers"] | _hysteresis(plant, stages, progress) | _control(found.control, model))
-    write_text(out / "claims.md", markdown(found.claims))
+    write_text(out / "claims.md", edited_markdown(found.edited) + markdown(found.claims))
     found.targets, found.seconds = kept["targets"], clock.laps
     clock.lap("claims")
     times = [(name, f"{seconds:.0f} s") for name, seconds in clock.laps.items()]
     found.blocks = [
+        *edited_block(found.edited),
         *claims_blocks(found.claims),
         *control_blocks(found.control),
         *blocks_of(kept["blocks"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -42,6 +43,19 @@ class Criteria:
     transient: float | None = 30e-6
     disturbed: float | None = 1.0
     disk: float | None = 0.3
+
+
+def edited(before: Mapping[str, float | None], now: Mapping[str, float | None]) -> list[str]:
+    """A sentence for each bound, by name, that differs from that of an earlier verification.
+
+    Examples
+    --------
+    >>> from dataclasses import asdict
+    >>> edited(asdict(Criteria()), asdict(Criteria(worst=1.2)))
+    ['worst: 1.0 at the verification that stood here, 1.2 now']
+    """
+    names = [name for name in dict.fromkeys((*now, *before)) if before.get(name) != now.get(name)]
+    return [f"{name}: {before.get(name)} at the verification that stood here, {now.get(name)} now" for name in names]
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ PRINTED = {
     "balance": (1.8,),
     "campaign": (6,),
     "campbell": (2647, 2647),
+    "claims_experiments": (9, 6.41, 1.64, 3078, 1749, 1.49),
     "compare_runups": (25, 489, 2702, 10, 195, 2702),
     "decide": ("decided: one explanation has 95 %", "coupling.force_2x"),
     "diagnose": ("verdict: named", "shaft_bow"),

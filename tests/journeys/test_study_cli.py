@@ -28,7 +28,9 @@ def test_a_study_of_four_points_ends_in_claims_models_and_a_report(run, tmp_path
     lpv = idn.load_model(out / "model.json")
     assert lpv.points.shape == (4, 2)
     # the same records by hand: the index states roles and operating points
-    code, text, err = run("identify", out / "grid", "--surfaces", "1", "--out", tmp_path / "m.json", "--json")
+    code, text, err = run(
+        "identify", *sorted(out.glob("grid-*")), "--surfaces", "1", "--out", tmp_path / "m.json", "--json"
+    )
     assert code == 0, err
     assert len(json.loads(text)["records"]) == 8
     again = idn.load_model(tmp_path / "m.json")
@@ -49,3 +51,33 @@ def test_a_folder_without_the_right_records_ends_in_a_sentence(run, tmp_path):
     assert code == 2
     assert "nothing" in err
     assert err.count("\n") == 1
+
+
+def test_an_experiment_on_a_claim_ends_in_tables_numbers_and_a_report(run, tmp_path):
+    command = ("study", "experiments", "--only", "I4", "--out", tmp_path / "e", "--jobs", "1")
+    code, text, err = run(*command, "--json")
+    assert code == 0, err
+    (found,) = json.loads(text)["experiments"]
+    figure = found["figures"]["I4.before"]
+    assert figure["values"]["1"] < 9 < figure["values"]["2"]
+    assert 1.5 < figure["reached"] < 1.8
+    assert found["broken"] == []
+    assert "| I4 | unbalance of the disc |" in (tmp_path / "e" / "experiments.md").read_text(encoding="utf-8")
+    assert "unbalance of the disc" in (tmp_path / "e" / "report.html").read_text(encoding="utf-8")
+    code, again, _ = run(*command)
+    assert code == 0
+    assert "I4 amplitude before: 6.4" in again
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (("plain_rotor",), "has no actuators in a gas film; the claims are of such a machine"),
+        (("--only", "I99"), "there is no experiment or claim 'I99'; there are noise"),
+    ],
+)
+def test_experiments_that_cannot_be_made_end_in_a_sentence(run, tmp_path, more, words):
+    code, out, err = run("study", "experiments", *more, "--out", tmp_path / "e")
+    assert (code, out) == (2, "")
+    assert words in err
+    assert not (tmp_path / "e").exists()

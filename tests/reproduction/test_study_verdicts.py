@@ -1,6 +1,7 @@
 """Verdict tables of a study: numbers, intervals and verdicts of every claim."""
 
 import ast
+import re
 from pathlib import Path
 
 import numpy as np
@@ -79,8 +80,14 @@ def test_the_claims_points_off_the_grid_get_records_of_their_own():
     claimed = [(round(w / KRPM, 3), p) for w, p in Layout().claimed()]
     assert claimed == [(5.3, 300000), (4.05, 500000), (4.2, 700000)]
     names = [name for name, _ in Layout().texts()]
-    assert names[:2] == ["grid", "centres"]
-    assert len(set(names)) == len(names) == 5
+    assert [sum(name.startswith(kind) for name in names) for kind in ("grid-", "centres-", "claim-")] == [7, 6, 3]
+    assert len(set(names)) == len(names) == 16
+
+
+def test_no_two_records_of_a_speed_or_of_neighbouring_ones_share_a_random_sequence():
+    found = [re.findall(r"^sequence = (\d+)", text, re.M) for _, text in Layout().texts()]
+    numbers = [number for some in found for number in some]
+    assert len(numbers) == len(set(numbers)) == 7 * 2 + 6 + 3 * 2
 
 
 def test_no_design_of_the_study_was_chosen_on_judged_points():

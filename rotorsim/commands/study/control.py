@@ -21,6 +21,7 @@ from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import print_claims, stage_bar
 from rotorsim.plant import Plant
 from rotorsim.reproduction.claims.control_numbers import control_numbers
+from rotorsim.reproduction.claims.edited import edited, edited_block
 from rotorsim.reproduction.claims.verdicts import claims_blocks, plain, verdicts
 from rotorsim.reproduction.control import control_study
 
@@ -58,9 +59,9 @@ def control(
     identified = key_of(json.dumps(loaded.to_dict(), sort_keys=True))
     with study_folder(out, _inputs("control", plant, quick) | {"model": identified}):
         found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
-        claims = verdicts(control_numbers(found, loaded), "C")
-        blocks = [*claims_blocks(claims, "Claims on control"), *control_blocks(found)]
-        numbers = {"claims": plain(claims), "refused": found.refused}
+        claims, changes = verdicts(control_numbers(found, loaded), "C"), edited(out)
+        blocks = [*edited_block(changes), *claims_blocks(claims, "Claims on control"), *control_blocks(found)]
+        numbers = {"claims": plain(claims), "refused": found.refused, "rules_edited": changes}
         title, text = f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant."
         with replacing_all(out, ("report.html", "control.json")) as part:
             save_study_page(title, text, blocks, part / "report.html")
@@ -69,7 +70,7 @@ def control(
     if as_json:
         typer.echo(json.dumps(numbers, indent=2))
         return
-    print_claims(claims)
+    print_claims(claims, changes)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results")
 
 
@@ -97,14 +98,15 @@ def whole(
     plant = plant_of(machine)
     with study_folder(out, _inputs("whole", plant, quick)):
         found = whole_study(plant, out, stage_bar(), jobs, quick)
-        numbers = {"claims": plain(found.claims), "targets": found.targets, "refused": found.control.refused,
-                "seconds": found.seconds, "report": str(out / "report.html")}  # fmt: skip
+        numbers = {"claims": plain(found.claims), "rules_edited": found.edited, "targets": found.targets,
+                   "refused": found.control.refused, "seconds": found.seconds,
+                   "report": str(out / "report.html")}  # fmt: skip
         write_json(out / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:
         typer.echo(json.dumps(numbers, indent=2))
         return
-    print_claims(found.claims)
+    print_claims(found.claims, found.edited)
     typer.echo(f"{out / 'report.html'}: report; {out / 'stages'}: laws and results; {out / 'study.json'}: numbers")
 
 

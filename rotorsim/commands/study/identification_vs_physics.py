@@ -16,6 +16,7 @@ from rotorsim.commands.options import MachineName, a_folder, plant_of, resumable
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import numbers_of, print_claims, write_page
+from rotorsim.reproduction.claims.edited import edited
 from rotorsim.reproduction.claims.identification_numbers import identification_numbers
 from rotorsim.reproduction.claims.judge import MET, NOT_MET
 from rotorsim.reproduction.claims.targets import targets
@@ -64,17 +65,18 @@ def identification_vs_physics(
         total = sum(source.role in COUNTED for source in sources)
         found = study(plant, sources, jobs, surfaces, counter(total, "operating points"))
         claims, reached = verdicts(identification_numbers(found), "I"), targets(found)
-        numbers = numbers_of(found, claims, reached)
+        changes = edited(out)
+        numbers = numbers_of(found, claims, reached) | {"rules_edited": changes}
         with replacing_all(out, RESULTS) as part:
             found.refined.save(part / "model.json")
             found.lpv_2.save(part / "model_2.json")
-            write_page(found, claims, reached, part / "report.html", plant.machine.name)
+            write_page(found, claims, reached, part / "report.html", plant.machine.name, changes)
             write_json(part / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:
-        typer.echo(json.dumps({key: numbers[key] for key in ("errors", "claims", "targets")}, indent=2))
+        typer.echo(json.dumps({key: numbers[key] for key in ("errors", "claims", "rules_edited", "targets")}, indent=2))
         return
-    print_claims(claims)
+    print_claims(claims, changes)
     for target in reached:
         typer.echo(f"{MET if target.met else NOT_MET:8s} {target.figure}: {target.value:.3g} {target.unit} "
                    f"({target.bound:g}); {target.remark}")  # fmt: skip

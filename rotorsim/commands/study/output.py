@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.base.progress import line
+from rotorsim.reproduction.claims.edited import edited_block, edited_markdown
 from rotorsim.reproduction.claims.judge import Judged
 from rotorsim.reproduction.claims.targets import Target
 from rotorsim.reproduction.claims.verdicts import claims_blocks, lines, plain
@@ -23,12 +24,15 @@ def numbers_of(found: Study, claims: list[Judged], reached: list[Target]) -> dic
     }  # fmt: skip
 
 
-def write_page(found: Study, claims: list[Judged], reached: list[Target], path: Path, machine: str) -> None:
+def write_page(
+    found: Study, claims: list[Judged], reached: list[Target], path: Path, machine: str, edited: list[str]
+) -> None:
     """Write the HTML report."""
     from rotorsim.report.pages.study import save_study_page
     from rotorsim.reproduction.page import identification_blocks
 
-    blocks = [*claims_blocks(claims, "Claims on identification"), *identification_blocks(found, reached)]
+    tables = claims_blocks(claims, "Claims on identification")
+    blocks = [*edited_block(edited), *tables, *identification_blocks(found, reached)]
     save_study_page("Identification against physics", f"{machine}, virtual records only. This is a simulation.",
                     blocks, path)  # fmt: skip
 
@@ -38,6 +42,6 @@ def stage_bar() -> Progress:
     return lambda name, done, of: line(f"{done} of {of}: {name}", done == of)
 
 
-def print_claims(claims: list[Judged]) -> None:
-    """Print the verdicts, the figures behind them and their count."""
-    print("\n".join(lines(claims)))
+def print_claims(claims: list[Judged], edited: list[str]) -> None:
+    """Print which rules were edited since the first run, the verdicts, the figures behind them and their count."""
+    print(edited_markdown(edited) + "\n".join(lines(claims)))

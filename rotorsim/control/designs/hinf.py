@@ -11,6 +11,7 @@ Cites: skogestad_2005, thesis.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isfinite
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
@@ -72,7 +73,10 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         about["optimal_gamma_at_least"] = best.low
     if spec.order != 0:
         sampled = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
-        K, change = reduced(K, sampled, lambda k: discrete(k, spec.Ts), spec.Ts, spec.order, spec.tolerance)
+        K, change = reduced(
+            K, sampled, lambda k: discrete(k, spec.Ts), spec.Ts, spec.order, spec.tolerance,
+            lambda k: isfinite(peak_gain(closed(P, k))),
+        )  # fmt: skip
         about |= {"order": K.order, "change_of_S": change, "reached": peak_gain(closed(P, K))}
     law = constant_law("hinf", model, discrete(K, spec.Ts), spec, gamma, about=about)
     check_loop(law, model, [(spec.speed, spec.pressure)])

@@ -1,9 +1,10 @@
-"""Identified values over the operating grid, compared with the linearised physics."""
+"""Identified values over the operating grid, compared with the linearised physics; figures of claims over a factor."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 import plotly.graph_objects as go
@@ -13,6 +14,10 @@ from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 
 LINE = 60
+Points = Sequence[tuple[float, float | None]]
+Band = tuple[float, tuple[float, float]]
+COLUMNS = 3
+"""Panels beside each other of figures over a factor."""
 MARKS = (("circle", 7), ("x-thin-open", 8), ("diamond-open", 7))
 
 
@@ -67,3 +72,21 @@ def fits_by_model(rows: Sequence[tuple[str, dict[str, np.ndarray]]]) -> go.Figur
         figure.add_trace(go.Scatter(x=list(fits), y=means, name=at, mode="lines+markers", line={"color": colour}))
     figure.update_yaxes(title_text="fit on the second record [%]")
     return style(figure, 420)
+
+
+def over_factor(curves: Mapping[str, Points], bands: Mapping[str, Band]) -> go.Figure:
+    """A panel for each figure, by its words: points (factor, value or None), the thesis' number and its interval."""
+    count = -(-len(curves) // COLUMNS)
+    figure = make_subplots(count, COLUMNS, subplot_titles=list(curves), vertical_spacing=0.3 / count)
+    for k, (words, points) in enumerate(curves.items()):
+        at = {"row": k // COLUMNS + 1, "col": k % COLUMNS + 1}
+        known = [(f, v) for f, v in points if v is not None and isfinite(v)]
+        thesis, (low, high) = bands[words]
+        if isfinite(high):
+            figure.add_hrect(low, high, fillcolor=PIN_COLOURS[2], opacity=0.15, line_width=0, **at)
+        figure.add_hline(thesis, line={"dash": "dot", "width": 1}, **at)
+        x, y = (compact(np.array(part, float)) for part in zip(*known, strict=True)) if known else ([], [])
+        marker = {"color": PIN_COLOURS[0]}
+        figure.add_trace(go.Scatter(x=x, y=y, mode="lines+markers", marker=marker, showlegend=False), **at)
+    figure.update_xaxes(title_text="factor", row=count)
+    return style(figure, 220 * count + 120)

@@ -34,7 +34,7 @@ def page(result: Verification) -> str:
     verdict = "passed" if result.passed else "FAILED"
     remark = f" {result.remark[0].upper()}{result.remark[1:]}." if result.remark else ""
     blocks = [
-        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.{remark}",
+        Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.{remark}{_edited(result)}",
               ("criterion", "measured", "bound", "verdict", "remark"), rows),
         Block("Impact energies", "Norm of the disc's response over the force's during 0.1 s, along x and along y, "
               "at every operating point; the imbalance is taken out by a twin run without the hit.",
@@ -62,6 +62,12 @@ def page(result: Verification) -> str:
         )
     )
     return study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
+
+
+def _edited(result: Verification) -> str:
+    """Bounds that were edited since the verification that this one replaces; empty without any."""
+    sentences = result.settings.get("edited", [])
+    return f" Bounds were edited since: {'; '.join(sentences)}." if sentences else ""
 
 
 def _about(key: str, value: object) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -32,10 +33,15 @@ Part = Callable[[ControlStudy, LpvModel], Figures]
 
 def control_numbers(found: ControlStudy, model: LpvModel) -> dict[str, Figures]:
     """Numbers by claim and figure; those of a law that was refused or not made are left out."""
-    known: dict[str, Figures] = {number: {} for number, _, _ in _PARTS}
+    return {number: numbers_of(number, found, model) for number in dict.fromkeys(number for number, _, _ in _PARTS)}
+
+
+def numbers_of(claim: str, found: ControlStudy, model: Any) -> Figures:
+    """Numbers of one claim, from the laws that `found` holds; a local model does where its figures are at one point."""
+    known: Figures = {}
     for number, needed, part in _PARTS:
-        if found.laws.keys() >= set(needed):
-            known[number] |= part(found, model)
+        if number == claim and found.laws.keys() >= set(needed):
+            known |= part(found, model)
     return known
 
 

@@ -59,7 +59,12 @@ def points(name: str) -> tuple[tuple[float, float], ...]:
 
 @lru_cache
 def _file() -> dict[str, Any]:
-    return tomllib.loads((files("rotorsim.reproduction.claims") / "rules.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(text())
+
+
+def text() -> str:
+    """The file's text."""
+    return (files("rotorsim.reproduction.claims") / "rules.toml").read_text(encoding="utf-8")
 
 
 def _claim(number: str, table: dict[str, Any]) -> Claim:
