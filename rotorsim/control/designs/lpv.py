@@ -47,7 +47,7 @@ class Spec(Specification):
     order_Y: int = count(2, "Order in speed and pressure of the Lyapunov matrix Y(q) of feedback; 0: constant.", low=0)
     speed_rate: float = number(60 * KRPM, "rad/s^2", "Largest rate of the speed that gamma is proved for.", above=0)
     pressure_rate: float = number(2 * MPA, "Pa/s", "Largest rate of the pressure that gamma is proved for.", above=0)
-    backoff: float = number(1.02, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", above=1)
+    backoff: float = number(1.03, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", above=1)
     eps: float = number(1e-6, "1", "Margin by which the inequalities are strict.")
     bound: float = number(1e3, "1", "Bound on X and Y.")
     delay: float | None = loop_delay(0.0)
@@ -67,7 +67,7 @@ class Designed(NamedTuple):
     optimal: float
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None), "mild": Spec(weights=MILD, grid=(4, 4))}
+PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None, backoff=1.02), "mild": Spec(weights=MILD, grid=(4, 4))}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 
 

@@ -37,7 +37,7 @@ from rotorsim.control.numerics.lmi_cuts import Inequality, minimise
 
 GAMMA_SLACK, TOLERANCE = 3e-3, 2e-3
 """How closely the smallest gamma is found: by a share of it, and of the inequalities by their eigenvalues."""
-MARGIN_X, MARGIN_Y = 1.0, 0.1
+MARGIN_X, MARGIN_Y = 0.3, 0.01
 """What the inequalities of X and of Y keep from zero per unit of `inside`; X Y >= (1 + inside)^2."""
 KEPT = 0.5
 """Share of the margins that every grid point keeps."""
