@@ -18,7 +18,7 @@ from rotorsim.control.numerics.lmi_cuts import Inequality, minimise
 from rotorsim.control.numerics.systems import peak_gain
 
 pytestmark = pytest.mark.numerical
-SPEC = lpv.Spec(grid=(3, 3), table=(3, 3), validation=(3, 3))
+SPEC = lpv.Spec(grid=(5, 5), table=(3, 3), validation=(5, 5))
 STILL = Sought(order_X=0, order_Y=0)
 
 
@@ -65,19 +65,19 @@ def test_the_frozen_norm_stays_below_gamma_also_between_the_design_points(rig, m
 
 
 def test_a_finer_grid_needs_hardly_more(rig, made):
-    assert lpv.validated(rig, SPEC, made, (64, 64)) <= 1.005 * lpv.validated(rig, SPEC, made, (3, 3))
+    assert lpv.validated(rig, SPEC, made, (64, 64)) <= 1.005 * lpv.validated(rig, SPEC, made, (5, 5))
 
 
 def test_constant_matrices_need_at_least_as_much(rig, made):
     grid = grid_of(rig, made)
     moving, still_X, still_Y = (synthesise(grid, Sought(*orders)).gamma for orders in ((1, 2), (0, 2), (2, 0)))
     assert still_X >= moving * (1 - 2e-3)
-    assert still_Y >= 1.05 * moving
+    assert still_Y >= 1.02 * moving
 
 
 def test_faster_changes_need_at_least_as_much(rig, made):
     grid = grid_of(rig, made)
-    gammas = [synthesise(replace(grid, rates=k * grid.rates), Sought(feedback_only=True)).gamma for k in (0, 1, 30)]
+    gammas = [synthesise(replace(grid, rates=k * grid.rates), Sought(feedback_only=True)).gamma for k in (0, 1, 300)]
     assert gammas[0] <= gammas[1] * (1 + 1e-4)
     assert gammas[1] < 0.99 * gammas[2]
 
@@ -108,7 +108,7 @@ def closed_loop_inequality(rig, made, point, rate):
         eye, zero = np.eye(len(X)), np.zeros_like(X)
         return np.linalg.solve(np.block([[Y, eye], [M.T, zero]]).T, np.block([[eye, X], [zero, N.T]]).T).T
 
-    P0, step = lyapunov(point), 1e-5
+    P0, step = lyapunov(point), 1e-2
     dP = (lyapunov(point + step * rate) - lyapunov(point - step * rate)) / (2 * step)
     g, (m, k) = solution.gamma, (loop.B.shape[1], len(loop.C))
     corner = dP + loop.A.T @ P0 + P0 @ loop.A

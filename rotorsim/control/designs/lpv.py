@@ -67,7 +67,11 @@ class Designed(NamedTuple):
     optimal: float
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None, backoff=1.02), "mild": Spec(weights=MILD, grid=(4, 4))}
+PRESETS = {
+    "thesis": Spec(),
+    "rig": Spec(weights=RIG, delay=None, backoff=1.02),
+    "mild": Spec(weights=MILD, grid=(4, 4)),
+}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 
 
