@@ -103,6 +103,12 @@ TABLE: dict[str, Dimension] = {
         {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9", "bar": "1e5", "mbar": "1e2"},
         {"hPa": "1e2", "psi": _PSI, "barg": "1e5", "psig": _PSI},
     ),
+    "Pa/s": Dimension(
+        "pressure rate",
+        "2 MPa/s",
+        ("MPa/s",),
+        {"Pa/s": "1", "kPa/s": "1e3", "MPa/s": "1e6", "bar/s": "1e5"},
+    ),
     "Pa*s": Dimension("viscosity", "18.5 uPa*s", ("uPa*s",), {"Pa*s": "1", "uPa*s": "1e-6", "mPa*s": "1e-3"}),
     "N*s": Dimension("impulse", "10 mN*s", ("mN*s",), {"N*s": "1", "mN*s": "1e-3"}),
     "N/m": Dimension(

@@ -26,10 +26,10 @@ def changing(
     return rows
 
 
-def speed_ramp(plant: Plant, law: AnyLaw | None, rate: float) -> Run:
-    """From rest to 6 krpm at 0.5 MPa at a rate [rad/s^2]."""
+def speed_ramp(plant: Plant, law: AnyLaw | None, rate: float, pressure: float = 0.5e6) -> Run:
+    """From rest to 6 krpm at one pressure, at a rate [rad/s^2]."""
     Ts = plant.machine.sampling_time
-    return run_rows(plant, law, changing((0.0, 6 * KRPM), (0.5e6, 0.5e6), 6 * KRPM / rate, Ts))
+    return run_rows(plant, law, changing((0.0, 6 * KRPM), (pressure, pressure), 6 * KRPM / rate, Ts))
 
 
 def pressure_step(plant: Plant, law: AnyLaw | None, low: float = 0.3e6, high: float = 0.7e6) -> Run:

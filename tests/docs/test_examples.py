@@ -26,6 +26,7 @@ PRINTED = {
     "claims_experiments": (9, 6.41, 1.64, 3078, 1749, 1.49),
     "compare_runups": (25, 489, 2702, 10, 195, 2702),
     "decide": ("decided: one explanation has 95 %", "coupling.force_2x"),
+    "design_point": ("LQR from 6000 rpm, 0.3 MPa: peak 6.7 um, amplitude at 6000 rpm 4.3",),
     "diagnose": ("verdict: named", "shaft_bow"),
     "diagnose_runup": ("verdict: partial", "runout.amplitude_1x", 5.43e-6, 2.8e-7, 0.535),
     "film_coefficients": (0.7, 7.0, 5, 10.4, 1000),

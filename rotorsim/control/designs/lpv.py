@@ -1,10 +1,13 @@
 r"""Grid-based LPV synthesis over speed and pressure (thesis Paper E), discretised by the trapezoidal rule (3.11).
 
 Smallest gamma over the design grid first, from the inequality of Y alone, which is all that binds where X(q) exists,
-else from both. Then, at `backoff` times it and with `margin` in the inequality of X (which no larger gamma corrects
-between grid points), the X(q), Y that are furthest apart, from which the controller follows by formula. The solver's
-word counts for nothing: the thesis' inequalities T1, T2 are checked by their eigenvalues on a fine grid, which also
-gives the gamma that is reported. It depends on `eps` and on the bound on X and Y, in the balanced states.
+else from both. Then, at `backoff` times it, the X(q), Y(q) that keep the largest margin in all inequalities, for what
+lies between grid points; the controller follows from them by formula. Both matrices may depend on q, and
+their rates are in the inequalities, at the corners of the box of `speed_rate` and `pressure_rate`; the controller is
+not told them. The solver's word counts for nothing: the thesis' inequalities T1, T2 of the controller as it is built,
+rates included, are checked by their eigenvalues on a fine grid, which also gives the gamma that is reported: while q
+moves no faster, no disturbance is amplified by more. Gamma depends on `eps` and on the bound on X and Y, in the
+balanced states.
 """
 
 from __future__ import annotations
@@ -14,11 +17,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import definite
-from rotorsim.control.designs.lpv_controller import controller_at, inequalities
-from rotorsim.control.designs.lpv_problem import EXPONENTS, Grid, Solution, synthesise
+from rotorsim.control.designs.lpv_controller import controller_at, performance, separation
+from rotorsim.control.designs.lpv_matrices import Solution
+from rotorsim.control.designs.lpv_problem import Grid, Sought, synthesise
 from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
-from rotorsim.control.designs.plants import Model, design_plant
+from rotorsim.control.designs.plants import MILLI, Model, design_plant, point_text
 from rotorsim.control.designs.specification import Specification, count, delay_of, loop_delay, number, sampling_time
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -29,18 +34,25 @@ from rotorsim.control.numerics.scaling import balance, rescaled
 
 @dataclass(frozen=True)
 class Spec(Specification):
-    """Thesis section E.3: weights, design grid; `constant_X` takes X independent of q; see the module for the rest."""
+    """Thesis section E.3: weights, design grid; see the module for the rest.
+
+    `order_X=2, order_Y=0` is the thesis' form: X(q) of second order, Y constant.
+    """
 
     weights: Weights = field(default_factory=Weights)
-    grid: tuple[int, int] = count((8, 8), "Speeds and pressures of the design grid.")
-    backoff: float = number(1.02, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", above=1)
+    grid: tuple[int, int] = count((8, 8), "Speeds and pressures of the design grid, of those the model has.", low=2)
+    order_X: int = count(
+        1, "Order in speed and pressure of the Lyapunov matrix X(q) of estimation; 0: constant.", low=0
+    )
+    order_Y: int = count(2, "Order in speed and pressure of the Lyapunov matrix Y(q) of feedback; 0: constant.", low=0)
+    speed_rate: float = number(60 * KRPM, "rad/s^2", "Largest rate of the speed that gamma is proved for.", above=0)
+    pressure_rate: float = number(2 * MPA, "Pa/s", "Largest rate of the pressure that gamma is proved for.", above=0)
+    backoff: float = number(1.03, "1", "Factor on the optimal gamma; the optimum itself cannot be run.", above=1)
     eps: float = number(1e-6, "1", "Margin by which the inequalities are strict.")
-    margin: float = number(0.01, "1", "Margin in the inequality of X.")
     bound: float = number(1e3, "1", "Bound on X and Y.")
-    constant_X: bool = False
     delay: float | None = loop_delay(0.0)
-    validation: tuple[int, int] = count((16, 16), "Speeds and pressures of the check.")
-    table: tuple[int, int] = count((13, 9), "Speeds and pressures of the law's table.")
+    validation: tuple[int, int] = count((17, 17), "Speeds and pressures of the check.", low=2)
+    table: tuple[int, int] = count((13, 9), "Speeds and pressures of the law's table.", low=2)
     refresh: float = number(0.01, "s", "How often the law reads its table (the rig: 0.1 s).", above=0)
     Ts: float = sampling_time()
 
@@ -55,7 +67,11 @@ class Designed(NamedTuple):
     optimal: float
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None), "mild": Spec(weights=MILD, grid=(4, 4))}
+PRESETS = {
+    "thesis": Spec(),
+    "rig": Spec(weights=RIG, delay=None, backoff=1.02),
+    "mild": Spec(weights=MILD, grid=(4, 4)),
+}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 
 
@@ -78,7 +94,8 @@ def design(model: Model, spec: Spec | None = None) -> Law:
 
     grid = over_grid(speeds, pressures, lambda w, p: discrete(
         controller_at(at(w, p), made.solution, scaled_point(made, w, p)), spec.Ts))  # fmt: skip
-    about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "apart": made.solution.apart}
+    about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "inside": made.solution.inside,
+             "speed_rate": spec.speed_rate, "pressure_rate": spec.pressure_rate}  # fmt: skip
     law = make_law(
         "lpv", model, grid, speeds, pressures, spec, gamma, about=about, refresh=max(round(spec.refresh / spec.Ts), 1)
     )
@@ -89,31 +106,49 @@ def design(model: Model, spec: Spec | None = None) -> Law:
 def synthesis(model: Model, spec: Spec) -> Designed:
     """Solve the inequalities over the design grid."""
     speeds, pressures = table_axes(model, spec.grid)
+    check_grid(spec, len(speeds), len(pressures))
     points = [(w, p) for w in speeds for p in pressures]
     plants = [generalised(model, spec, w, p) for w, p in points]
     scale = balance(plants)
     low, high = np.array([speeds[0], pressures[0]]), np.array([speeds[-1], pressures[-1]])
     scaled = np.array([_scaled(low, high, w, p) for w, p in points])
-    grid = Grid(scaled, tuple(rescaled(P, scale) for P in plants))
-    exponents = EXPONENTS[:1] if spec.constant_X else EXPONENTS
-    alone = plants[0].D21.shape[0] == plants[0].D21.shape[1]  # y shows all disturbances: Y's inequality binds alone
+    grid = Grid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
+    sought = Sought(spec.order_X, spec.order_Y, spec.eps, spec.bound)
     made = None
-    if alone:
-        best = synthesise(grid, exponents, None, spec.eps, spec.bound, feedback_only=True).gamma
-        made = synthesise(grid, exponents, spec.backoff * best, spec.eps, spec.bound, spec.margin)
-    if made is None or made.apart <= 1:  # the inequality of X binds too
-        best = synthesise(grid, exponents, None, spec.eps, spec.bound).gamma
-        made = synthesise(grid, exponents, spec.backoff * best, spec.eps, spec.bound, spec.margin)
-    if made.apart <= 1:
+    if plants[0].D21.shape[0] == plants[0].D21.shape[1]:  # y shows all disturbances: Y's inequality binds alone
+        best = synthesise(grid, replace(sought, feedback_only=True)).gamma
+        made = synthesise(grid, sought, spec.backoff * best)
+    if made is None or made.inside <= 0:  # the inequality of X binds too
+        best = synthesise(grid, sought).gamma
+        made = synthesise(grid, sought, spec.backoff * best)
+    if made.inside <= 0:
         raise DesignError(
-            f"lpv: no X(q), Y keep the inequalities at gamma = {made.gamma:.4g} with margin {spec.margin:g} "
-            "(X Y >= 1 fails first); raise backoff or bound, or lower margin"
+            f"lpv: no X(q), Y(q) keep their inequalities at gamma = {made.gamma:.4g}; raise backoff or bound"
         )
     return Designed(made, scale, low, high, best)
 
 
+def check_grid(spec: Spec, *counts: int) -> None:
+    """Raise DesignError if the design grid is one point, or has too few values for the order of X(q) and Y(q)."""
+    if max(counts) == 1:
+        raise DesignError("lpv: the model holds for one operating point; take hinf there, or a model of several points")
+    order = max(spec.order_X, spec.order_Y)
+    for have, word in zip(counts, ("speeds", "pressures"), strict=True):
+        if 1 < have <= order:
+            raise DesignError(
+                f"lpv.grid: {have} {word} do not determine an X(q) or Y(q) of order {order}; take {order + 1} or more, "
+                "or lower order_X and order_Y"
+            )
+
+
+def scaled_rates(spec: Spec, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Largest rates (2,) of q in [-1, 1]^2 per ms; zero for a coordinate with one value."""
+    rates = np.array([spec.speed_rate, spec.pressure_rate]) / MILLI
+    return np.where(high > low, rates / np.where(high > low, (high - low) / 2, 1.0), 0.0)
+
+
 def validated(model: Model, spec: Spec, made: Designed, size: tuple[int, int]) -> float:
-    """Gamma that holds on a grid, by eigenvalues of T1 and T2; raises DesignError if none near does.
+    """Gamma that holds on a grid while q moves, by eigenvalues of T1 and T2; raises DesignError if none near does.
 
     The inequalities of a solution are kept for its gamma or, between the points it was made on, one a little higher.
     """
@@ -122,17 +157,20 @@ def validated(model: Model, spec: Spec, made: Designed, size: tuple[int, int]) -
     scaled = np.array([scaled_point(made, *q) for q in points])
     plants = [scaled_plant(model, spec, float(w), float(p), made.scale) for w, p in points]
     stacked = Generalised(*(np.array([getattr(P, name) for P in plants]) for name in Generalised._fields))
-    for factor in (1.0, 1.001, 1.005, 1.02, 1.05):
-        solution = replace(made.solution, gamma=made.solution.gamma * factor)
-        T1, T2 = inequalities(stacked, solution, scaled)
-        if np.all(definite(T1)) and np.all(definite(-T2)):
-            return solution.gamma
-    low, high = np.linalg.eigvalsh(T1)[:, 0], np.linalg.eigvalsh(T2)[:, -1]
+    T1 = separation(made.solution, scaled)
+    if np.all(definite(T1)):
+        for factor in (1.0, 1.001, 1.005, 1.02, 1.05):
+            solution = replace(made.solution, gamma=made.solution.gamma * factor)
+            if all(np.all(definite(-performance(stacked, solution, scaled, rate))) for rate in solution.corners):
+                return solution.gamma
+    T2 = [
+        np.linalg.eigvalsh(performance(stacked, made.solution, scaled, rate))[:, -1] for rate in made.solution.corners
+    ]
+    low, high = np.linalg.eigvalsh(T1)[:, 0], np.max(T2, axis=0)
     k = int(np.argmax(np.maximum(-low, high)))
-    worst = (low[k], high[k], *points[k])
     raise DesignError(
-        f"lpv: the solver's solution breaks its inequalities at {worst[2]:.4g} rad/s, {worst[3]:.4g} Pa "
-        f"(T1 {worst[0]:.2g}, T2 {worst[1]:.2g}); take a finer grid, a larger backoff or another bound"
+        f"lpv: the solver's solution breaks its inequalities at {point_text(*points[k])} "
+        f"(T1 {low[k]:.2g}, T2 {high[k]:.2g}); take a finer grid, a larger backoff, lower rates or another bound"
     )
 
 

@@ -1,15 +1,18 @@
-r"""LPV controller from the solution (X(q), Y, gamma), and the inequalities it must satisfy (thesis E.18, E.24).
+r"""LPV controller from the solution (X(q), Y(q), gamma), and the inequalities it must satisfy (thesis E.18, E.24).
 
-With D_K = 0, M = I and N = I - X Y the two rows that hold B^ and C^ are stationary where
+With D_K = 0 the two rows that hold B^ and C^ are stationary where
 
 .. math:: \begin{bmatrix} 0 & D_{21} & 0\\ D_{21}^T & -\gamma I & D_{11}^T\\ 0 & D_{11} & -\gamma I\end{bmatrix}
           \begin{bmatrix} \hat B^T\\ *\\ * \end{bmatrix} = -\begin{bmatrix} C_2\\ B_1^T X\\ C_1 \end{bmatrix}, \quad
           \begin{bmatrix} 0 & D_{12}^T & 0\\ D_{12} & -\gamma I & D_{11}\\ 0 & D_{11}^T & -\gamma I\end{bmatrix}
           \begin{bmatrix} \hat C\\ *\\ * \end{bmatrix} = -\begin{bmatrix} B_2^T\\ C_1 Y\\ B_1^T \end{bmatrix}
 
-and A^ cancels the (2, 1) block. Source: Gahinet (1996), explicit controller formulas for LMI-based synthesis.
+and A^ cancels the (2, 1) block. The controller's states are those of the plant as estimated, N = -X and
+M' = Y - X^-1. It is not told the rate of q: what it would add for that, X dY/dt + N dM'/dt, is -dX/dt X^-1 in these
+states, zero for a constant X and small else (with M = I as in the thesis it is X dY/dt). T2 is checked with it.
+Source: Gahinet (1996), explicit controller formulas for LMI-based synthesis; Apkarian, Adams (1998) for the rates.
 
-Cites: gahinet_1996, thesis.
+Cites: apkarian_1998, gahinet_1996, thesis.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.control.designs.lpv_problem import Solution
+from rotorsim.control.designs.lpv_matrices import Solution
 from rotorsim.control.designs.mixed import Generalised
 from rotorsim.control.numerics.systems import System
 
@@ -69,35 +72,42 @@ def _row(D: np.ndarray, D11: np.ndarray, gamma: float, a: np.ndarray, b: np.ndar
 
 
 def controller_at(P: Generalised, solution: Solution, point: np.ndarray) -> System:
-    """The controller at a scaled operating point (thesis eq. E.24 without the rates)."""
-    X, Y = solution.X_at(point), solution.Y
+    """The controller at a scaled operating point (thesis eq. E.24), in the states of the plant."""
+    X, Y = solution.X.at(point), solution.Y.at(point)
     hat = hats(P, X, Y, solution.gamma)
-    N = np.eye(P.order) - X @ Y
     inner = hat.A - X @ P.A @ Y - hat.B @ P.C2 @ Y - X @ P.B2 @ hat.C
-    K = np.linalg.solve(N, np.hstack([inner, hat.B]))
+    right = np.vstack([inner, hat.C]) @ np.linalg.solve(X @ Y - np.eye(P.order), X)  # M'^-1 = (X Y - I)^-1 X
     n = P.order
-    return System(K[:, :n], K[:, n:], hat.C, np.zeros((P.B2.shape[1], P.C2.shape[0])))
+    left = -np.linalg.solve(X, np.hstack([right[:n], hat.B]))
+    return System(left[:, :n], left[:, n:], right[n:], np.zeros((P.B2.shape[1], P.C2.shape[0])))
 
 
-def inequalities(P: Generalised, solution: Solution, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """T1 > 0 and T2 < 0 (k, ., .) of thesis eq. (E.18), of the controller at scaled points (k, 2).
+def separation(solution: Solution, points: np.ndarray) -> np.ndarray:
+    """T1 (k, ., .) of thesis eq. (E.18), positive definite where I - X Y is regular, at scaled points (k, 2)."""
+    X, Y = solution.X.at(points), solution.Y.at(points)
+    eye = _like(np.eye(X.shape[-1]), X.shape[:-2])
+    return np.block([[X, eye], [eye, Y]])
 
-    The matrices of P are stacked over the points, (k, n, n) and so on.
+
+def performance(P: Generalised, solution: Solution, points: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """T2 (k, ., .) of thesis eq. (E.18) with the rates of X and Y, negative definite where the loop keeps gamma.
+
+    Of the controller that `controller_at` builds, at scaled points (k, 2) that move at `rate` (2,) [1/ms]. The matrices
+    of P are stacked over the points, (k, n, n) and so on.
     """
-    X, Y, g = np.array([solution.X_at(q) for q in points]), solution.Y, solution.gamma
+    X, Y, g = solution.X.at(points), solution.Y.at(points), solution.gamma
+    dX, dY = solution.X.rate(points, rate), solution.Y.rate(points, rate)
     hat = hats(P, X, Y, g)
-    many, eye = P.A.shape[:-2], np.eye(P.A.shape[-1])
-    T1 = np.block([[X, _like(eye, many)], [_like(eye, many), _like(Y, many)]])
+    many = P.A.shape[:-2]
     a, b = X @ P.A + hat.B @ P.C2, P.A @ Y + P.B2 @ hat.C
     c, d = _t(X @ P.B1 + hat.B @ P.D21), P.C1 @ Y + P.D12 @ hat.C
     nw, nz = P.B1.shape[-1], P.C1.shape[-2]
-    cross = _t(hat.A) + P.A
-    T2 = np.block(
+    cross = _t(hat.A) + P.A + np.linalg.solve(X, dX)  # the last is what the controller does not add
+    return np.block(
         [
-            [a + _t(a), _t(cross), _t(c), _t(P.C1)],
-            [cross, b + _t(b), P.B1, _t(d)],
+            [a + _t(a) + dX, _t(cross), _t(c), _t(P.C1)],
+            [cross, b + _t(b) - dY, P.B1, _t(d)],
             [c, _t(P.B1), _like(-g * np.eye(nw), many), _t(P.D11)],
             [P.C1, d, P.D11, _like(-g * np.eye(nz), many)],
         ]
     )
-    return T1, T2
