@@ -14,7 +14,7 @@ Cites: van_den_hof_1993, ljung_1999.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import fftconvolve, welch
@@ -23,37 +23,24 @@ from identification.errors import UnfitError
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
+from identification.local.start import peak_frequency
 from identification.local.stretches import parts_of
+from identification.records.frf import frequency_response
 from identification.records.prefilter import Signals, rest_length
 
-TAPS = (100, 200, 400, 800)
-"""Lengths of impulse responses that are tried; Akaike's criterion chooses."""
+PERIODS = 9.0
+"""Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,
+as Akaike's criterion chooses them, cost accuracy."""
+TAPS = (100, 1000)
+"""Least and most coefficients of them."""
 SAMPLES = 30
-"""Least samples for each coefficient of them."""
+"""Least samples for each coefficient."""
+FACTOR = 4
+"""Shorter stretches, in lengths of the impulse responses, are left out."""
 RIDGE = 1e-7
 """Of the mean diagonal: a held binary signal leaves directions without power."""
 RAISED = 10.0
 """L stays within this factor of its median."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lags:
-    """Sums over samples of lagged references: T (2 m, 2 m), b (2 m, c) with the values, v'v (c,), number of samples."""
-
-    T: np.ndarray
-    b: np.ndarray
-    square: np.ndarray
-    samples: int
-
-    def response(self, taps: int) -> tuple[np.ndarray, float]:
-        """H (2, taps, c) and Akaike's criterion of the first two channels, the references."""
-        longest = len(self.T) // 2
-        at = np.concatenate([np.arange(taps), longest + np.arange(taps)])
-        T = self.T[np.ix_(at, at)]
-        H = np.linalg.solve(T + RIDGE * np.trace(T) / len(T) * np.eye(len(T)), self.b[at])
-        left = self.square[:2] - 2 * np.sum(self.b[at, :2] * H[:, :2], 0) + np.sum(H[:, :2] * (T @ H[:, :2]), 0)
-        left = np.maximum(left, 1e-12 * self.square[:2]) / self.samples
-        return H.reshape(2, taps, -1), float(np.sum(np.log(left)) + 2 * 2 * 2 * taps / self.samples)
 
 
 def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
@@ -80,73 +67,73 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
     """
     resting = rest_length(external)
     r = external - (external[0] if resting > 1 else external.mean(axis=0))
-    given = [signals.u] if signals.pins is None else [signals.u, signals.pins]
-    values = project(np.hstack(given), signals.Q)
-    longest, starts = _longest(signals, resting), [0, *signals.breaks]
-    lags = _lags(r, values, list(parts_of(signals.breaks, len(r))), longest, resting)
-    H = min((lags.response(taps) for taps in TAPS if taps <= longest), key=lambda found: found[1])[0]
-    taps = H.shape[1]
+    given = project(np.hstack([signals.u] if signals.pins is None else [signals.u, signals.pins]), signals.Q)
+    excited, taps = slice(min(resting, len(r) // 2), None), _memory(signals, r, resting)
+    parts = [part for part in parts_of(signals.breaks, len(r)) if part.stop - part.start >= FACTOR * taps]
+    if not parts:
+        raise UnfitError(f"record: no stretch as long as {FACTOR * taps} samples, which a closed loop needs; record longer")
+    H = _response(r, given, parts, taps, resting)
     known = np.vstack([_explained(r[at], H) for at in parts_of(signals.breaks, len(r))])
-    L = _weight(r[min(resting, len(r) // 2) :], known[min(resting, len(r) // 2) :, :2], signals.Ts, taps)
-    y, kept, breaks = project(signals.y, signals.Q), [], []
-    filtered_ = []
-    for at, start in zip(parts_of(signals.breaks, len(r)), starts, strict=True):
-        first = start if start == 0 and resting >= taps else start + taps
-        if at.stop - first < 3 * len(L):
-            continue
-        both = fftconvolve(np.hstack([known, y])[first : at.stop], L[:, None], mode="valid", axes=0)
-        filtered_.append(both)
-        kept.append(np.arange(first + len(L) // 2, first + len(L) // 2 + len(both)))
-        breaks.append(len(both))
-    if not kept:
-        raise UnfitError(f"record: no stretch as long as {3 * len(L) + taps} samples; record longer")
-    both, index = np.vstack(filtered_), np.concatenate(kept)
+    L = _weight(r[excited], known[excited, :2], signals.Ts, taps)
+    both, index, breaks = _weighted(np.hstack([known, project(signals.y, signals.Q)]), L, parts, taps, resting)
     staged = replace(
         signals, u=np.ascontiguousarray(both[:, :2]), y=np.ascontiguousarray(both[:, -2:]), truth=None,
         pins=None if signals.pins is None else np.ascontiguousarray(both[:, 2:-2]),
-        Q=np.linalg.qr(signals.Q[index])[0], rest=max(resting - int(index[0]), 0),
-        breaks=tuple(np.cumsum(breaks)[:-1].tolist()),
+        Q=np.linalg.qr(signals.Q[index])[0], rest=max(resting - int(index[0]), 0), breaks=breaks,
     )  # fmt: skip
-    share = np.linalg.norm(known[:, :2]) ** 2 / max(float(np.sum((values[:, :2]) ** 2)), 1e-300)
+    share = float(np.sum(known[excited, :2] ** 2)) / max(float(np.sum(given[excited, :2] ** 2)), 1e-300)
     return staged, (
         f"two-stage: the external reference explains {100 * min(share, 1.0):.0f} % of the reference's power "
         f"({taps} coefficients an axis), the fit has the rest for noise"
     )
 
 
-def _longest(signals: Signals, resting: int) -> int:
-    """Most coefficients an axis that the record's length allows."""
-    samples = len(signals.u) - resting
-    allowed = [taps for taps in TAPS if 2 * taps * SAMPLES <= samples]
-    if not allowed:
+def _memory(signals: Signals, r: np.ndarray, resting: int) -> int:
+    """Even number of coefficients an axis of the impulse responses."""
+    samples = len(r) - resting
+    first = min(resting, len(r) // 2)
+    peak = peak_frequency(frequency_response(r[first:], signals.y[first:], signals.Ts))
+    wanted = int(np.clip(PERIODS * 2 * np.pi / (peak * signals.Ts), *TAPS))
+    allowed = samples // (2 * SAMPLES)
+    if allowed < TAPS[0]:
         raise UnfitError(
             f"record: {samples} samples with external reference; a closed loop needs {2 * TAPS[0] * SAMPLES} or more, "
             "record longer"
         )
-    return allowed[-1]
+    return 2 * (min(wanted, allowed) // 2)
 
 
-def _lags(r: np.ndarray, values: np.ndarray, parts: list[slice], m: int, resting: int) -> Lags:
-    """Sums over all samples whose m last references are known; exact least squares by correlations and their edges."""
+def _response(r: np.ndarray, values: np.ndarray, parts: list[slice], m: int, resting: int) -> np.ndarray:
+    """H (2, m, c) by least squares over all samples whose m last references are known."""
     T, b = np.zeros((2 * m, 2 * m)), np.zeros((2 * m, values.shape[1]))
-    square, samples = np.zeros(values.shape[1]), 0
     for part in parts:
         v, w = r[part], values[part]
-        if len(v) < 3 * m:
-            continue
         own_T, own_b = _correlations(v, w, m)
-        own_T -= (tail := _regressors(np.vstack([v[-m:], np.zeros((m, 2))]), m)[m:]).T @ tail
-        head = 0 if part.start == 0 and resting >= m else m
-        if head:
-            X = _regressors(v[:m], m)
-            own_T -= X.T @ X
-            own_b -= X.T @ w[:m]
+        tail = _regressors(np.vstack([v[-m:], np.zeros((m, 2))]), m)[m:]
+        own_T -= tail.T @ tail
+        if not _begins_at_rest(part, m, resting):
+            head = _regressors(v[:m], m)
+            own_T -= head.T @ head
+            own_b -= head.T @ w[:m]
         T, b = T + own_T, b + own_b
-        square += np.sum(w[head:] ** 2, axis=0)
-        samples += len(v) - head
-    if not samples:
-        raise UnfitError(f"record: no stretch as long as {3 * m} samples; record longer")
-    return Lags(T, b, square, samples)
+    return np.asarray(np.linalg.solve(T + RIDGE * np.trace(T) / len(T) * np.eye(len(T)), b).reshape(2, m, -1))
+
+
+def _begins_at_rest(part: slice, m: int, resting: int) -> bool:
+    return part.start == 0 and resting >= m
+
+
+def _weighted(
+    values: np.ndarray, L: np.ndarray, parts: list[slice], m: int, resting: int
+) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+    """Filtered values whose past is known, the samples they belong to, and where the later stretches begin."""
+    filtered, index = [], []
+    for part in parts:
+        first = part.start + (0 if _begins_at_rest(part, m, resting) else m)
+        filtered.append(fftconvolve(values[first : part.stop], L[:, None], mode="valid", axes=0))
+        index.append(first + len(L) // 2 + np.arange(len(filtered[-1])))
+    breaks = np.cumsum([len(one) for one in filtered])[:-1]
+    return np.vstack(filtered), np.concatenate(index), tuple(breaks.tolist())
 
 
 def _correlations(v: np.ndarray, w: np.ndarray, m: int) -> tuple[np.ndarray, np.ndarray]:
