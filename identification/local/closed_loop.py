@@ -31,8 +31,8 @@ from identification.records.prefilter import Signals, rest_length
 PERIODS = 9.0
 """Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,
 as Akaike's criterion chooses them, cost accuracy."""
-TAPS = (100, 1000)
-"""Least and most coefficients of them."""
+TAPS, FEWEST = (400, 1000), 100
+"""Least and most coefficients of them; so few where the record is short."""
 SAMPLES = 30
 """Least samples for each coefficient."""
 FACTOR = 4
@@ -71,7 +71,7 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
     excited, taps = slice(min(resting, len(r) // 2), None), _memory(signals, r, resting)
     parts = [part for part in parts_of(signals.breaks, len(r)) if part.stop - part.start >= FACTOR * taps]
     if not parts:
-        raise UnfitError(f"record: no stretch as long as {FACTOR * taps} samples, which a closed loop needs; record longer")
+        raise UnfitError(f"record: no stretch of {FACTOR * taps} samples, which a closed loop needs; record longer")
     H = _response(r, given, parts, taps, resting)
     known = np.vstack([_explained(r[at], H) for at in parts_of(signals.breaks, len(r))])
     L = _weight(r[excited], known[excited, :2], signals.Ts, taps)
@@ -95,9 +95,9 @@ def _memory(signals: Signals, r: np.ndarray, resting: int) -> int:
     peak = peak_frequency(frequency_response(r[first:], signals.y[first:], signals.Ts))
     wanted = int(np.clip(PERIODS * 2 * np.pi / (peak * signals.Ts), *TAPS))
     allowed = samples // (2 * SAMPLES)
-    if allowed < TAPS[0]:
+    if allowed < FEWEST:
         raise UnfitError(
-            f"record: {samples} samples with external reference; a closed loop needs {2 * TAPS[0] * SAMPLES} or more, "
+            f"record: {samples} samples with external reference; a closed loop needs {2 * FEWEST * SAMPLES} or more, "
             "record longer"
         )
     return 2 * (min(wanted, allowed) // 2)

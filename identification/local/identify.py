@@ -58,9 +58,9 @@ def identify(
     Parameters
     ----------
     ds : Dataset or sequence of Dataset
-        Record of the schema with `reference` and `disc_measured`; for model 2 and 'actuator' also `pin`. Samples that are
-        not finite and leaps of time are left out; every stretch and every record has its own initial state, every record
-        its own offset.
+        Record of the schema with `reference` and `disc_measured`; for model 2 and 'actuator' also `pin`. Samples that
+        are not finite and leaps of time are left out; every stretch has its own initial state, every record its own
+        offset.
     model : 1, 2, 3, 'actuator' or 'blackbox'
         Structure, see `identification.local.greybox` and `identification.local.blackbox`.
     order : int

@@ -57,9 +57,7 @@ def ready(
     return Ready(fit, whole, external, methods.pop(), remarks)
 
 
-def _one(
-    record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool
-) -> Ready:
+def _one(record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool) -> Ready:
     record, breaks, left_out = without_gaps(record)
     if breaks and settings is not None and settings.lowpass is not None:
         raise UnfitError("record: has gaps, across which no low-pass can run; cut it or leave lowpass out")

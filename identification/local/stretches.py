@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +37,7 @@ ANGLES = ("angle_measured", "angle")
 def parts_of(breaks: Sequence[int], n: int) -> Iterator[slice]:
     """Slices of the stretches of n samples."""
     edges = [0, *breaks, n]
-    return (slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))
+    return (slice(a, b) for a, b in pairwise(edges))
 
 
 def longest_part(signals: Signals) -> slice:
@@ -56,8 +57,7 @@ def offsets(n: int, breaks: Sequence[int]) -> np.ndarray:
 def without_gaps(record: xr.Dataset) -> tuple[xr.Dataset, tuple[int, ...], str]:
     """The whole stretches behind each other on an even clock, the samples at which they begin, and what was left out.
 
-    A record without gaps comes back as it is. Samples count as missing where time leaps or a channel that identification
-    uses is not finite.
+    A record without gaps comes back as it is. Samples are missing where time leaps or a channel of USED is not finite.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def without_gaps(record: xr.Dataset) -> tuple[xr.Dataset, tuple[int, ...], str]:
             f"{SHORTEST:g} s or more; a local fit needs {LEAST:g} s: record it again"
         )
     lost = time.size - lasting
-    note = f"{lost} of {time.size} samples ({100 * lost / time.size:.2g} %) left out; {len(kept)} whole stretches fitted"
+    note = f"{lost} of {time.size} samples ({100 * lost / time.size:.2g} %) left out; whole stretches: {len(kept)}"
     return _closed_up(record, kept, step), tuple(np.cumsum([p.stop - p.start for p in kept])[:-1].tolist()), note
 
 
@@ -150,16 +150,16 @@ def _stacked(values: Sequence[np.ndarray | None]) -> np.ndarray:
 def _check_alike(first: Signals, other: Signals, number: int) -> None:
     if abs(other.Ts / first.Ts - 1) > ALIKE:
         raise UnfitError(
-            f"record {number}: a sample every {other.Ts:.6g} s, the first record's every {first.Ts:.6g} s; one local fit "
-            "takes records of one sampling time"
+            f"record {number}: a sample every {other.Ts:.6g} s, the first record's every {first.Ts:.6g} s; one local "
+            "fit takes records of one sampling time"
         )
     for name in DRIFT:
         share, least, unit = DRIFT[name]
         a, b = getattr(first, name), getattr(other, name)
         if abs(b - a) > max(share * abs(a), least):
             raise UnfitError(
-                f"record {number}: {name} {b:.5g} {unit}, the first record's {a:.5g} {unit}; one local fit takes records "
-                "of one operating point: identify each alone and fit_lpv them"
+                f"record {number}: {name} {b:.5g} {unit}, the first record's {a:.5g} {unit}; one local fit takes "
+                "records of one operating point: identify each alone and fit_lpv them"
             )
     if (first.pins is None) != (other.pins is None):
         raise UnfitError(f"record {number}: only some of the records have pin positions; map them in all or drop them")
