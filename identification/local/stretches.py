@@ -77,20 +77,23 @@ def without_gaps(record: xr.Dataset) -> tuple[xr.Dataset, tuple[int, ...], str]:
     step = _step(time, found)
     kept = [part for part in found if (part.stop - part.start) * step >= SHORTEST]
     lasting = sum(part.stop - part.start for part in kept)
+    known = time[np.isfinite(time)]
+    wanted = max(round(float(np.ptp(known)) / step) + 1, time.size) if known.size and step > 0 else time.size
     if lasting * step < LEAST:
         raise UnfitError(
-            f"record: {lasting * step:.3g} s of {time.size * step:.3g} s are left without the gaps, in stretches of "
+            f"record: {lasting * step:.3g} s of {wanted * step:.3g} s are left without the gaps, in stretches of "
             f"{SHORTEST:g} s or more; a local fit needs {LEAST:g} s: record it again"
         )
-    lost = time.size - lasting
-    note = f"{lost} of {time.size} samples ({100 * lost / time.size:.2g} %) left out; whole stretches: {len(kept)}"
+    lost = wanted - lasting
+    note = f"{lost} of {wanted} samples ({100 * lost / wanted:.2g} %) left out; whole stretches: {len(kept)}"
     return _closed_up(record, kept, step), tuple(np.cumsum([p.stop - p.start for p in kept])[:-1].tolist()), note
 
 
 def _step(time: np.ndarray, found: list[slice]) -> float:
-    """Sampling time [s] in the stretches, 0 where there are none."""
-    steps = [np.diff(time[part]) for part in found if part.stop - part.start > 1]
-    return float(np.median(np.concatenate(steps))) if steps else 0.0
+    """Sampling time [s] in the stretches, or of all samples where no two belong together."""
+    steps = [np.diff(time[part]) for part in found if part.stop - part.start > 1] or [np.diff(time)]
+    steps = [one[np.isfinite(one)] for one in steps]
+    return float(np.median(np.concatenate(steps))) if any(one.size for one in steps) else 0.0
 
 
 def _closed_up(record: xr.Dataset, kept: list[slice], step: float) -> xr.Dataset:
