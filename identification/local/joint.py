@@ -42,7 +42,7 @@ class Joint(Problem):
             some = normal_matrices(F, G, H, E, dF, dH, x0[k * n : (k + 1) * n], dx0, self.w[at], self.y[at], Q)
             N[np.ix_(own, own)] += some[0]
             g[own] += some[1]
-            QJ[np.ix_(range(p), shown, own)] += some[2]
+            QJ[:, shown[:, None], own] += some[2]
             Qr[:, shown] += some[3]
             cost += some[4]
         for axis in range(p):

@@ -11,8 +11,9 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.feedback import check_loop, check_saturation, method_for
 from identification.local.closed_loop import two_stage
-from identification.local.stretches import joined, without_gaps
+from identification.local.stretches import joined
 from identification.records.checks import check_record, check_signals
+from identification.records.gaps import without_gaps
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.sampling import sampling_time
 
@@ -73,6 +74,11 @@ def _one(record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: P
         signals = replace(signals, breaks=breaks, notes=(*signals.notes, left_out))
     external = np.asarray(record["reference_external"].values, float) if closed else None
     return Ready(signals, signals, external, method, remarks)
+
+
+def fit_signals(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None) -> Signals:
+    """Signals of the fit of one record by the method that suits it, without the checks of `identify`."""
+    return _staged(_one(record, "auto", steady, settings, check=False))
 
 
 def _staged(one: Ready) -> Signals:
