@@ -24,6 +24,7 @@ PRINTED = {
     "campaign": (6,),
     "campbell": (2647, 2647),
     "compare_runups": (25, 489, 2702, 10, 195, 2702),
+    "closed_loop_record": (92, 588, 0.46, 0.40, 1.1, 3.0, 0.37, 0.31, 5.7, 13.9),
     "decide": ("decided: one explanation has 95 %", "coupling.force_2x"),
     "diagnose": ("verdict: named", "shaft_bow"),
     "diagnose_runup": ("verdict: partial", "runout.amplitude_1x", 5.43e-6, 2.8e-7, 0.535),
