@@ -13,7 +13,7 @@ from identification.feedback import check_loop, check_saturation, method_for
 from identification.local.closed_loop import two_stage
 from identification.local.stretches import joined
 from identification.records.checks import check_record, check_signals
-from identification.records.gaps import without_gaps
+from identification.records.lab.without_gaps import without_gaps
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.sampling import sampling_time
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.errors import SchemaError, UnfitError
 from identification.readers import checked, load, read
-from identification.records.gaps import without_gaps
+from identification.records.lab.without_gaps import without_gaps
 from identification.records.prefilter import operating_point, rest_length
 from identification.records.sampling import sampling_time
 
