@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from math import isfinite
+from pathlib import Path
 from typing import Any
 
 from identification.errors import SchemaError, UnfitError
 from identification.local.identify import identify
 from identification.local.models import LinearModel
+from identification.local.prepare import fit_signals
 from identification.local.result import Identification
 from identification.lpv.fit import fit_lpv
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
 from identification.records.folder import Source, open_pair
-from identification.records.prefilter import Prefilter, Signals, filtered
+from identification.records.prefilter import Prefilter, Signals
 from identification.threads import one_thread
 
 NO_EXCITATION = "no record whose reference moves; identification needs excitation"
@@ -32,7 +35,7 @@ class Local:
 
 
 def identify_source(
-    source: Source, model: int | str = 3, order: int = 6, method: str = "oe", settings: Prefilter | None = None,
+    source: Source, model: int | str = 3, order: int = 6, method: str = "auto", settings: Prefilter | None = None,
     mapping: Any = None,
 ) -> Local:  # fmt: skip
     """Local model of one file, or the sentence why there is none."""
@@ -48,7 +51,7 @@ def identify_all(
     sources: Sequence[Source],
     model: int | str = 3,
     order: int = 6,
-    method: str = "oe",
+    method: str = "auto",
     settings: Prefilter | None = None,
     mapping: Any = None,
     workers: int = 2,
@@ -75,14 +78,14 @@ def loaders(
 
 def _signals(source: Source, settings: Prefilter | None, mapping: Any) -> Signals:
     record, steady = open_pair(source, mapping)
-    return filtered(record, steady, settings)
+    return fit_signals(record, steady, settings)
 
 
 def identify_sources(
     sources: Sequence[Source],
     model: int | str = 3,
     order: int = 6,
-    method: str = "oe",
+    method: str = "auto",
     settings: Prefilter | None = None,
     mapping: Any = None,
     surfaces: int | str = 2,
@@ -112,7 +115,7 @@ def identify_sources(
     -------
     model : LinearModel or LpvModel
     found : list of Local
-        A result or a sentence per record.
+        A result or a sentence per record; where several at one operating point were fitted together, that as well.
 
     Raises
     ------
@@ -123,7 +126,24 @@ def identify_sources(
     good = [one for one in found if one.result is not None]
     if not good:
         raise UnfitError(found[0].error if found else NO_EXCITATION)
+    if together := _together(good, held):
+        records = [open_pair(one.source, mapping) for one in together]
+        both = identify([record for record, _ in records], model, order, method, records[0][1], settings)
+        return both.model, [*found, Local(replace(together[0].source, path=Path(f"{len(together)} together")), both)]
     return _model(good, surfaces, refine, settings, mapping, held), found
+
+
+def _together(good: list[Local], roles: Sequence[str]) -> list[Local]:
+    """The records of one operating point that make one model, where there are several."""
+    fitted = [one for one in good if one.source.role not in roles] or good
+    points = {_point(one.result) for one in fitted if one.result is not None}
+    return fitted if len(fitted) > 1 and len(points) == 1 else []
+
+
+def _point(result: Identification) -> tuple[int, int] | None:
+    """Operating point, rounded; None where it is not known."""
+    speed, pressure = result.speed / SAME[0], result.pressure / SAME[1]
+    return (round(speed), round(pressure)) if isfinite(speed) and isfinite(pressure) else None
 
 
 def _model(
@@ -132,7 +152,7 @@ def _model(
     """A linear model of one operating point; surfaces through several."""
     fitted = [one for one in good if one.source.role not in roles] or good
     results = [one.result for one in fitted if one.result is not None]
-    points = {(round(r.speed / SAME[0]), round(r.pressure / SAME[1])) for r in results}
+    points = {_point(result) for result in results}
     if len(points) == 1 or results[0].kind == "actuator":
         return results[0].model
     held = [one.result for one in good if one.source.role in roles and one.result is not None]

@@ -6,7 +6,8 @@ In open loop past outputs y add nothing to the prediction of the next reference 
 does; behind a controller they do, because it feeds their noise back. Jumps of the reference, which no feedback makes,
 are left out. The coefficients come from every other stretch of the record, and are judged on those between.
 
-Output-error models are biased in closed loop, where the disturbance and the input are correlated (Ljung 1999, 13.4).
+Output-error models are biased in closed loop, where the disturbance and the input are correlated (Ljung 1999, 13.4). A
+record that holds the external reference is fitted in two stages, see `identification.local.closed_loop`.
 
 Cites: caines_1975, ljung_1999.
 """
@@ -35,7 +36,13 @@ BLOCK = 500
 FEWEST = 2000
 OPEN = ("", "off", "none", "no", "open loop")
 """Attributes of foreign records that name no controller."""
-WAY_OUT = "record without the controller"
+WAY_OUT = "record reference_external too, or without the controller"
+EXTERNAL = "reference_external"
+SATURATED = 1e-3
+"""Share of samples at the range of the actuators from which a closed loop is refused: the excursions that take the law
+there are beyond what a linear model of the film follows."""
+FEW = 5
+"""So many samples at one and the same extreme are the range of the actuators."""
 
 
 def fed_back(u: np.ndarray, y: np.ndarray) -> float:
@@ -84,9 +91,12 @@ def check_loop(record: xr.Dataset, method: str, refuse: bool = True) -> tuple[st
     """Sentences about a record of a closed loop; `refuse` raises UnfitError where it names its controller itself."""
     if name := controller_of(record):
         text = f"made in closed loop ({name})"
+        if method == "two-stage":
+            return ()
+        way_out = "choose method 'auto'" if EXTERNAL in record else WAY_OUT
         if refuse and method == "oe":
-            raise UnfitError(f"record: {text}, where output error gives wrong frequencies and damping; {WAY_OUT}")
-        return (f"{text}: frequencies and damping may be far off; {WAY_OUT}",)
+            raise UnfitError(f"record: {text}, where output error gives wrong frequencies and damping; {way_out}")
+        return (f"{text}: frequencies and damping may be far off; {way_out}",)
     share = fed_back(*(np.asarray(record[name].values, float) for name in _channels(record)))
     if share < FEED:
         return ()
@@ -94,6 +104,47 @@ def check_loop(record: xr.Dataset, method: str, refuse: bool = True) -> tuple[st
         f"past displacements explain {100 * share:.0f} % of the changes of the reference (open loop: below "
         f"{100 * FEED:.0f} %): a controller seems to act on it, and frequencies and damping may be far off; {WAY_OUT}",
     )
+
+
+def method_for(record: xr.Dataset, method: str) -> str:
+    """'two-stage' for a closed loop with its external reference and 'oe' otherwise, where the method is 'auto'.
+
+    Raises
+    ------
+    UnfitError
+        If two-stage is asked for and there is no external reference.
+    """
+    if method == "two-stage" and EXTERNAL not in record:
+        raise UnfitError(f"record: no {EXTERNAL}, which two-stage needs; {WAY_OUT} and take method 'auto'")
+    if method != "auto":
+        return method
+    return "two-stage" if controller_of(record) and EXTERNAL in record else "oe"
+
+
+def saturated_share(reference: np.ndarray) -> float:
+    """Share of samples (n, 2) at which either axis stands at its own extreme, 0 where none recurs."""
+    at = np.zeros(len(reference), bool)
+    for values in reference.T:
+        for extreme in (values.min(), values.max()):
+            same = values == extreme
+            if np.count_nonzero(same) >= FEW:
+                at |= same
+    return float(at.mean())
+
+
+def check_saturation(record: xr.Dataset, refuse: bool = True) -> tuple[str, ...]:
+    """A sentence about a closed loop whose law drives the actuators to their range; `refuse` raises UnfitError."""
+    u = np.asarray(record["reference"].values, float)
+    share = saturated_share(u)
+    if share == 0.0:
+        return ()
+    text = (
+        f"the law drives the reference to its range of {np.abs(u).max():.4g} V in {100 * share:.2g} % of the samples, "
+        "where loop and film are far from linear; excite with less or reduce the law's gain"
+    )
+    if refuse and share >= SATURATED:
+        raise UnfitError(f"record: {text}")
+    return (text,)
 
 
 def _channels(record: xr.Dataset) -> tuple[str, str]:

@@ -11,9 +11,12 @@ Cites: ljung_1999, thesis.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.local.models import LinearModel
+from identification.local.stretches import parts_of
 from identification.records.prefilter import Signals
 from rotorsim.base.rounding import least_squares
 
@@ -53,6 +56,9 @@ def project(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
 def simulated(model: LinearModel, signals: Signals, y: np.ndarray | None = None) -> np.ndarray:
     """Outputs (n, p) of the model for the signals' inputs, with the initial state that fits best."""
     y = signals.y if y is None else y
+    if signals.breaks:
+        parts = [_part(signals, at) for at in parts_of(signals.breaks, len(y))]
+        return np.concatenate([simulated(model, one, y[at]) for one, at in parts])
     sampled = model.discrete(signals.Ts)
     forced = sampled.simulate(signals.u, signals.Ts)
     quiet = np.zeros((len(y), signals.u.shape[1]))
@@ -61,6 +67,12 @@ def simulated(model: LinearModel, signals: Signals, y: np.ndarray | None = None)
     J = (free - signals.Q @ (signals.Q.T @ free)).reshape(-1, model.order)
     x0 = least_squares(J, project(y - forced, signals.Q).ravel())
     return np.asarray(forced + free.reshape(len(y), y.shape[1], -1) @ x0)
+
+
+def _part(signals: Signals, at: slice) -> tuple[Signals, slice]:
+    Q = signals.Q[at]
+    shown = np.linalg.qr(Q[:, np.any(Q != 0, axis=0)])[0]
+    return replace(signals, u=np.ascontiguousarray(signals.u[at]), y=signals.y[at], Q=shown, breaks=()), at
 
 
 def fit_of(model: LinearModel, signals: Signals) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -9,34 +10,34 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.feedback import check_loop
 from identification.local.blackbox import FullStateSpace, balanced, subspace
-from identification.local.confidence import propagate, sandwich
+from identification.local.closed_loop import judged
+from identification.local.confidence import propagate
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
+from identification.local.joint import ahead_of, covariance_of, problem_of
 from identification.local.models import LinearModel
-from identification.local.own import bound_remarks, box, covariance_of, prepared, properties, valued
+from identification.local.own import bound_remarks, box, covariance_of as own_covariance, prepared, properties, valued
+from identification.local.prepare import ready
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import broadened, start_values
+from identification.local.stretches import longest_part, offsets
 from identification.local.structure import Structure
 from identification.machine_name import machine_of
-from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
+from identification.records.checks import check_modes, suspicious_gains
 from identification.records.frf import FrequencyResponse
 from identification.records.pin_positions import pin_pairs
-from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
-from identification.records.sampling import sampling_time
+from identification.records.prefilter import Prefilter, Signals
 from identification.threads import one_thread
 from rotorsim.base.rounding import normal_root
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
 
 MODELS = ("1", "2", "3", "actuator", "blackbox")
-METHODS = ("oe", "pem")
+METHODS = ("auto", "oe", "pem", "two-stage")
 CANDIDATES = 5000
 """Samples on which the candidates for a start are compared."""
 TRIAL = 8
@@ -47,27 +48,31 @@ REDUNDANT = 1e-6
 
 @one_thread
 def identify(
-    ds: xr.Dataset,
+    ds: xr.Dataset | Sequence[xr.Dataset],
     model: int | str | Structure = 3,
     order: int = 6,
-    method: str = "oe",
+    method: str = "auto",
     steady: xr.Dataset | None = None,
     settings: Prefilter | None = None,
     start: Any = None,
     check: bool = True,
 ) -> Identification:
-    """Identify one record at a constant operating point.
+    """Identify one record at a constant operating point, or several at the same point in one fit.
 
     Parameters
     ----------
-    ds : Dataset
-        Record of the schema with `reference` and `disc_measured`; for model 2 and 'actuator' also `pin`.
+    ds : Dataset or sequence of Dataset
+        Record of the schema with `reference` and `disc_measured`; for model 2 and 'actuator' also `pin`. Samples that
+        are not finite and leaps of time are left out; every stretch has its own initial state, every record its own
+        offset.
     model : 1, 2, 3, 'actuator', 'blackbox' or Structure
         Structure, see `identification.local.greybox` and `identification.local.blackbox`, or one of your own.
     order : int
         Of the black-box model.
-    method : 'oe' or 'pem'
-        Output error, which leftover imbalance disturbs less, or prediction error.
+    method : 'auto', 'oe', 'pem' or 'two-stage'
+        Output error, which leftover imbalance disturbs less, prediction error, or two stages: output error behind what
+        the external reference explains, see `identification.local.closed_loop`. 'auto' takes two stages for a record
+        of a closed loop that holds `reference_external`, and output error otherwise.
     steady : Dataset or None
         Record without excitation at the same operating point, for the extended runout filter.
     settings : Prefilter or None
@@ -104,14 +109,12 @@ def identify(
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
-    signals = filtered(ds, steady, settings)
-    ds = chosen_output(ds, settings)
-    if check:
-        check_record(ds, sampling_time(ds))
-    remarks = check_loop(ds, method, check)
+    records = list(ds) if isinstance(ds, Sequence) else [ds]
+    count = len(own.parameters) if own else count_of(kind, order)
+    made = ready(records, method, steady, settings, check, count)
+    signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
     if kind in ("2", "actuator") and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
-    check_signals(signals, len(own.parameters) if own else count_of(kind, order))
     if own:
         found = _own(own, signals, method, start)
     elif kind == "2":
@@ -120,8 +123,10 @@ def identify(
         found = _black_box(signals, order, method)
     else:
         found = _grey_box(kind, signals, method, start)
-    known = replace(found.model, machine=machine_of(ds))
-    return replace(found, model=known, seconds=perf_counter() - began, warnings=(*remarks, *found.warnings))
+    if made.external is not None:
+        found = judged(found, actuator_signals(made.whole) if kind == "actuator" else made.whole, made.external)
+    known = replace(found.model, machine=machine_of(records[0]))
+    return replace(found, model=known, seconds=perf_counter() - began, warnings=(*made.remarks, *found.warnings))
 
 
 def count_of(kind: str, order: int) -> int:
@@ -134,7 +139,7 @@ def actuator_signals(signals: Signals) -> Signals:
     assert signals.pins is not None
     v = pin_pairs(signals.pins, signals.u)
     rest = signals.rest if signals.rest >= 50 else len(v)
-    Q = np.full((len(v), 1), len(v) ** -0.5)
+    Q = offsets(len(v), signals.breaks)
     return replace(signals, y=v - v[:rest].mean(axis=0), truth=None, Q=Q, noise=np.zeros(2))
 
 
@@ -148,7 +153,7 @@ def _grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identific
 def _solved(kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any) -> tuple[Fit, np.ndarray]:
     """Fit and covariance of a grey-box structure."""
     grey = GreyBox(STRUCTURES[kind], signals.Ts, hold)
-    problem = Problem(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q)
+    problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
     if start is None:
         first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
     else:
@@ -158,11 +163,10 @@ def _solved(kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, 
         first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
     fitted, q = solve(problem, first), len(first)
     if method == "pem":
-        n = problem.states(first)
-        predictor = Predictor(grey, n, 2)
-        ahead = replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
-        problem, fitted = ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(2 * n)]))
-    return fitted, sandwich(*problem.residual(fitted.theta, fitted.x0), signals.Ts)[:q, :q]
+        n = len(grey.sampled(first)[0])
+        problem = ahead_of(problem, Predictor(grey, n, 2))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
+    return fitted, covariance_of(problem, fitted, q, signals.Ts)
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -178,8 +182,9 @@ def _excited(w: np.ndarray, signals: Signals) -> tuple[np.ndarray, np.ndarray, f
 
 def _best_start(problem: Problem, signals: Signals, candidates: Sequence[np.ndarray]) -> np.ndarray:
     """The usable candidate whose first steps on a stretch of the record come closest."""
-    first = min(signals.rest, len(signals.u) // 2)
-    at = slice(first, first + CANDIDATES)
+    part = longest_part(signals)
+    first = max(part.start, min(signals.rest, len(signals.u) // 2))
+    at = slice(first, min(first + CANDIDATES, part.stop))
     short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(problem.Q[at])[0])
     best, lowest = None, np.inf
     for theta in candidates:
@@ -234,15 +239,14 @@ def _own(structure: Structure, signals: Signals, method: str, start: Any) -> Ide
     made, first = prepared(structure, start)
     grey, q = GreyBox(made, signals.Ts), len(first)
     y = project(signals.y, signals.Q)
-    problem = Problem(grey, np.ascontiguousarray(signals.u), y, signals.Q, box(made))
+    problem = problem_of(grey, np.ascontiguousarray(signals.u), y, signals.Q, signals.breaks, box(made))
     fitted = solve(problem, _best_start(problem, signals, [first]))
     if method == "pem":
-        n = problem.states(first)
-        w = np.ascontiguousarray(np.hstack([problem.w, problem.y]))
-        problem = replace(problem, model=Predictor(grey, n, 2), w=w, box=box(made, 2 * n))
+        n = len(grey.sampled(first)[0])
+        problem = replace(ahead_of(problem, Predictor(grey, n, 2)), box=box(made, 2 * n))
         fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
     theta = fitted.theta[:q]
-    covariance = covariance_of(made, problem, fitted, signals.Ts)
+    covariance = own_covariance(made, problem, fitted, signals.Ts)
     wn, zeta, wn_sd, zeta_sd, *gains = properties(made, theta, covariance)
     check_modes(wn, signals.Ts)
     model = LinearModel(*made.matrices(theta), speed=signals.speed, pressure=signals.pressure)
@@ -264,15 +268,16 @@ def _black_box(signals: Signals, order: int, method: str) -> Identification:
     y = project(signals.y, signals.Q)
     full = FullStateSpace(order, 2, 2)
     scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned
-    A, B, C = balanced(*subspace(signals.u, y / scale, order))
-    problem = Problem(full, np.ascontiguousarray(signals.u), y / scale, signals.Q)
+    at = longest_part(signals)
+    A, B, C = balanced(*subspace(signals.u[at], y[at] / scale, order))
+    problem = problem_of(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, signals.breaks)
     fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
     if method == "pem":
-        ahead = replace(problem, model=Predictor(full, order, 2), w=np.hstack([problem.w, problem.y]))
-        problem, fitted = ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
+        problem = ahead_of(problem, Predictor(full, order, 2))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
     q = order * (order + 4)
     theta = fitted.theta[:q]
-    covariance = sandwich(*problem.residual(fitted.theta, fitted.x0), signals.Ts)[:q, :q]
+    covariance = covariance_of(problem, fitted, q, signals.Ts)
     model = _black_model(full, theta, scale, signals)
     wn, zeta = model.wn, model.zeta
 

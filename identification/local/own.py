@@ -12,6 +12,7 @@ from identification.errors import ModelError, UnfitError
 from identification.local.confidence import propagate, sandwich
 from identification.local.fit import Fit, Problem
 from identification.local.identifiable import indistinguishable, without_nuisance
+from identification.local.joint import scores_of
 from identification.local.models import LinearModel
 from identification.local.structure import Matrices, Structure
 from rotorsim.base.rounding import unstable_poles
@@ -125,9 +126,9 @@ def covariance_of(structure: Structure, problem: Problem, fitted: Fit, Ts: float
     """
     q = len(structure.parameters)
     free = ~np.any(structure.at_bounds(fitted.theta[:q]), axis=0)
-    forced = problem.residual(fitted.theta, np.zeros_like(fitted.x0))[1]  # noise in the initial state shows nothing
+    forced = scores_of(problem, fitted.theta, np.zeros_like(fitted.x0))[1]  # noise in the initial state shows nothing
     refuse_indistinguishable(structure, without_nuisance(forced, sizes(structure, fitted.theta[:q]))[:, free], free)
-    left, J = problem.residual(fitted.theta, fitted.x0)
+    left, J = scores_of(problem, fitted.theta, fitted.x0)
     kept = np.concatenate([free, np.ones(J.shape[2] - q, bool)])
     covariance, count = np.zeros((q, q)), int(free.sum())
     covariance[np.ix_(free, free)] = sandwich(left, np.ascontiguousarray(J[..., kept]), Ts)[:count, :count]

@@ -16,9 +16,10 @@ from dataclasses import replace
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local.fit import GreyBox, Problem
+from identification.local.fit import GreyBox
 from identification.local.goodness import project
 from identification.local.greybox import STRUCTURES
+from identification.local.joint import problem_of
 from identification.lpv.model import LpvModel
 from identification.lpv.refine_frequency import minimise
 from identification.records.prefilter import Signals
@@ -30,7 +31,7 @@ def refine_global(model: LpvModel, signals: Sequence[Callable[[], Signals]]) -> 
     """Refined surfaces of Model 1 or 3; `signals` are functions that return prefiltered records."""
     if model.kind not in ("1", "3"):
         raise UnfitError(f"fit_lpv.refine: 'global' does not do model {model.kind}; take model 1 or 3, or 'frequency'")
-    structure, states = STRUCTURES[model.kind], [np.zeros(6 if model.kind == "3" else 4) for _ in signals]
+    structure, states = STRUCTURES[model.kind], [np.zeros(0) for _ in signals]
 
     def normal(c: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         N, g, cost = np.zeros((c.size, c.size)), np.zeros(c.size), 0.0
@@ -38,7 +39,8 @@ def refine_global(model: LpvModel, signals: Sequence[Callable[[], Signals]]) -> 
             one = load()
             phi = model.basis.at(np.array([[one.speed, one.pressure]]))[0]
             y = project(one.y, one.Q)
-            problem = Problem(GreyBox(structure, one.Ts), np.ascontiguousarray(one.u), y, one.Q)
+            problem = problem_of(GreyBox(structure, one.Ts), np.ascontiguousarray(one.u), y, one.Q, one.breaks)
+            states[j] = states[j] if len(states[j]) else np.zeros(problem.states(c @ phi))
             if not problem.usable(c @ phi):
                 return N, g, np.inf
             own, slope, part = problem.normal_equations(c @ phi, states[j])

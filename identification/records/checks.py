@@ -77,14 +77,14 @@ def _drift(record: xr.Dataset, name: str) -> None:
         )
 
 
-def check_signals(signals: Signals, parameters: int) -> None:
-    """Raise UnfitError for too short or unexcited signals."""
+def check_signals(signals: Signals, parameters: int, name: str = "reference") -> None:
+    """Raise UnfitError for too short or unexcited signals; `name` is what excites."""
     lasting = (len(signals.u) - signals.rest) * signals.Ts
     samples = len(signals.u) - signals.rest
     for axis in range(2):
         if np.ptp(signals.u[:, axis]) < 1e-6:
             raise UnfitError(
-                f"record.reference {'xy'[axis]}: does not move; excite both axes, independently of each other"
+                f"record.{name} {'xy'[axis]}: does not move; excite both axes, independently of each other"
             )
     if lasting < SHORTEST or samples < SAMPLES * parameters:
         need = max(SHORTEST, SAMPLES * parameters * signals.Ts)
@@ -92,11 +92,11 @@ def check_signals(signals: Signals, parameters: int) -> None:
                          "record longer")  # fmt: skip
     changes = np.count_nonzero(np.any(np.diff(signals.u, axis=0) != 0, axis=1))
     if changes < 10:
-        raise UnfitError(f"record.reference: moves {changes} times, 10 or more are needed; excite with a PRBS or chirp")
+        raise UnfitError(f"record.{name}: moves {changes} times, 10 or more are needed; excite with a PRBS or chirp")
     alike = abs(float(np.corrcoef(signals.u.T)[0, 1]))
     if alike > 0.98:
         raise UnfitError(
-            f"record.reference: x and y are correlated by {alike:.3f}, at most 0.98; excite them independently"
+            f"record.{name}: x and y are correlated by {alike:.3f}, at most 0.98; excite them independently"
         )
 
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import UnfitError
-from identification.readers import read
+from identification.errors import SchemaError, UnfitError
+from identification.readers import checked, load, read
+from identification.records.lab.without_gaps import without_gaps
 from identification.records.prefilter import operating_point, rest_length
 from identification.records.sampling import sampling_time
 
@@ -87,8 +88,21 @@ def pair(sources: Sequence[Source]) -> list[Source]:
     return [replace(s, steady=_steady(s, quiet)) for s in sources if s.excited]
 
 
+def _read(path: Path, mapping: Any) -> xr.Dataset:
+    """As `read`, but a record with gaps comes as it is."""
+    try:
+        return read(path, mapping)
+    except SchemaError:
+        record = load(path, mapping)
+        closed, _, left_out = without_gaps(record)
+        if not left_out:
+            raise
+        checked(closed)
+        return record
+
+
 def _source(path: Path, mapping: Any) -> Source:
-    record = read(path, mapping)
+    record = without_gaps(_read(path, mapping))[0]
     if "time" not in record.dims:
         raise UnfitError(f"{path}: holds run-up vectors; identification needs time series with reference and disc")
     speed, pressure = operating_point(record, sampling_time(record))
@@ -117,7 +131,7 @@ def open_pair(source: Source, mapping: Any = None) -> tuple[xr.Dataset, xr.Datas
     >>> steady is None
     True
     """
-    record = read(source.path, mapping)
+    record = _read(source.path, mapping)
     if source.steady is None or abs(source.speed) < 1:
         return record, None
-    return record, read(source.steady, mapping)
+    return record, without_gaps(_read(source.steady, mapping))[0]

@@ -37,7 +37,7 @@ def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
     model: Annotated[str, typer.Option("--model", help="1, 2, 3, actuator or blackbox.")] = "3",
     order: Annotated[int, typer.Option("--order", help="Order of a black-box model.")] = 6,
-    method: Annotated[str, typer.Option("--method", help="oe (output error) or pem (prediction error).")] = "oe",
+    method: Annotated[str, typer.Option("--method", help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
     surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
     refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
     runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",

@@ -16,7 +16,7 @@ def identify_records(
     paths: Sequence[str | Path],
     model: int | str = 3,
     order: int = 6,
-    method: str = "oe",
+    method: str = "auto",
     settings: Prefilter | None = None,
     mapping: Any = None,
     surfaces: int | str = 2,
@@ -33,7 +33,7 @@ def identify_records(
     model : int or str
         1, 2, 3, "actuator" or "blackbox".
     order, method
-        Order of a black-box model; "oe" (output error) or "pem" (prediction error).
+        Order of a black-box model; "auto", "oe" (output error), "two-stage" (closed loops) or "pem" (prediction error).
     settings : Prefilter, optional
         Runout, spike and low-pass filters, probes.
     mapping : path or Mapping, optional
@@ -51,7 +51,7 @@ def identify_records(
     -------
     model : LinearModel or LpvModel
     found : list of Local
-        Result or sentence of every record.
+        Result or sentence of every record, then of several that one operating point joined.
 
     Raises
     ------

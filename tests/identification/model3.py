@@ -1,6 +1,7 @@
 """Simulated identification data: Model 3 near the rig's values, PRBS on both axes, white noise."""
 
 import numpy as np
+from scipy.signal import lfilter
 
 import identification as idn
 from identification.local.greybox import STRUCTURES
@@ -30,3 +31,23 @@ def record(seed=0, seconds=10.0, noise=0.5e-6, theta=TRUTH, speed=0.0, pressure=
     return idn.from_arrays(
         np.arange(n) * TS, u, y + noise * rng.normal(size=y.shape), speed=speed, pressure=pressure, **more
     )
+
+
+def looped_model3(seed, gain, corner=1000.0, noise=0.5e-6, n=10000, most=np.inf, colour=0.0):
+    """Reference, external reference and displacement (n, 2) of Model 3 under a proportional law behind a low-pass."""
+    rng = np.random.default_rng(seed)
+    external, e = prbs(rng, n), noise * rng.normal(size=(n, 2))
+    e = lfilter([(1 - colour**2) ** 0.5], [1, -colour], e, axis=0) if colour else e
+    sampled = model().discrete(TS)
+    keep = np.exp(-2 * np.pi * corner * TS)
+    x, fed = np.zeros(len(sampled.A)), np.zeros(2)
+    u, y = np.zeros((n, 2)), np.zeros((n, 2))
+    for k in range(n):
+        u[k], y[k] = np.clip(external[k] + fed, -most, most), sampled.C @ x + e[k]
+        fed = keep * fed + (1 - keep) * gain * y[k]
+        x = sampled.A @ x + sampled.B @ u[k]
+    return u, external, y
+
+
+def made(u, y, **more):
+    return idn.from_arrays(np.arange(len(u)) * TS, u, y + 2e-6, speed=0.0, pressure=3e5, **more)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from model3 import TS, model, prbs, record
+from model3 import TS, looped_model3 as looped, made, model, prbs, record
 from scipy.signal import butter, chirp, sosfilt
 
 import identification as idn
@@ -14,34 +14,13 @@ pytestmark = pytest.mark.numerical
 N, NOISE = 10000, 0.5e-6
 
 
-def looped(seed, gain, corner=1000.0, noise=NOISE):
-    """Reference, external reference and displacement (N, 2) of Model 3 under a proportional law behind a low-pass."""
-    rng = np.random.default_rng(seed)
-    external, e = prbs(rng, N), noise * rng.normal(size=(N, 2))
-    sampled = model().discrete(TS)
-    keep = np.exp(-2 * np.pi * corner * TS)
-    x, fed = np.zeros(len(sampled.A)), np.zeros(2)
-    u, y = np.zeros((N, 2)), np.zeros((N, 2))
-    for k in range(N):
-        u[k], y[k] = external[k] + fed, sampled.C @ x + e[k]
-        fed = keep * fed + (1 - keep) * gain * y[k]
-        x = sampled.A @ x + sampled.B @ u[k]
-    return u, external, y
-
-
-def made(u, y, **more):
-    return idn.from_arrays(np.arange(len(u)) * TS, u, y + 2e-6, speed=0.0, pressure=3e5, **more)
-
-
 @pytest.mark.parametrize("gain", [5e3, 2e4, 1e5])
 @pytest.mark.parametrize("corner", [200.0, 1000.0])
 def test_a_foreign_record_of_a_closed_loop_gives_a_warning(gain, corner):
     u, _, y = looped(1, gain, corner)
     assert np.abs(u).max() < 5 and fed_back(u, y) > 3 * FEED
     found = idn.identify(made(u, y), 1)
-    assert any(
-        "a controller seems to act" in text and "record without the controller" in text for text in found.warnings
-    )
+    assert any("a controller seems to act" in text and "or without the controller" in text for text in found.warnings)
 
 
 def excitations(rng):
@@ -84,12 +63,15 @@ def test_a_record_that_names_its_controller_is_refused_for_output_error():
         ({"controller": "Law", "law": "lqr"}, {}, "lqr"),
         ({"controller": "ProportionalLaw"}, {}, "ProportionalLaw"),
         ({"experiment": "controlled"}, {}, "controlled"),
-        ({}, {"reference_external": external}, "reference_external differs"),
     ):
         data = made(u, y, **more).assign_attrs(attrs)
-        with pytest.raises(idn.UnfitError, match=rf"made in closed loop \({name}.*record without the controller"):
-            idn.identify(data)
+        for method in ("auto", "oe"):
+            with pytest.raises(idn.UnfitError, match=rf"made in closed loop \({name}.*or without the controller"):
+                idn.identify(data, method=method)
         assert any(text.startswith("made in closed loop") for text in idn.identify(data, check=False).warnings)
+    data = made(u, y, reference_external=external)
+    with pytest.raises(idn.UnfitError, match=r"reference_external differs.*choose method 'auto'"):
+        idn.identify(data, method="oe")
 
 
 def test_an_external_reference_that_is_all_of_the_reference_is_open_loop():

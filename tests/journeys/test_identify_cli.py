@@ -91,3 +91,39 @@ def test_the_warnings_of_a_record_are_printed_once_and_name_no_variable(run, tmp
     code, text, err = run(tmp_path / "loop.nc", "--method", "pem", "--out", tmp_path / "m.json")
     assert (code, err) == (0, "")
     assert text.count("made in closed loop (lqr)") == 1 and "record: made" not in text
+
+
+def test_records_of_one_operating_point_become_one_model(run, tmp_path):
+    for i in range(2):
+        idn.save(model3.record(i, seconds=2.0), tmp_path / f"{i}.nc")
+    out = tmp_path / "model.json"
+    code, text, err = run(tmp_path, "--out", out, "--json")
+    assert (code, err) == (0, "")
+    result = json.loads(text)
+    assert [row["record"] for row in result["records"]] == ["0.nc", "1.nc", "2 together"]
+    assert any("2 records in one fit" in note for note in result["records"][2]["notes"])
+    sd = [row["parameters"]["K_xx"][1] for row in result["records"]]
+    assert sd[2] < 0.8 * min(sd[:2])
+    assert idn.load_model(out).wn == pytest.approx(result["records"][2]["wn"])
+
+
+def test_a_file_with_gaps_is_fitted_and_the_report_states_them(run, tmp_path):
+    csv_of(model3.record(0, seconds=3.0), tmp_path / "rig.csv")
+    lines = (tmp_path / "rig.csv").read_text().splitlines()
+    kept = [line for k, line in enumerate(lines) if not 5000 <= k < 5200]
+    kept[9000] = kept[9000].split(",")[0] + ",nan,nan,nan,nan"
+    (tmp_path / "rig.csv").write_text("\n".join(kept) + "\n")
+    code, text, err = run(tmp_path / "rig.csv", "--mapping", tmp_path / "rig.toml", "--out", tmp_path / "model.json")
+    assert (code, err) == (0, "")
+    assert "note: 201 of 15000 samples (1.3 %) left out; whole stretches: 3" in text
+    np.testing.assert_allclose(idn.load_model(tmp_path / "model.json").wn, model3.model().wn, rtol=5e-3)
+
+
+def test_a_closed_loop_is_fitted_in_two_stages(run, tmp_path):
+    u, external, y = model3.looped_model3(0, 1e5, n=20000)
+    idn.save(model3.made(u, y, reference_external=external).assign_attrs(law="p"), tmp_path / "loop.nc")
+    code, text, err = run(tmp_path / "loop.nc", "--out", tmp_path / "model.json")
+    assert (code, err) == (0, "")
+    assert "Model 3, two-stage" in text and "note: two-stage: the external reference explains" in text
+    code, _, err = run(tmp_path / "loop.nc", "--method", "oe", "--out", tmp_path / "other.json")
+    assert code == 2 and "choose method 'auto'" in err

@@ -1,0 +1,159 @@
+"""Records with gaps, and several records of one operating point, in one local fit."""
+
+import numpy as np
+import pytest
+from model3 import TRUTH, TS, record
+
+import identification as idn
+from identification.local.fit import GreyBox, Problem, solve
+from identification.local.greybox import STRUCTURES
+from identification.local.joint import Joint, covariance_of
+from identification.records.lab.without_gaps import without_gaps
+
+pytestmark = pytest.mark.numerical
+
+
+def holes(data, *spans, channel="disc_measured"):
+    """The record with NaN in a channel over (start, stop) samples."""
+    data = data.copy(deep=True)
+    for start, stop in spans:
+        data[channel].values[start:stop] = np.nan
+    return data
+
+
+def cut(data, *spans):
+    """The record without its samples from start to stop: time leaps."""
+    keep = np.ones(data.sizes["time"], bool)
+    for start, stop in spans:
+        keep[start:stop] = False
+    return data.isel(time=np.flatnonzero(keep))
+
+
+SPANS = ((4000, 4100), (9000, 9003), (9100, 9102), (15000, 16500))
+
+
+@pytest.mark.parametrize("damaged", [holes, cut])
+def test_a_record_with_gaps_gives_the_model_of_its_whole_stretches(damaged):
+    data = record(1, seconds=5.0)
+    whole, found = idn.identify(data), idn.identify(damaged(data, *SPANS))
+    assert any("1702 of 25000 samples" in text and "whole stretches: 4" in text for text in found.notes), found.notes
+    assert np.all(np.abs(found.wn / whole.wn - 1) < 3e-4) and np.all(np.abs(found.zeta / whole.zeta - 1) < 0.01)
+    sd = np.array([value[1] for value in found.parameters.values()])
+    assert np.all(np.abs(found.theta - TRUTH) < 4.5 * sd)
+    assert np.all(found.fit > whole.fit - 0.01)
+
+
+def test_a_stretch_shorter_than_a_tenth_of_a_second_is_left_out():
+    closed, breaks, note = without_gaps(holes(record(0, seconds=3.0), (4000, 4010), (4300, 4310)))
+    assert breaks == (4000,) and closed.sizes["time"] == 15000 - 310 and "310 of 15000" in note
+
+
+def test_a_record_without_gaps_is_not_touched():
+    data = record(0, seconds=1.0)
+    assert without_gaps(data)[0] is data and without_gaps(data)[1:] == ((), "")
+
+
+def test_the_angle_loses_the_whole_turns_of_a_gap():
+    n = 10000
+    angle = 300.0 * np.arange(n) * TS
+    data = cut(record(0, seconds=2.0, speed=300.0, angle_measured=angle), (5000, 6000))
+    left = without_gaps(data)[0]
+    np.testing.assert_allclose(np.exp(1j * left["angle_measured"].values), np.exp(1j * data["angle_measured"].values))
+    assert np.abs(np.diff(left["angle_measured"].values)).max() < np.pi + 300 * TS
+
+
+def test_gaps_of_a_turning_rotor_share_its_harmonics():
+    n = 25000
+    angle = 300.0 * np.arange(n) * TS
+    data = record(2, seconds=5.0, speed=300.0, angle_measured=angle)
+    data["disc_measured"].values[:] += 5e-6 * np.column_stack([np.cos(angle), np.sin(angle)])
+    found = idn.identify(holes(data, *SPANS))
+    assert np.all(np.abs(found.theta - TRUTH) < 4.5 * np.array([sd for _, sd in found.parameters.values()]))
+
+
+@pytest.mark.parametrize("kind", ["1", "3", "blackbox"])
+@pytest.mark.parametrize("method", ["oe", "pem"])
+def test_every_model_and_method_takes_gaps(kind, method):
+    data = record(3, seconds=3.0)
+    found = idn.identify(holes(data, (6000, 6050)), kind, method=method)
+    assert np.all(np.abs(found.fit - idn.identify(data, kind, method=method).fit) < 0.01)
+
+
+def test_gaps_that_leave_too_little_are_refused():
+    data = record(0, seconds=2.0)
+    with pytest.raises(idn.UnfitError, match="0 s of 2 s are left without the gaps"):
+        idn.identify(holes(data, (0, 10000)))
+    every = [(k, k + 1) for k in range(0, 10000, 400)]
+    with pytest.raises(idn.UnfitError, match=r"0 s of 2 s are left without the gaps.*record it again"):
+        idn.identify(holes(data, *every))
+
+
+def test_a_lowpass_across_gaps_is_refused():
+    with pytest.raises(idn.UnfitError, match="has gaps, across which no low-pass can run"):
+        idn.identify(holes(record(0, seconds=2.0), (5000, 5001)), settings=idn.Prefilter(lowpass=800.0))
+
+
+def test_two_records_give_standard_deviations_smaller_by_the_root_of_two():
+    one, other = record(1, seconds=4.0), record(2, seconds=4.0)
+    other["disc_measured"].values[:] += 3e-6  # an offset of its own
+    both, alone = idn.identify([one, other]), [idn.identify(data) for data in (one, other)]
+    ratio = np.sqrt(np.diag(both.covariance)) / np.sqrt(np.mean([np.diag(a.covariance) for a in alone], axis=0))
+    np.testing.assert_allclose(np.median(ratio), 2**-0.5, rtol=0.05)
+    assert np.all(np.abs(ratio * 2**0.5 - 1) < 0.3)
+    assert "2 records in one fit" in both.notes
+    assert np.all(np.abs(both.theta - TRUTH) < 4.5 * np.sqrt(np.diag(both.covariance)))
+
+
+def test_the_joint_estimate_is_the_weighted_mean_of_the_single_ones():
+    """Least squares of independent records: N = N_1 + N_2."""
+    alone = [idn.identify(record(seed, seconds=4.0)) for seed in (1, 2)]
+    both = idn.identify([record(seed, seconds=4.0) for seed in (1, 2)])
+    N = [one.information for one in alone]
+    mean = np.linalg.solve(N[0] + N[1], N[0] @ alone[0].theta + N[1] @ alone[1].theta)
+    sd = np.sqrt(np.diag(both.covariance))
+    assert np.all(np.abs(both.theta - mean) < 0.1 * sd)
+    np.testing.assert_allclose(both.information, N[0] + N[1], rtol=0.05, atol=1e-3 * np.abs(N[0]).max())
+
+
+def test_derivatives_of_several_stretches_are_those_of_differences():
+    rng, theta = np.random.default_rng(0), TRUTH
+    w, y = rng.normal(size=(300, 2)), 1e-6 * rng.normal(size=(300, 2))
+    problem = Joint(GreyBox(STRUCTURES["3"], TS), w, y, np.linalg.qr(rng.normal(size=(300, 3)))[0], (100, 220))
+    x0 = 1e-6 * rng.normal(size=18)
+    _, g, cost = problem.normal_equations(theta, x0)
+    for i in (0, 5, 12):
+        step = 1e-4 * abs(theta[i])
+        high, low = theta.copy(), theta.copy()
+        high[i], low[i] = theta[i] + step, theta[i] - step
+        slope = (problem.normal_equations(high, x0)[2] - problem.normal_equations(low, x0)[2]) / (2 * step)
+        np.testing.assert_allclose(-2 * g[i], slope, rtol=1e-4, atol=1e-9 * cost / abs(theta[i]))
+    for i in (0, 8, 17):
+        step = 1e-9
+        high, low = x0.copy(), x0.copy()
+        high[i], low[i] = x0[i] + step, x0[i] - step
+        slope = (problem.normal_equations(theta, high)[2] - problem.normal_equations(theta, low)[2]) / (2 * step)
+        np.testing.assert_allclose(-2 * g[len(theta) + i], slope, rtol=1e-4)
+
+
+def test_one_stretch_of_a_joint_problem_is_the_plain_problem():
+    data = idn.filtered(record(0, seconds=2.0))
+    grey = GreyBox(STRUCTURES["3"], TS)
+    plain, joint = Problem(grey, data.u, data.y, data.Q), Joint(grey, data.u, data.y, data.Q)
+    one, other = solve(plain, TRUTH * 1.05), solve(joint, TRUTH * 1.05)
+    np.testing.assert_allclose(one.theta, other.theta, rtol=1e-9)
+    np.testing.assert_allclose(covariance_of(plain, one, 14, TS), covariance_of(joint, other, 14, TS), rtol=1e-5)
+
+
+def test_records_that_do_not_belong_together_are_refused():
+    one = record(0, seconds=2.0)
+    for other, text in (
+        (record(1, seconds=2.0, pressure=5e5), "record 2: pressure 5e[+]05 Pa, the first record's 3e[+]05 Pa"),
+        (record(1, seconds=2.0, speed=200.0), "record 2: speed 200 rad/s"),
+    ):
+        with pytest.raises(idn.UnfitError, match=text):
+            idn.identify([one, other])
+    slow = record(1, seconds=4.0).isel(time=slice(None, None, 2))
+    with pytest.raises(idn.UnfitError, match=r"record 2: a sample every 0\.0004 s"):
+        idn.identify([one, slow])
+    with pytest.raises(idn.UnfitError, match="no record; give one or several"):
+        idn.identify([])
