@@ -58,7 +58,9 @@ def vetted(u, y, speed, pressure, past, count, real, rule, limit):
     bend = max(abs(y[0] - 2 * past[0, 0] + past[1, 0]), abs(y[1] - 2 * past[0, 1] + past[1, 1]))
     if count[SAMPLES] > limit[SETTLE] and count[GAP] < limit[LONGEST] and bend > rule[GATE] * real[BEND]:
         return False
-    if count[GAP] == 0 and count[SAMPLES] > 1:
+    if count[GAP] >= limit[LONGEST]:  # no outliers: it moves more than before
+        real[BEND] = max(real[BEND], bend)
+    elif count[GAP] == 0 and count[SAMPLES] > 1:
         real[BEND] += max(rule[FAST], 1.0 / count[SAMPLES]) * (bend - real[BEND])
     return True
 
