@@ -5,6 +5,10 @@ Model 3, a rotor on stiffness K, damping D and input gain B behind first-order l
 .. math:: A = \begin{bmatrix} 0 & I & 0\\ K & D & B\\ 0 & 0 & -P \end{bmatrix},\;
           B_u = \begin{bmatrix} 0\\ 0\\ P \end{bmatrix},\; C = [I\; 0\; 0]
 
+Its references may act later by a dead time 2/r on each axis, (r - s)/(r + s) in front of the lag (first-order Pade
+approximation). The lag then stands for the slowest of what lies between reference and force, the dead time for what
+is left.
+
 K, D, B are divided by the mass; K and D are negative definite, as in the thesis. In every structure A and B_u are
 affine in each parameter alone, hence the difference of two values is the exact derivative.
 
@@ -36,12 +40,16 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Structure:
-    """Names of the parameters and the matrices A, B, C, D (SI) that they make."""
+    """Names of the parameters and the matrices A, B, C, D (SI) that they make.
+
+    `positive` parameters are above zero, those in `limits` (name, largest value) below it.
+    """
 
     name: str
     parameters: tuple[str, ...]
     matrices: Callable[[np.ndarray], Matrices]
     positive: tuple[str, ...] = ()
+    limits: tuple[tuple[str, float], ...] = ()
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """dA/dtheta (q, n, n) and dB/dtheta (q, n, m); exact, for A and B are affine in each parameter alone."""
@@ -55,8 +63,9 @@ class Structure:
         return np.array(dA), np.array(dB)
 
     def admissible(self, theta: np.ndarray) -> bool:
-        """Whether the parameters that must be positive are."""
-        return bool(np.all(theta[self.positive_places] > 0))
+        """Whether the parameters that must be positive are, and none is above its limit."""
+        below = all(theta[self.parameters.index(name)] < most for name, most in self.limits)
+        return below and bool(np.all(theta[self.positive_places] > 0))
 
     @property
     def positive_places(self) -> np.ndarray:
@@ -101,6 +110,15 @@ def model_3(theta: np.ndarray) -> Matrices:
     return A, B, C, D
 
 
+def model_3_delayed(theta: np.ndarray) -> Matrices:
+    """Model 3 behind dead times 2/r_x, 2/r_y as first-order Pade approximations: 8 states."""
+    A, B, C, D = _rotor(theta, 8)
+    P, R = np.diag(theta[12:14]), np.diag(theta[14:16])
+    A[2:4, 4:6], A[4:6, 4:6], A[4:6, 6:8], A[6:8, 6:8] = split(theta)[2], -P, 2 * P @ R, -R
+    B[4:6], B[6:8] = -P, np.eye(2)
+    return A, B, C, D
+
+
 def actuator(theta: np.ndarray) -> Matrices:
     """One second-order lag b / (s^2 + a1 s + a0) for each axis, a0 = p1 p2, a1 = p1 + p2, b = gain a0 (eq. 2.16)."""
     A, B, C = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
@@ -122,12 +140,24 @@ def cascade(theta: np.ndarray) -> Matrices:
 
 ACTUATOR = tuple(f"{letter}_{axis}" for axis in "xy" for letter in ("a0", "a1", "b"))
 ROTOR_2 = (*KDB, "r_x", "r_y")
+LATE_3 = (*KDB, "p_x", "p_y", "r_x", "r_y")
 POSITIVE = tuple(name for name in ACTUATOR if name[0] == "a")
+DELAYED = "3-delay"
+"""Model 3 with dead times, among STRUCTURES."""
+SHORTEST_DEAD = 1e-5
+"""Dead times [s] below this are none."""
 STRUCTURES = {
     "1": Structure("Model 1", KDB, model_1),
     "rotor": Structure("Model 2 behind its actuators", ROTOR_2, model_2, ROTOR_2[12:]),
     "2": Structure("Model 2", (*ROTOR_2, *ACTUATOR), cascade, (*ROTOR_2[12:], *POSITIVE)),
     "3": Structure("Model 3", (*KDB, "p_x", "p_y"), model_3, ("p_x", "p_y")),
+    DELAYED: Structure(
+        "Model 3 with dead times",
+        LATE_3,
+        model_3_delayed,
+        LATE_3[12:],
+        tuple((name, 2 / SHORTEST_DEAD) for name in LATE_3[14:]),
+    ),
     "actuator": Structure("actuator", ACTUATOR, actuator, POSITIVE),
 }
 """Every structure by what `identify(model=)` calls it."""
@@ -155,14 +185,20 @@ def static_gain(kind: str, theta: np.ndarray) -> np.ndarray:
 
 
 def delays(kind: str, theta: np.ndarray) -> np.ndarray:
-    """Delay (2,) [s] of each axis: 1/p of Model 3, 2/r of Model 2, a1/a0 of actuators, none in Model 1."""
-    if kind == "3":
-        return np.asarray(1 / theta[12:14])
+    """Delay (2,) [s] of each axis: 1/p of Model 3 and its dead time, 2/r of Model 2, a1/a0 of actuators, none in
+    Model 1."""
+    if kind in ("3", DELAYED):
+        return np.asarray(1 / theta[12:14] + dead_times(kind, theta))
     if kind in ("2", "rotor"):
         return np.asarray(2 / theta[12:14])
     if kind == "actuator":
         return np.asarray(theta[1::3] / theta[0::3])
     return np.zeros(2)
+
+
+def dead_times(kind: str, theta: np.ndarray) -> np.ndarray:
+    """Dead time (2,) [s] of each axis of Model 3, 2/r; zero in other structures."""
+    return np.asarray(2 / theta[14:16]) if kind == DELAYED else np.zeros(2)
 
 
 def actuator_poles(theta: np.ndarray) -> np.ndarray:

@@ -10,15 +10,16 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.feedback import check_loop
+from identification.local import dead_time as late
 from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.confidence import propagate, sandwich
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
-from identification.local.greybox import STRUCTURES, delays, modes, static_gain
+from identification.local.greybox import DELAYED, STRUCTURES, Structure, delays, modes, static_gain
 from identification.local.models import LinearModel
 from identification.local.residuals import residual_tests
-from identification.local.result import Identification
-from identification.local.start import broadened, start_values
+from identification.local.result import Identification, noted
+from identification.local.start import DEAD_TIME, broadened, start_values
 from identification.records.checks import check_modes, check_record, check_signals, suspicious_gains
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
@@ -51,6 +52,7 @@ def identify(
     settings: Prefilter | None = None,
     start: Any = None,
     check: bool = True,
+    dead_time: float | str = late.FREE,
 ) -> Identification:
     """Identify one record at a constant operating point.
 
@@ -74,6 +76,9 @@ def identify(
         Refuse records with saturation, drop-outs, mistaken units or drift, and for output error those that name the
         controller they were made with; length and excitation are always checked. A record whose reference follows past
         displacements gives a warning.
+    dead_time : float or 'free'
+        Of Model 3, by which its references act later: found for each axis, with none where the record shows none; or
+        given [s]; 0 for the Model 3 of the thesis, which has none.
 
     Returns
     -------
@@ -95,6 +100,7 @@ def identify(
     began, kind = perf_counter(), str(model)
     if kind not in MODELS or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
+    kind = late.kind_of(kind, dead_time)
     signals = filtered(ds, steady, settings)
     ds = chosen_output(ds, settings)
     if check:
@@ -103,10 +109,13 @@ def identify(
     if kind in ("2", "actuator") and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
     check_signals(signals, count_of(kind, order))
+    late.check_length(dead_time, (len(signals.u) - signals.rest) * signals.Ts)
     if kind == "2":
         found = _two_steps(signals, method, start)
     elif kind == "blackbox":
         found = _black_box(signals, order, method)
+    elif kind == DELAYED:
+        found = _delayed(signals, method, start, dead_time)
     else:
         found = _grey_box(kind, signals, method, start)
     return replace(found, seconds=perf_counter() - began, warnings=(*remarks, *found.warnings))
@@ -133,9 +142,28 @@ def _grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identific
     return _grey_result(kind, method, chosen, theta, covariance, fitted)
 
 
-def _solved(kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any) -> tuple[Fit, np.ndarray]:
-    """Fit and covariance of a grey-box structure."""
-    grey = GreyBox(STRUCTURES[kind], signals.Ts, hold)
+def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
+    """Model 3 with dead times that are found or given; without where they are to be found and the record has none."""
+    begin = None if start is None else list(start)[:14]
+    if isinstance(dead_time, str):
+        plain = _grey_box("3", signals, method, begin)
+        more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
+        fitted, covariance = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta, *more])
+        theta = fitted.theta[:16]
+        if not late.found(theta, covariance):
+            return noted(plain, late.none_found(theta, covariance))
+    else:
+        fitted, covariance = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
+        theta, covariance = late.completed(fitted.theta[:14], covariance, dead_time)
+    result = _grey_result(DELAYED, method, signals, theta, covariance, fitted)
+    return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
+
+
+def _solved(
+    kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
+) -> tuple[Fit, np.ndarray]:
+    """Fit and covariance of a grey-box structure, or of another with its parameters."""
+    grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = Problem(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q)
     if start is None:
         first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identification.local.greybox import DELAYED, dead_times
 from identification.local.models import LinearModel
 from identification.local.residuals import ResidualTests
 
@@ -17,7 +18,8 @@ SIGNIFICANT = 2.0
 class Identification:
     """Result of `identify`.
 
-    kind '1', '2', '3', 'actuator' or 'blackbox'; parameters by name as (value, sd) in SI; covariance (q, q) of `theta`;
+    kind '1', '2', '3', '3-delay' (Model 3 with dead times), 'actuator' or 'blackbox'; parameters by name as (value,
+    sd) in SI; covariance (q, q) of `theta`;
     fit, ceiling and noise_free_fit (2,) as shares of one; wn [rad/s], zeta (2,) and their standard deviations; gain
     (2, 2) [m/V]; delay (2,) [s]; speed [rad/s], pressure [Pa]; seconds it took.
     """
@@ -73,7 +75,19 @@ class Identification:
     @property
     def model_name(self) -> str:
         """Displayed name."""
+        if self.kind == DELAYED:
+            return "Model 3 with dead times"
         return f"Model {self.kind}" if self.kind.isdigit() else f"{self.kind}, order {self.model.order}"
+
+    @property
+    def dead_time(self) -> np.ndarray:
+        """Dead time (2,) [s] of each axis of Model 3, part of `delay`; zero without."""
+        return dead_times(self.kind, self.theta)
+
+
+def noted(found: Identification, text: str) -> Identification:
+    """The same result with one more note."""
+    return replace(found, notes=(*found.notes, text))
 
 
 def _percent(values: np.ndarray) -> str:

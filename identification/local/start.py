@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.local.greybox import split
+from identification.local.greybox import DELAYED, split
 from identification.records.frf import FrequencyResponse, frequency_response
 
 COHERENT = 0.3
@@ -19,6 +19,8 @@ BROAD = 0.3
 """Damping ratio of a start whose resonance is so wide that it covers the data's."""
 CORNERS = (600.0, 2500.0)
 """Guesses of the lag's corner [rad/s]."""
+DEAD_TIME = 4e-4
+"""Guess of a dead time [s]."""
 
 
 def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.ndarray]:
@@ -28,7 +30,8 @@ def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.
     response = frequency_response(u, y, Ts)
     peak = peak_frequency(response)
     held = np.exp(-0.5j * response.omega * Ts)
-    candidates = []
+    candidates: list[np.ndarray] = []
+    late = [2 / DEAD_TIME] * 2 if kind == DELAYED else []
     for corner in CORNERS:
         if kind == "2":
             lag = np.asarray(held) / np.exp(-0.5j * response.omega * Ts) * np.exp(-1j * response.omega / corner)
@@ -38,7 +41,7 @@ def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.
             more = [corner] * 2
         KDB = levy(response, peak, held if kind == "1" else lag)
         for values in (KDB, crude(response, peak)):
-            candidates.append(np.concatenate([values, [] if kind == "1" else more]))
+            candidates.append(np.concatenate([values, [] if kind == "1" else more, late]))
     return candidates
 
 

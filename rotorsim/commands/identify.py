@@ -17,6 +17,7 @@ from rich.table import Table
 
 from identification import Prefilter
 from identification.campaign import Local
+from identification.local.dead_time import FREE
 from identification.local.models import plain
 from identification.lpv.fit import REFINEMENTS
 from identification.lpv.surfaces import ORDERS
@@ -40,6 +41,7 @@ def identify(
     method: Annotated[str, typer.Option("--method", help="oe (output error) or pem (prediction error).")] = "oe",
     surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
     refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
+    dead_time: Annotated[str, typer.Option("--dead-time", help="Of model 3: free, 0, or e.g. '0.8 ms'.")] = "free",
     runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
     median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
     lowpass: Annotated[str, typer.Option("--lowpass", help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
@@ -58,10 +60,12 @@ def identify(
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
     outputs = tuple(name.strip() for name in probes.split(",")) if probes else ()
     settings = Prefilter(runout=runout, median=median, lowpass=corner, probes=outputs)
+    dead = dead_time if dead_time == FREE else 0.0 if dead_time == "0" else quantity("dead-time", dead_time, "s")
     degree = int(surfaces) if surfaces.isdecimal() else surfaces
+    shown = partial(counter, things="records")
     with files(out, force=force):
         made, found = identify_records(
-            paths, model, order, method, settings, mapping, degree, refine, jobs, partial(counter, things="records")
+            paths, model, order, method, settings, mapping, degree, refine, jobs, shown, dead
         )
         made.save(out)
     _print(found, made, out, as_json)

@@ -1,0 +1,108 @@
+r"""Dead time of Model 3: free, given, or none; which of them a record bears.
+
+Between reference and film force lie two poles of an actuator and the film. Model 3's one lag that stands for all of
+them takes their phase at the modes, and with it more of the gain there than they do, so that the fit raises the gain at
+rest. With a dead time on each axis next to it, a first-order Pade approximation, the phase costs no gain.
+
+.. math:: F_i(s) = \frac{p_i}{s + p_i}\; \frac{r_i - s}{r_i + s}, \qquad \tau_i = 2/r_i
+
+The approximation is off by less than 0.1 rad while omega tau < 1.1, beyond which `remark` warns.
+
+Cites: skogestad_2005.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.errors import UnfitError
+from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES, Structure
+
+FREE = "free"
+LONGEST = 5e-3
+"""Longest dead time [s] that can be given."""
+SHARE = 0.01
+"""Longest dead time as a share of the record."""
+SIGNIFICANT = 2.0
+"""Dead times count as found from so many standard deviations."""
+COARSE = 1.1
+"""Angle omega tau [rad] of the highest mode from which a first-order Pade approximation is coarse."""
+
+
+def kind_of(model: str, dead_time: float | str) -> str:
+    """Structure for `identify(model=, dead_time=)`.
+
+    Raises
+    ------
+    UnfitError
+        For a dead time that is negative, no number, too short or too long, or of another model than 3.
+    """
+    if dead_time == FREE:
+        return DELAYED if model == "3" else model
+    if isinstance(dead_time, (str, bool)) or not np.isfinite(dead_time) or dead_time < 0:
+        raise UnfitError(f"identify.dead_time: {dead_time!r}; give seconds, 0 for none, or '{FREE}' to find it")
+    if dead_time == 0:
+        return model
+    if model != "3":
+        raise UnfitError(f"identify.dead_time: {dead_time:g} s for model {model}; only model 3 has a dead time")
+    if not SHORTEST_DEAD < dead_time <= LONGEST:
+        raise UnfitError(
+            f"identify.dead_time: {dead_time:g} s; give {SHORTEST_DEAD:g} to {LONGEST:g} s, or shift the reference of "
+            "the record by whole samples"
+        )
+    return DELAYED
+
+
+def check_length(dead_time: float | str, lasting: float) -> None:
+    """Raise UnfitError for a given dead time that is more than a hundredth of the excited record [s]."""
+    if not isinstance(dead_time, str) and dead_time > SHARE * lasting:
+        raise UnfitError(
+            f"record: {lasting:.3g} s with excitation, a dead time of {dead_time:g} s needs {dead_time / SHARE:.3g} s "
+            "or more; record longer"
+        )
+
+
+def fixed(dead_time: float) -> Structure:
+    """Model 3 behind a given dead time [s] on both axes: the parameters of Model 3."""
+    full, known = STRUCTURES[DELAYED], np.full(2, 2 / dead_time)
+    return replace(
+        STRUCTURES["3"], name=full.name, matrices=lambda theta: full.matrices(np.concatenate([theta[:14], known]))
+    )
+
+
+def completed(theta: np.ndarray, covariance: np.ndarray, dead_time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (16,) and covariance (16, 16) of `fixed` as those of the structure with free dead times."""
+    whole = np.zeros((16, 16))
+    whole[:14, :14] = covariance
+    return np.concatenate([theta, np.full(2, 2 / dead_time)]), whole
+
+
+def found(theta: np.ndarray, covariance: np.ndarray) -> bool:
+    """Whether dead times of both axes differ from zero by more than their uncertainty."""
+    tau, sd = _times(theta, covariance)
+    return bool(np.all(tau > 1.1 * SHORTEST_DEAD) and np.all(tau > SIGNIFICANT * sd))
+
+
+def remark(theta: np.ndarray, wn: np.ndarray) -> tuple[str, ...]:
+    """A sentence about dead times that are long for the modes wn [rad/s]."""
+    tau = 2 / theta[14:16]
+    if wn.size == 0 or wn.max() * tau.max() < COARSE:
+        return ()
+    return (
+        f"dead time {1e3 * tau.max():.3g} ms: {np.degrees(wn.max() * tau.max()):.0f} deg at the highest mode, too much "
+        "for one Pade approximation; shift the reference of the record by whole samples",
+    )
+
+
+def none_found(theta: np.ndarray, covariance: np.ndarray) -> str:
+    """Note about a free dead time that the record does not show."""
+    tau, sd = 1e3 * np.array(_times(theta, covariance))
+    values = ", ".join(f"{t:.3f} +- {s:.3f}" for t, s in zip(tau, sd, strict=True))
+    return f"no dead time found on both axes ({values} ms): Model 3 without one"
+
+
+def _times(theta: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    r = theta[14:16]
+    return 2 / r, 2 * np.sqrt(np.maximum(np.diag(covariance)[14:16], 0)) / r**2
