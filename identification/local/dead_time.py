@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.errors import UnfitError
+from identification.local.confidence import Spread
 from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES, Structure
 
 FREE = "free"
@@ -72,11 +73,10 @@ def fixed(dead_time: float) -> Structure:
     )
 
 
-def completed(theta: np.ndarray, covariance: np.ndarray, dead_time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (16,) and covariance (16, 16) of `fixed` as those of the structure with free dead times."""
-    whole = np.zeros((16, 16))
-    whole[:14, :14] = covariance
-    return np.concatenate([theta, np.full(2, 2 / dead_time)]), whole
+def completed(theta: np.ndarray, found: Spread, dead_time: float) -> tuple[np.ndarray, Spread]:
+    """Parameters (16,) and their spread of `fixed` as those of the structure with free dead times."""
+    known = np.zeros((2, 2))
+    return np.concatenate([theta, np.full(2, 2 / dead_time)]), found.beside(Spread(known, known))
 
 
 def found(theta: np.ndarray, covariance: np.ndarray) -> bool:

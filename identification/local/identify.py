@@ -11,8 +11,9 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.feedback import check_loop
 from identification.local import dead_time as late
+from identification.local.bias import bias
 from identification.local.blackbox import FullStateSpace, balanced, subspace
-from identification.local.confidence import propagate, sandwich
+from identification.local.confidence import Spread, propagate, sandwich, spread
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, STRUCTURES, Structure, delays, modes, static_gain
@@ -137,9 +138,9 @@ def actuator_signals(signals: Signals) -> Signals:
 
 def _grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
     chosen = actuator_signals(signals) if kind == "actuator" else signals
-    fitted, covariance = _solved(kind, chosen, chosen.u, "zero", method, start)
+    fitted, found = _solved(kind, chosen, chosen.u, "zero", method, start)
     theta = fitted.theta[: len(STRUCTURES[kind].parameters)]
-    return _grey_result(kind, method, chosen, theta, covariance, fitted)
+    return _grey_result(kind, method, chosen, theta, found, fitted)
 
 
 def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
@@ -148,20 +149,20 @@ def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) 
     if isinstance(dead_time, str):
         plain = _grey_box("3", signals, method, begin)
         more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
-        fitted, covariance = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta, *more])
+        fitted, found = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta, *more])
         theta = fitted.theta[:16]
-        if not late.found(theta, covariance):
-            return noted(plain, late.none_found(theta, covariance))
+        if not late.found(theta, found.covariance):
+            return noted(plain, late.none_found(theta, found.covariance))
     else:
-        fitted, covariance = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
-        theta, covariance = late.completed(fitted.theta[:14], covariance, dead_time)
-    result = _grey_result(DELAYED, method, signals, theta, covariance, fitted)
+        fitted, found = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
+        theta, found = late.completed(fitted.theta[:14], found, dead_time)
+    result = _grey_result(DELAYED, method, signals, theta, found, fitted)
     return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
 
 
 def _solved(
     kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
-) -> tuple[Fit, np.ndarray]:
+) -> tuple[Fit, Spread]:
     """Fit and covariance of a grey-box structure, or of another with its parameters."""
     grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = Problem(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q)
@@ -178,7 +179,7 @@ def _solved(
         predictor = Predictor(grey, n, 2)
         ahead = replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
         problem, fitted = ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(2 * n)]))
-    return fitted, sandwich(*problem.residual(fitted.theta, fitted.x0), signals.Ts)[:q, :q]
+    return fitted, spread(*problem.residual(fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -212,19 +213,17 @@ def _two_steps(signals: Signals, method: str, start: Any) -> Identification:
     """Model 2: actuators from references to pins, then the rotor from pins to disc (thesis, figure 2.5)."""
     moved = actuator_signals(signals)
     begin = (None, None) if start is None else np.split(np.asarray(start, float), [14])
-    one, one_cov = _solved("rotor", signals, moved.y, "first", method, begin[0])
-    two, two_cov = _solved("actuator", moved, moved.u, "zero", method, begin[1])
+    one, first = _solved("rotor", signals, moved.y, "first", method, begin[0])
+    two, second = _solved("actuator", moved, moved.u, "zero", method, begin[1])
     theta = np.concatenate([one.theta[:14], two.theta[:6]])
-    covariance = np.zeros((20, 20))
-    covariance[:14, :14], covariance[14:, 14:] = one_cov, two_cov
-    result = _grey_result("2", method, signals, theta, covariance, one)
+    result = _grey_result("2", method, signals, theta, first.first(14).beside(second.first(6)), one)
     return replace(result, information=np.zeros((0, 0)))
 
 
 def _grey_result(
-    kind: str, method: str, signals: Signals, theta: np.ndarray, covariance: np.ndarray, fitted: Fit
+    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, fitted: Fit
 ) -> Identification:
-    structure = STRUCTURES[kind]
+    structure, covariance = STRUCTURES[kind], found.covariance
     A, B, C, D = structure.matrices(theta)
     outputs = ("pin_x", "pin_y") if kind == "actuator" else ("disc_x", "disc_y")
     model = LinearModel(A, B, C, D, 0.0, outputs=outputs, speed=signals.speed, pressure=signals.pressure)
@@ -234,15 +233,19 @@ def _grey_result(
     moving = kind != "actuator"
     wn, zeta = modes(theta) if moving else (np.empty(0), np.empty(0))
     check_modes(wn, signals.Ts)
-    spread = propagate(lambda t: np.concatenate(modes(t)), theta, covariance) if moving else np.empty(0)
-    return _result(
+    sds = propagate(lambda t: np.concatenate(modes(t)), theta, covariance) if moving else np.empty(0)
+    result = _result(
         kind, method, model, parameters, theta, covariance, signals, fitted,
-        modes_found=(wn, zeta, spread[: len(wn)], spread[len(wn) :]),
+        modes_found=(wn, zeta, sds[: len(wn)], sds[len(wn) :]),
         gains=(gain, propagate(lambda t: static_gain(kind, t), theta, covariance).reshape(2, 2)),
         lags=(delays(kind, theta), propagate(lambda t: delays(kind, t), theta, covariance)),
         information=schur(fitted.N, len(theta)) if len(fitted.theta) == len(theta) else np.zeros((0, 0)),
         warnings=suspicious_gains(gain) if moving else (),
     )  # fmt: skip
+    if not moving:
+        return result
+    left = project(signals.y, signals.Q) - project(simulated(model, signals), signals.Q)
+    return replace(result, bias=bias(kind, theta, found, model, signals, left, result.residuals.independent))
 
 
 def schur(N: np.ndarray, keep: int) -> np.ndarray:
@@ -272,12 +275,12 @@ def _black_box(signals: Signals, order: int, method: str) -> Identification:
         same = len(other.wn) == len(wn)
         return np.concatenate([other.wn if same else wn, other.zeta if same else zeta, other.static_gain.ravel()])
 
-    spread = propagate(properties, theta, covariance)
+    sds = propagate(properties, theta, covariance)
     n = len(wn)
     return _result(
         "blackbox", method, model, {}, theta, covariance, signals, fitted,
-        modes_found=(wn, zeta, spread[:n], spread[n : 2 * n]),
-        gains=(model.static_gain, spread[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
+        modes_found=(wn, zeta, sds[:n], sds[n : 2 * n]),
+        gains=(model.static_gain, sds[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
         information=np.zeros((0, 0)), warnings=suspicious_gains(model.static_gain),
     )  # fmt: skip
 

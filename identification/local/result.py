@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identification.local.bias import Bias, Interval
 from identification.local.greybox import DELAYED, dead_times
 from identification.local.models import LinearModel
 from identification.local.residuals import ResidualTests
@@ -51,11 +52,32 @@ class Identification:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     information: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    bias: Bias | None = None
 
     @property
     def insignificant(self) -> tuple[str, ...]:
         """Parameters within two standard deviations of zero."""
         return tuple(name for name, (value, sd) in self.parameters.items() if abs(value) < SIGNIFICANT * sd)
+
+    @property
+    def intervals(self) -> tuple[Interval, ...]:
+        """Frequencies [Hz], damping ratios and static gains [um/V] with standard deviation, bias and 90 % interval.
+
+        The bias is that which the record shows (see `identification.local.bias`); zero for black-box models and
+        actuators, for which none is stated.
+        """
+        none = Bias(np.zeros(len(self.wn)), np.zeros(len(self.wn)), np.zeros((2, 2)))
+        known, hertz, micro = self.bias or none, 1 / (2 * np.pi), 1e6
+        rows = []
+        for k in range(len(self.wn)):
+            values = (self.wn[k], self.wn_sd[k], known.wn[k])
+            rows.append(Interval(f"f_{k + 1}", *(float(v) * hertz for v in values), "Hz"))
+            values = (self.zeta[k], self.zeta_sd[k], known.zeta[k])
+            rows.append(Interval(f"zeta_{k + 1}", *(float(v) for v in values), ""))
+        for i, j in np.ndindex(2, 2):
+            values = (self.static_gain[i, j], self.static_gain_sd[i, j], known.static_gain[i, j])
+            rows.append(Interval(f"gain_{'xy'[i]}{'xy'[j]}", *(float(v) * micro for v in values), "um/V"))
+        return tuple(rows)
 
     def report(self) -> str:
         """The findings as a text that a person can read."""
@@ -63,9 +85,11 @@ class Identification:
         lines.append(f"fit      {_percent(self.fit)}   noise ceiling {_percent(self.ceiling)}")
         if self.noise_free_fit is not None:
             lines.append(f"noise-free fit {_percent(self.noise_free_fit)}")
-        for k, (w, z) in enumerate(zip(self.wn, self.zeta, strict=True)):
-            lines.append(f"mode {k + 1}   {w / 2 / np.pi:.3f} +- {self.wn_sd[k] / 2 / np.pi:.3f} Hz, "
-                         f"zeta {z:.5f} +- {self.zeta_sd[k]:.5f}")  # fmt: skip
+        lines += [
+            f"{one.name:8s} {one.value: #.5g} +- {one.sd:.2g}, bias {one.bias:.2g} {one.unit}".rstrip()
+            + f"; 90 %: {one.low:#.5g} to {one.high:#.5g}"
+            for one in self.intervals
+        ]
         lines += [f"{name:8s} {value: .6g} +- {sd:.2g}" for name, (value, sd) in self.parameters.items()]
         white = "white" if self.residuals.white else f"not white ({_percent(self.residuals.outside)} outside the band)"
         free = "independent of" if self.residuals.independent else "correlated with"

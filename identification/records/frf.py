@@ -9,7 +9,7 @@ Cites: bendat_2010.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.signal import ShortTimeFFT
@@ -22,13 +22,14 @@ RESOLUTION = 1.5
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
     """omega (f,) [rad/s], G (f, p, m) [m/V], coherence (f, p) of each output with all inputs, power (f, p) [m^2]
-    that the inputs explain, up to a factor, and the segments averaged."""
+    that the inputs explain, up to a factor, the segments averaged, and the variance (f, p, m) of G."""
 
     omega: np.ndarray
     G: np.ndarray
     coherence: np.ndarray
     power: np.ndarray
     segments: int
+    variance: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
 
 def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: float = RESOLUTION) -> FrequencyResponse:
@@ -49,7 +50,11 @@ def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: floa
     ridge = 1e-9 * np.trace(Suu, axis1=1, axis2=2).real[:, None, None] * np.eye(Suu.shape[1]) + 1e-300 * np.eye(
         Suu.shape[1]
     )
-    G = Syu @ np.linalg.inv(Suu + ridge)
+    inverse = np.linalg.inv(Suu + ridge)
+    G = Syu @ inverse
     explained = np.einsum("fpm,fpm->fp", Syu, G.conj()).real
     coherence = np.clip(explained / np.maximum(Syy, 1e-300), 0, 1)
-    return FrequencyResponse(2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], high - low)
+    left = np.maximum(Syy - explained, 0) / max(high - low - u.shape[1], 1)
+    variance = left[:, :, None] * np.diagonal(inverse, axis1=1, axis2=2).real[:, None, :]
+    omega = 2 * np.pi * window.f
+    return FrequencyResponse(omega[1:], G[1:], coherence[1:], explained[1:], high - low, variance[1:])
