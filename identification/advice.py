@@ -108,7 +108,7 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     excited = slice(min(signals.rest, len(signals.u) // 2), None)
     response = frequency_response(signals.u[excited], signals.y[excited], signals.Ts)
     peak = peak_frequency(response)
-    dead_time, lag = _delay(response, peak)
+    dead_time, lag = _delay(response, peak, signals.Ts)
     model = "2" if signals.pins is not None else "1" if peak * (dead_time + lag) < EARLY else "3"
     sentences = _sentences(ORDERS[best], fits[best], peak, dead_time + lag, model)
     remarks = check_loop(chosen_output(ds, settings), "oe", refuse=False)
@@ -129,13 +129,13 @@ def _orders(signals: Signals) -> tuple[np.ndarray, np.ndarray]:
     return values[: max(ORDERS)] / values[0], np.array(fits)
 
 
-def _delay(response: FrequencyResponse, peak: float) -> tuple[float, float]:
-    """Dead time and lag [s] of the lags tried that leave the least of the response around its peak."""
+def _delay(response: FrequencyResponse, peak: float, Ts: float) -> tuple[float, float]:
+    """Dead time and lag [s] of those tried, behind the hold, that leave the least of the response around its peak."""
     s = 1j * response.omega
     band = (response.omega > 0.1 * peak) & (response.omega < 1.8 * peak)
 
     def left(choice: tuple[float, float]) -> float:
-        h = np.exp(-s * choice[0]) / (1 + s / choice[1])
+        h = np.exp(-s * (choice[0] + 0.5 * Ts)) / (1 + s / choice[1])
         K, D, B = levy(response, peak, h).reshape(3, 2, 2)
         at = s[band, None, None]
         made = np.linalg.solve(at**2 * np.eye(2) - at * D - K, B * h[band, None, None])

@@ -26,8 +26,8 @@ LONGEST = 5e-3
 """Longest dead time [s] that can be given."""
 SHARE = 0.01
 """Longest dead time as a share of the record."""
-SIGNIFICANT = 2.0
-"""Dead times count as found from so many standard deviations."""
+SIGNIFICANT, LEAST = 3.0, 0.25
+"""Dead times count as found from so many standard deviations, and so much of a sample, on both axes."""
 COARSE = 1.1
 """Angle omega tau [rad] of the highest mode from which a first-order Pade approximation is coarse."""
 
@@ -79,10 +79,10 @@ def completed(theta: np.ndarray, found: Spread, dead_time: float) -> tuple[np.nd
     return np.concatenate([theta, np.full(2, 2 / dead_time)]), found.beside(Spread(known, known))
 
 
-def found(theta: np.ndarray, covariance: np.ndarray) -> bool:
+def found(theta: np.ndarray, covariance: np.ndarray, Ts: float) -> bool:
     """Whether dead times of both axes differ from zero by more than their uncertainty."""
     tau, sd = _times(theta, covariance)
-    return bool(np.all(tau > 1.1 * SHORTEST_DEAD) and np.all(tau > SIGNIFICANT * sd))
+    return bool(np.all(tau > max(1.1 * SHORTEST_DEAD, LEAST * Ts)) and np.all(tau > SIGNIFICANT * sd))
 
 
 def remark(theta: np.ndarray, wn: np.ndarray) -> tuple[str, ...]:

@@ -151,7 +151,7 @@ def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) 
         more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
         fitted, found = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta, *more])
         theta = fitted.theta[:16]
-        if not late.found(theta, found.covariance):
+        if not late.found(theta, found.covariance, signals.Ts):
             return noted(plain, late.none_found(theta, found.covariance))
     else:
         fitted, found = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))

@@ -1,12 +1,12 @@
 r"""Linear model error: what the inputs still explain of the residual, as changes of modes and static gain.
 
 The H1 estimate E from inputs to residual is the response that the model lacks (Ljung 1999, section 16.6: model error
-model). Around the modes, one least-squares step lets poles, residues and a remainder of first order in s move:
+model). Around the modes, least squares lets poles, residues and a remainder of first order in s move:
 
-.. math:: E(j\omega) \approx \sum_k \Big( \frac{\delta R_k}{s - \lambda_k}
-          + \frac{R_k\,\delta\lambda_k}{(s - \lambda_k)^2} \Big) + \overline{(\cdot)} + P_0 + P_1 s
+.. math:: E(j\omega) \approx \sum_k \Big( \frac{R_k + \delta R_k}{s - \lambda_k - \delta\lambda_k}
+          - \frac{R_k}{s - \lambda_k} \Big) + \overline{(\cdot)} + P_0 + P_1 s
 
-as in modal analysis. What the estimate's own scatter makes of such a step is taken off
+as in modal analysis. What the estimate's own scatter makes of the change is taken off
 its square. The gain at rest changes by the mean of E well below the modes.
 
 Cites: ljung_1999.
@@ -27,6 +27,8 @@ BELOW = 0.25
 """Lines for the gain at rest, as a share of the first natural frequency."""
 OSCILLATING = 0.7
 """Largest damping ratio of a mode that a response shows."""
+STEPS = 4
+"""Steps by Gauss and Newton."""
 FEWEST = 20
 """Least number of lines around the modes."""
 LEAKAGE = 1.5
@@ -72,20 +74,35 @@ def _modes_moved(
 ) -> np.ndarray:
     """Squares (2, 2) of the changes of wn and of zeta, less the variance of the step."""
     poles, residues = _rotor_modes(model, wn, zeta)
-    s = 1j * found.omega[at]
-    columns = _columns(s, poles, residues)
-    M = columns.reshape(len(columns), -1).T
-    M = np.vstack([M.real, M.imag])
-    scale = np.linalg.norm(M, axis=0)
-    solution = np.linalg.pinv(M / scale, rcond=1e-8)[:4] / scale[:4, None]
-    E, variance = found.G[at].ravel(), found.variance[at].ravel()
-    step = solution @ np.concatenate([E.real, E.imag])
-    spread = (solution**2) @ np.concatenate([variance, variance]) / 2 * LEAKAGE
-    sigma, omega = poles.real, poles.imag
-    size = np.abs(poles)
+    s, rest = 1j * found.omega[at], np.zeros((2, *residues[0].shape))
+    wanted = found.G[at] + _response(s, poles, residues, rest)
+    for _ in range(STEPS):
+        columns = _columns(s, poles, residues).reshape(-1, wanted.size).T
+        scale = np.linalg.norm(columns, axis=0)
+        inverse = np.linalg.pinv(np.vstack([columns.real, columns.imag]) / scale, rcond=1e-8) / scale[:, None]
+        left = (wanted - _response(s, poles, residues, rest)).ravel()
+        step = inverse @ np.concatenate([left.real, left.imag])
+        half = poles.size * residues[0].size * 2
+        change = step[4 : 4 + half].reshape(2, 2, *residues[0].shape)
+        poles = poles + step[:4:2] + 1j * step[1:4:2]
+        residues = residues + change[:, 0] + 1j * change[:, 1]
+        rest = rest + step[4 + half :].reshape(rest.shape)
+    most = np.array([wn, zeta])
+    moved = np.array([np.abs(poles) - wn, -poles.real / np.abs(poles) - zeta])
+    moved = np.clip(np.where(np.isfinite(moved), moved, most), -most, most)
+    variance = found.variance[at].ravel()
+    spread = (inverse[:4] ** 2 @ np.concatenate([variance, variance]) / 2 * LEAKAGE).reshape(2, 2)
+    sigma, omega, size = poles.real, poles.imag, np.abs(poles)
     toward = np.array([[sigma / size, omega / size], [-(omega**2) / size**3, sigma * omega / size**3]])
-    moved = np.einsum("qpk,kp->qk", toward, step.reshape(2, 2))
-    return np.asarray(moved**2 - np.einsum("qpk,kp->qk", toward**2, spread.reshape(2, 2)))
+    return np.asarray(moved**2 - np.einsum("qpk,kp->qk", toward**2, spread))
+
+
+def _response(s: np.ndarray, poles: np.ndarray, residues: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Response (f, p, m) of modes and of the remainder P_0 + P_1 s."""
+    found = rest[0] + rest[1] * s[:, None, None]
+    for pole, residue in zip(poles, residues, strict=True):
+        found = found + residue / (s - pole)[:, None, None] + residue.conj() / (s - pole.conj())[:, None, None]
+    return np.asarray(found)
 
 
 def _rotor_modes(model: LinearModel, wn: np.ndarray, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
