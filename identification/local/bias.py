@@ -18,8 +18,8 @@ Two things bias a fitted model that the variance of its parameters does not hold
    with Sigma_d the part of the sandwich covariance that is not sensor noise (`confidence.spread`), and s the share of
    the residual that 1. explains. Distortion that does not rise out of the noise counts as none.
 
-Limits: nothing that leaves no trace in the record is seen, e.g. a wrong scale of a sensor. Where all nonlinearity is one
-cubic spring the whole bias is in one stiffness, and frequencies are off by up to four of the stated uncertainties.
+Limits: nothing that leaves no trace in the record is seen, e.g. a wrong scale of a sensor. Where all nonlinearity is
+one cubic spring the whole bias is in one stiffness, and frequencies are off by four or five stated uncertainties.
 
 .. math:: \text{interval} = \text{value} \pm 1.645 \sqrt{sd^2 + b_1^2 + b_2^2}
 

@@ -58,7 +58,8 @@ def model_error(
     gain = np.zeros((2, 2))
     if low.any():
         gain = found.G[low].real.mean(axis=0) ** 2 - found.variance[low].mean(axis=0) / (2 * np.count_nonzero(low))
-    return ModelError(*np.maximum(modes, 0), np.maximum(gain, 0), _share(found, around, u.shape[1]))
+    modes, gain = np.maximum(modes, 0), np.maximum(gain, 0)
+    return ModelError(modes[0], modes[1], gain, _share(found, around, u.shape[1]))
 
 
 def _share(found: FrequencyResponse, around: np.ndarray, inputs: int) -> float:

@@ -67,16 +67,13 @@ class Identification:
         actuators, for which none is stated.
         """
         none = Bias(np.zeros(len(self.wn)), np.zeros(len(self.wn)), np.zeros((2, 2)))
-        known, hertz, micro = self.bias or none, 1 / (2 * np.pi), 1e6
-        rows = []
+        known, rows = self.bias or none, []
         for k in range(len(self.wn)):
-            values = (self.wn[k], self.wn_sd[k], known.wn[k])
-            rows.append(Interval(f"f_{k + 1}", *(float(v) * hertz for v in values), "Hz"))
-            values = (self.zeta[k], self.zeta_sd[k], known.zeta[k])
-            rows.append(Interval(f"zeta_{k + 1}", *(float(v) for v in values), ""))
-        for i, j in np.ndindex(2, 2):
-            values = (self.static_gain[i, j], self.static_gain_sd[i, j], known.static_gain[i, j])
-            rows.append(Interval(f"gain_{'xy'[i]}{'xy'[j]}", *(float(v) * micro for v in values), "um/V"))
+            rows.append(_interval(f"f_{k + 1}", self.wn[k], self.wn_sd[k], known.wn[k], 0.5 / np.pi, "Hz"))
+            rows.append(_interval(f"zeta_{k + 1}", self.zeta[k], self.zeta_sd[k], known.zeta[k], 1.0, ""))
+        for at in np.ndindex(2, 2):
+            values = self.static_gain[at], self.static_gain_sd[at], known.static_gain[at]
+            rows.append(_interval(f"gain_{'xy'[at[0]]}{'xy'[at[1]]}", *values, 1e6, "um/V"))
         return tuple(rows)
 
     def report(self) -> str:
@@ -107,6 +104,10 @@ class Identification:
     def dead_time(self) -> np.ndarray:
         """Dead time (2,) [s] of each axis of Model 3, part of `delay`; zero without."""
         return dead_times(self.kind, self.theta)
+
+
+def _interval(name: str, value: float, sd: float, bias: float, scale: float, unit: str) -> Interval:
+    return Interval(name, float(value) * scale, float(sd) * scale, float(bias) * scale, unit)
 
 
 def noted(found: Identification, text: str) -> Identification:

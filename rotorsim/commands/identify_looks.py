@@ -54,4 +54,4 @@ def _plain(value: Any) -> dict[str, Any]:
     """Fields of a dataclass, of those in it too, for JSON."""
     content = {field.name: getattr(value, field.name) for field in fields(value)}
     rows = content.get("rows")
-    return plain(content | ({} if rows is None else {"rows": [_plain(row) for row in rows]}))  # type: ignore[no-any-return]
+    return plain(content | ({} if rows is None else {"rows": [_plain(row) for row in rows]}))
