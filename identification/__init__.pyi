@@ -6,7 +6,7 @@ from .errors import (
     SchemaError as SchemaError,
     UnfitError as UnfitError,
 )
-from .local.bias import Bias as Bias, Interval as Interval
+from .local.bias import Interval as Interval
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel

@@ -50,6 +50,13 @@ class Advice:
 
     orders tried, singular_values of the first directions over their largest, fits (k, 2) by order of the second part
     of the record; order; peak [rad/s]; dead_time, lag [s] and their sum delay [s]; model '1', '2' or '3'; sentences.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.identification.advise(record)
+    >>> 0.0 <= found.delay < 5e-3
+    True
     """
 
     orders: tuple[int, ...]

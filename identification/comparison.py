@@ -28,7 +28,14 @@ SHOWN = 2
 @dataclass(frozen=True, eq=False)
 class Compared:
     """One model on the record: number of states, fit and noise_free_fit (2,) as shares of one, wn [rad/s] and zeta of
-    its oscillating modes, static gain (2, 2) [m/V]; `remark` where the model is of another operating point."""
+    its oscillating modes, static gain (2, 2) [m/V]; `remark` where the model is of another operating point.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.compare_models({"lpv": lpv}, record).rows[0].fit.shape
+    (2,)
+    """
 
     name: str
     order: int
@@ -42,7 +49,14 @@ class Compared:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Models on one record, best mean fit first, and the highest fit (2,) that its noise allows."""
+    """Models on one record, best mean fit first, and the highest fit (2,) that its noise allows.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> print(rs.identification.compare_models({"lpv": lpv}, record).report().split()[0])
+    model
+    """
 
     rows: tuple[Compared, ...]
     ceiling: np.ndarray

@@ -19,6 +19,7 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local.confidence import Spread
+from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES, Structure
 
 FREE = "free"
@@ -28,6 +29,8 @@ SHARE = 0.01
 """Longest dead time as a share of the record."""
 SIGNIFICANT, LEAST = 3.0, 0.25
 """Dead times count as found from so many standard deviations, and so much of a sample, on both axes."""
+NONE = "no dead time found on both axes: Model 3 without one"
+"""Note about a free dead time that the record does not show."""
 COARSE = 1.1
 """Angle omega tau [rad] of the highest mode from which a first-order Pade approximation is coarse."""
 
@@ -79,6 +82,17 @@ def completed(theta: np.ndarray, found: Spread, dead_time: float) -> tuple[np.nd
     return np.concatenate([theta, np.full(2, 2 / dead_time)]), found.beside(Spread(known, known))
 
 
+def promising(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> bool:
+    """Whether from a fit of Model 3 without dead time, at theta and x0, a step by Gauss and Newton lengthens one of
+    LEAST samples on both axes; a look before the whole fit."""
+    ahead = replace(problem, model=GreyBox(STRUCTURES[DELAYED], Ts))
+    begin = np.concatenate([theta[:14], np.full(2, 2 / (LEAST * Ts))])
+    N, g, _ = ahead.normal_equations(begin, np.concatenate([x0, np.zeros(2)]))
+    scale = np.sqrt(np.maximum(np.diag(N), 1e-300))
+    step = np.linalg.lstsq(N / np.outer(scale, scale), g / scale, rcond=1e-12)[0]
+    return bool(np.all(step[14:16] < 0))  # of the rates 2 / dead time
+
+
 def found(theta: np.ndarray, covariance: np.ndarray, Ts: float) -> bool:
     """Whether dead times of both axes differ from zero by more than their uncertainty."""
     tau, sd = _times(theta, covariance)
@@ -94,13 +108,6 @@ def remark(theta: np.ndarray, wn: np.ndarray) -> tuple[str, ...]:
         f"dead time {1e3 * tau.max():.3g} ms: {np.degrees(wn.max() * tau.max()):.0f} deg at the highest mode, too much "
         "for one Pade approximation; shift the reference of the record by whole samples",
     )
-
-
-def none_found(theta: np.ndarray, covariance: np.ndarray) -> str:
-    """Note about a free dead time that the record does not show."""
-    tau, sd = 1e3 * np.array(_times(theta, covariance))
-    values = ", ".join(f"{t:.3f} +- {s:.3f}" for t, s in zip(tau, sd, strict=True))
-    return f"no dead time found on both axes ({values} ms): Model 3 without one"
 
 
 def _times(theta: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

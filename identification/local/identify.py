@@ -11,6 +11,7 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.feedback import check_loop
 from identification.local import dead_time as late
+from identification.local.amplitude import AtRest, at_rest, nothing
 from identification.local.bias import bias
 from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.confidence import Spread, propagate, sandwich, spread
@@ -138,32 +139,45 @@ def actuator_signals(signals: Signals) -> Signals:
 
 def _grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
     chosen = actuator_signals(signals) if kind == "actuator" else signals
-    fitted, found = _solved(kind, chosen, chosen.u, "zero", method, start)
+    fitted, found, calm = _solved(kind, chosen, chosen.u, "zero", method, start)
     theta = fitted.theta[: len(STRUCTURES[kind].parameters)]
-    return _grey_result(kind, method, chosen, theta, found, fitted)
+    return _grey_result(kind, method, chosen, theta, found, calm, fitted)
 
 
 def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
     """Model 3 with dead times that are found or given; without where they are to be found and the record has none."""
     begin = None if start is None else list(start)[:14]
     if isinstance(dead_time, str):
-        plain = _grey_box("3", signals, method, begin)
+        problem, plain = _fitted("3", signals, signals.u, "zero", method, begin)
         more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
-        fitted, found = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta, *more])
-        theta = fitted.theta[:16]
-        if not late.found(theta, found.covariance, signals.Ts):
-            return noted(plain, late.none_found(theta, found.covariance))
+        shown = method == "pem" or late.promising(problem, plain.theta, plain.x0, signals.Ts)
+        if shown:
+            fitted, found, calm = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta[:14], *more])
+            theta = fitted.theta[:16]
+            shown = late.found(theta, found.covariance, signals.Ts)
+        if not shown:
+            judged = _judged("3", method, signals, problem, plain)
+            return noted(_grey_result("3", method, signals, plain.theta[:14], *judged, plain), late.NONE)
     else:
-        fitted, found = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
+        fitted, found, calm = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
         theta, found = late.completed(fitted.theta[:14], found, dead_time)
-    result = _grey_result(DELAYED, method, signals, theta, found, fitted)
+        calm = calm.beside(2)
+    result = _grey_result(DELAYED, method, signals, theta, found, calm, fitted)
     return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
 
 
 def _solved(
     kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
-) -> tuple[Fit, Spread]:
-    """Fit and covariance of a grey-box structure, or of another with its parameters."""
+) -> tuple[Fit, Spread, AtRest]:
+    """Fit, covariance and change at rest of a grey-box structure, or of another with its parameters."""
+    problem, fitted = _fitted(kind, signals, w, hold, method, start, structure)
+    return fitted, *_judged(kind, method, signals, problem, fitted)
+
+
+def _fitted(
+    kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
+) -> tuple[Problem, Fit]:
+    """Fit of a structure, and the problem that it solves."""
     grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = Problem(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q)
     if start is None:
@@ -173,13 +187,22 @@ def _solved(
         if not problem.usable(first):
             raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
         first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
-    fitted, q = solve(problem, first), len(first)
+    fitted = solve(problem, first)
     if method == "pem":
         n = problem.states(first)
         predictor = Predictor(grey, n, 2)
         ahead = replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
         problem, fitted = ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(2 * n)]))
-    return fitted, spread(*problem.residual(fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
+    return problem, fitted
+
+
+def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: Fit) -> tuple[Spread, AtRest]:
+    """Covariance of the structure's parameters, and their change at rest by an output-error fit of what moves."""
+    q = len(STRUCTURES[kind].parameters) if method == "pem" else len(fitted.theta)
+    found = spread(*problem.residual(fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
+    if method == "pem" or kind == "actuator":
+        return found, nothing(q)
+    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts)
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -213,15 +236,15 @@ def _two_steps(signals: Signals, method: str, start: Any) -> Identification:
     """Model 2: actuators from references to pins, then the rotor from pins to disc (thesis, figure 2.5)."""
     moved = actuator_signals(signals)
     begin = (None, None) if start is None else np.split(np.asarray(start, float), [14])
-    one, first = _solved("rotor", signals, moved.y, "first", method, begin[0])
-    two, second = _solved("actuator", moved, moved.u, "zero", method, begin[1])
+    one, first, calm = _solved("rotor", signals, moved.y, "first", method, begin[0])
+    two, second, _ = _solved("actuator", moved, moved.u, "zero", method, begin[1])
     theta = np.concatenate([one.theta[:14], two.theta[:6]])
-    result = _grey_result("2", method, signals, theta, first.first(14).beside(second.first(6)), one)
+    result = _grey_result("2", method, signals, theta, first.beside(second), calm.beside(6), one)
     return replace(result, information=np.zeros((0, 0)))
 
 
 def _grey_result(
-    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, fitted: Fit
+    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, calm: AtRest, fitted: Fit
 ) -> Identification:
     structure, covariance = STRUCTURES[kind], found.covariance
     A, B, C, D = structure.matrices(theta)
@@ -245,7 +268,7 @@ def _grey_result(
     if not moving:
         return result
     left = project(signals.y, signals.Q) - project(simulated(model, signals), signals.Q)
-    return replace(result, bias=bias(kind, theta, found, model, signals, left, result.residuals.independent))
+    return replace(result, bias=bias(kind, theta, found, calm, model, signals, left, result.residuals.independent))
 
 
 def schur(N: np.ndarray, keep: int) -> np.ndarray:

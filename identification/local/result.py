@@ -71,9 +71,9 @@ class Identification:
         for k in range(len(self.wn)):
             rows.append(_interval(f"f_{k + 1}", self.wn[k], self.wn_sd[k], known.wn[k], 0.5 / np.pi, "Hz"))
             rows.append(_interval(f"zeta_{k + 1}", self.zeta[k], self.zeta_sd[k], known.zeta[k], 1.0, ""))
-        for at in np.ndindex(2, 2):
-            values = self.static_gain[at], self.static_gain_sd[at], known.static_gain[at]
-            rows.append(_interval(f"gain_{'xy'[at[0]]}{'xy'[at[1]]}", *values, 1e6, "um/V"))
+        for i, j in np.ndindex(2, 2):
+            value, sd, bias = (float(M[i, j]) for M in (self.static_gain, self.static_gain_sd, known.static_gain))
+            rows.append(_interval(f"gain_{'xy'[i]}{'xy'[j]}", value, sd, bias, 1e6, "um/V"))
         return tuple(rows)
 
     def report(self) -> str:
