@@ -7,9 +7,10 @@ m_k of the simulated orbit's amplitude over its mean, parameters theta + beta m_
 
 to beta, as describing functions of odd nonlinearities do: a spring K (1 + h x^2) is one of stiffness K (1 + 3/4 h a^2)
 at amplitude a. Least squares of the residual on the sensitivities to theta, and to beta of K and D, gives the change of
-theta on the way to rest. It counts where beta differs from zero by a chi-squared test.
+theta on the way to rest. It counts where beta differs from zero by Hotelling's test, with as many degrees of freedom as
+the covariance has independent stretches: 3/2 of the record over the window of its correlations (Priestley 1981, 6.2).
 
-Cites: gelb_1968.
+Cites: gelb_1968, priestley_1981.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import f
 
-from identification.local.confidence import sandwich
+from identification.local.confidence import WINDOW, sandwich
 from identification.local.fit import Problem
 from identification.local.simulation import respond
 
@@ -63,9 +64,16 @@ def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> A
     covariance = sandwich(left, columns / scale, Ts)
     beta, q = slice(-MOVING, None), len(theta)
     size = float(step[beta] @ np.linalg.pinv(covariance[beta, beta], hermitian=True) @ step[beta])
-    if not size > chi2.ppf(CERTAIN, MOVING):
+    if not size > _limit(len(residual) * Ts):
         return nothing(q)
     return AtRest((step / scale)[:q], (covariance / np.outer(scale, scale))[:q, :q])
+
+
+def _limit(lasting: float) -> float:
+    """What the squared size of beta exceeds by chance in 1 % of records of so many seconds."""
+    free = 1.5 * lasting / WINDOW
+    rest = free - MOVING + 1
+    return float(MOVING * free / rest * f.ppf(CERTAIN, MOVING, rest)) if rest > 1 else np.inf
 
 
 def _modulated(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> np.ndarray:

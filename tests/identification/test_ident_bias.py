@@ -5,9 +5,11 @@ import pytest
 from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
+from identification.local.amplitude import _modulated
 from identification.local.confidence import Spread, sandwich, spread
 from identification.local.discretise import zero_order_hold
-from identification.local.greybox import modes
+from identification.local.fit import GreyBox, Problem
+from identification.local.greybox import STRUCTURES, modes
 from identification.local.model_error import model_error
 
 pytestmark = pytest.mark.numerical
@@ -40,11 +42,12 @@ def cubic_record(hardening, seed=0, seconds=4.0):
 
 
 def test_inside_the_class_there_is_no_bias_and_nine_of_ten_intervals_hold_the_truth():
-    inside = []
+    inside, biased = [], 0
     for seed in range(20):
         found = idn.identify(record(seed, seconds=2.0), dead_time=0)
-        assert max(one.bias for one in found.intervals) == 0
+        biased += max(one.bias for one in found.intervals) > 0
         inside.append(held(found, truth()))
+    assert biased <= 1
     assert 0.8 <= np.mean(inside) <= 0.97
 
 
@@ -58,14 +61,45 @@ def test_the_bias_of_a_missing_dead_time_shows_and_its_intervals_hold_the_gain()
         assert one.bias > 5 * one.sd
 
 
-def test_distortion_widens_the_intervals_and_a_pure_hardening_spring_moves_a_frequency_by_up_to_five_of_its_bias():
-    """All of its bias is in one parameter, the stiffness: the limit of what the size of the distortion can state."""
-    soft, hard = (idn.identify(cubic_record(h), dead_time=0) for h in (0.0, 0.02))
-    assert max(one.bias for one in soft.intervals) == 0
-    assert min(one.bias / one.sd for one in hard.intervals) > 3
-    off = np.array([(one.value - value) / one.bias for one, value in zip(hard.intervals, truth(), strict=True)])
-    assert np.abs(off).max() < 5
-    assert np.median(np.abs(off)) < 2
+@pytest.mark.parametrize("hardening", [0.02, 0.005, -0.01])
+def test_the_linearisation_of_a_hardening_or_softening_spring_lies_in_the_intervals(hardening):
+    """Far outside of the scatter, even where the distortion does not rise out of the noise (0.005)."""
+    found = idn.identify(cubic_record(hardening), dead_time=0)
+    off = np.array([abs(one.value - value) / one.sd for one, value in zip(found.intervals, truth(), strict=True)])
+    assert min(off[0], off[2]) > 10
+    assert held(found, truth())[[0, 2]].all()
+    assert held(found, truth()).sum() >= 6
+
+
+def test_without_a_cubic_part_the_same_record_has_no_bias():
+    assert max(one.bias for one in idn.identify(cubic_record(0.0), dead_time=0).intervals) == 0
+
+
+@pytest.mark.parametrize("kind", ["1", "3", "3-delay"])
+def test_the_change_with_the_amplitude_is_that_of_the_simulation_whose_stiffness_follows_it(kind):
+    """Sensitivities against the difference of simulations with F + step * square of the amplitude * dF."""
+    theta = {"1": TRUTH[:12], "3": TRUTH, "3-delay": DELAYED}[kind]
+    u = prbs(np.random.default_rng(3), 400, rest=10)
+    y = model(theta, kind).simulate(u, TS)
+    problem = Problem(GreyBox(STRUCTURES[kind], TS), u, y, np.zeros((400, 1)))
+    x0 = np.zeros(problem.states(theta))
+    found = _modulated(problem, theta, x0)
+    F, G, H, _ = problem.model.sampled(theta)
+    slopes, n = problem.model.derivatives(theta)[0], len(F)
+    states = np.zeros((401, n))
+    for k in range(400):
+        states[k + 1] = F @ states[k] + G @ u[k]
+    x, v = states[:400, :2], states[:400, 2:4]
+    square = np.sum(x**2 + (v * np.linalg.norm(x) / np.linalg.norm(v)) ** 2, axis=1)
+    square /= square.mean()
+    for i in (0, 5):
+        step, moved, outputs = 1e-4 * abs(theta[i]), np.zeros(n), np.empty((400, 2))
+        for k in range(400):
+            outputs[k] = H @ moved
+            slope = step * square[k] * slopes[:, :, i]
+            moved = (F + slope[:, :n]) @ moved + (G + slope[:, n:]) @ u[k]
+        wanted = (outputs - y) / step
+        np.testing.assert_allclose(found[..., i], wanted, atol=2e-3 * np.abs(wanted).max())
 
 
 def test_intervals_state_their_parts():
