@@ -24,7 +24,7 @@ PRINTED = {
     "campaign": (6,),
     "campbell": (2647, 2647),
     "compare_runups": (25, 489, 2702, 10, 195, 2702),
-    "dead_time": (3, 91.4, 90.8, 7, 8, 3, 87.7, 84.1, 8, 8, 2, 91.4, 90.9, 7, 8),
+    "dead_time": (3, 91.4, 90.8, 8, 8, 3, 87.7, 84.1, 7, 8, 2, 91.4, 90.9, 8, 8),
     "decide": ("decided: one explanation has 95 %", "coupling.force_2x"),
     "diagnose": ("verdict: named", "shaft_bow"),
     "diagnose_runup": ("verdict: partial", "runout.amplitude_1x", 5.43e-6, 2.8e-7, 0.535),
