@@ -157,7 +157,7 @@ def _sentences(order: int, fit: np.ndarray, peak: float, delay: float, model: st
     turn = peak * delay
     reasons = {
         "1": "model 1: references act at once",
-        "2": "model 2: pins are measured, so actuators and film are told apart",
+        "2": "model 2: pins are measured, which distinguishes actuators and film",
         "3": "model 3 with a free dead time: references act later and no pins are measured",
     }
     found = [

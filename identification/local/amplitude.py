@@ -39,7 +39,7 @@ class AtRest(NamedTuple):
         """Of the first parameters alone."""
         return AtRest(self.change[:count], self.covariance[:count, :count])
 
-    def beside(self, count: int) -> AtRest:
+    def joined(self, count: int) -> AtRest:
         """With so many more parameters that do not change."""
         q = len(self.change)
         covariance = np.zeros((q + count, q + count))

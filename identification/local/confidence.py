@@ -34,7 +34,7 @@ class Spread(NamedTuple):
         """Of the first parameters alone."""
         return Spread(*(M[:count, :count] for M in self))
 
-    def beside(self, other: Spread) -> Spread:
+    def joined(self, other: Spread) -> Spread:
         """Of two independent sets of parameters."""
         return Spread(*(block_diag(*pair) for pair in zip(self, other, strict=True)))
 

@@ -79,7 +79,7 @@ def fixed(dead_time: float) -> Structure:
 def completed(theta: np.ndarray, found: Spread, dead_time: float) -> tuple[np.ndarray, Spread]:
     """Parameters (16,) and their spread of `fixed` as those of the structure with free dead times."""
     known = np.zeros((2, 2))
-    return np.concatenate([theta, np.full(2, 2 / dead_time)]), found.beside(Spread(known, known))
+    return np.concatenate([theta, np.full(2, 2 / dead_time)]), found.joined(Spread(known, known))
 
 
 def promising(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> bool:

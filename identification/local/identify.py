@@ -161,7 +161,7 @@ def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) 
     else:
         fitted, found, calm = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
         theta, found = late.completed(fitted.theta[:14], found, dead_time)
-        calm = calm.beside(2)
+        calm = calm.joined(2)
     result = _grey_result(DELAYED, method, signals, theta, found, calm, fitted)
     return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
 
@@ -239,7 +239,7 @@ def _two_steps(signals: Signals, method: str, start: Any) -> Identification:
     one, first, calm = _solved("rotor", signals, moved.y, "first", method, begin[0])
     two, second, _ = _solved("actuator", moved, moved.u, "zero", method, begin[1])
     theta = np.concatenate([one.theta[:14], two.theta[:6]])
-    result = _grey_result("2", method, signals, theta, first.beside(second), calm.beside(6), one)
+    result = _grey_result("2", method, signals, theta, first.joined(second), calm.joined(6), one)
     return replace(result, information=np.zeros((0, 0)))
 
 

@@ -121,7 +121,7 @@ def test_the_spread_of_white_noise_is_noise_alone():
     np.testing.assert_array_equal(known.covariance, sandwich(e, J, 1e-3))
     np.testing.assert_allclose(unknown.distortion, unknown.covariance, rtol=1e-9, atol=1e-12)
     assert np.trace(known.distortion) < 0.3 * np.trace(known.covariance)
-    both = Spread(np.eye(2), np.eye(2)).beside(Spread(np.ones((1, 1)), np.zeros((1, 1))))
+    both = Spread(np.eye(2), np.eye(2)).joined(Spread(np.ones((1, 1)), np.zeros((1, 1))))
     assert both.covariance.shape == (3, 3)
     assert both.first(2).distortion.tolist() == np.eye(2).tolist()
 
