@@ -1,9 +1,12 @@
+from .advice import Advice as Advice, advise as advise
+from .comparison import Compared as Compared, Comparison as Comparison, compare_models as compare_models
 from .errors import (
     ModelError as ModelError,
     ReadError as ReadError,
     SchemaError as SchemaError,
     UnfitError as UnfitError,
 )
+from .local.bias import Interval as Interval
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import SchemaError, UnfitError
+from identification.local.dead_time import FREE
 from identification.local.identify import identify
 from identification.local.models import LinearModel
 from identification.local.prepare import fit_signals
-from identification.local.result import Identification
+from identification.local.result import Identification, noted
 from identification.lpv.fit import fit_lpv
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
@@ -36,12 +37,12 @@ class Local:
 
 def identify_source(
     source: Source, model: int | str = 3, order: int = 6, method: str = "auto", settings: Prefilter | None = None,
-    mapping: Any = None,
+    mapping: Any = None, dead_time: float | str = FREE,
 ) -> Local:  # fmt: skip
     """Local model of one file, or the sentence why there is none."""
     try:
         record, steady = open_pair(source, mapping)
-        return Local(source, identify(record, model, order, method, steady, settings))
+        return Local(source, identify(record, model, order, method, steady, settings, dead_time=dead_time))
     except SchemaError as error:
         return Local(source, None, f"{source.path}: {error}")
 
@@ -56,11 +57,12 @@ def identify_all(
     mapping: Any = None,
     workers: int = 2,
     progress: Callable[[Local], None] | None = None,
+    dead_time: float | str = FREE,
 ) -> list[Local]:
     """Local models of files, in their order; `progress` is called as each is finished."""
 
     def one(source: Source) -> Local:
-        found = identify_source(source, model, order, method, settings, mapping)
+        found = identify_source(source, model, order, method, settings, mapping, dead_time)
         if progress is not None:
             progress(found)
         return found
@@ -93,6 +95,7 @@ def identify_sources(
     held: Sequence[str] = (),
     workers: int = 2,
     progress: Callable[[Local], None] | None = None,
+    dead_time: float | str = FREE,
 ) -> tuple[LinearModel | LpvModel, list[Local]]:
     """One model of many records: linear for one operating point, parameter-varying for several.
 
@@ -110,6 +113,8 @@ def identify_sources(
         Records identified at a time.
     progress : callable, optional
         Called with each `Local`.
+    dead_time : float or "free"
+        Of model 3, as for `identify`; where a free one shows in some records only, all are identified without.
 
     Returns
     -------
@@ -122,7 +127,11 @@ def identify_sources(
     UnfitError
         If no record gives a model, or there is none.
     """
-    found = identify_all(sources, model, order, method, settings, mapping, workers, progress)
+    found = identify_all(sources, model, order, method, settings, mapping, workers, progress, dead_time)
+    if dead_time == FREE and len({one.result.kind for one in found if one.result is not None}) > 1:
+        found = identify_all(sources, model, order, method, settings, mapping, workers, None, 0.0)
+        text = "other records show no dead time: identified without"
+        found = [one if one.result is None else replace(one, result=noted(one.result, text)) for one in found]
     good = [one for one in found if one.result is not None]
     if not good:
         raise UnfitError(found[0].error if found else NO_EXCITATION)

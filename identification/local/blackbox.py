@@ -81,9 +81,21 @@ def subspace(u: np.ndarray, y: np.ndarray, order: int, rows: int = ROWS) -> tupl
     UnfitError
         If the order is not possible or the record too short for it.
     """
-    m, p = u.shape[1], y.shape[1]
+    p = y.shape[1]
     if not ORDERS[0] <= order <= min(ORDERS[1], p * (rows - 1)):
         raise UnfitError(f"blackbox: order {order}; choose one between {ORDERS[0]} and {ORDERS[1]}")
+    return realised(*observable(u, y, rows), order, u, y)
+
+
+def observable(u: np.ndarray, y: np.ndarray, rows: int = ROWS) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (rows p, rows p) of the observability matrix and their singular values, descending.
+
+    Raises
+    ------
+    UnfitError
+        If the record is too short.
+    """
+    m, p = u.shape[1], y.shape[1]
     k = len(u) - 2 * rows + 1
     if k < 4 * rows * (m + p):
         raise UnfitError(
@@ -95,6 +107,14 @@ def subspace(u: np.ndarray, y: np.ndarray, order: int, rows: int = ROWS) -> tupl
     R = np.asarray(np.linalg.qr(Z.T, mode="r")).T
     first, second = rows * m, rows * (2 * m + p)
     left, values, _ = np.linalg.svd(R[second:, first:second], full_matrices=False)
+    return left, values
+
+
+def realised(
+    left: np.ndarray, values: np.ndarray, order: int, u: np.ndarray, y: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A, B, C of the first directions of `observable`; A and C by their shift, B by simulation."""
+    p = y.shape[1]
     seen = left[:, :order] * np.sqrt(values[:order])
     A = stable(np.linalg.lstsq(seen[:-p], seen[p:], rcond=None)[0])
     C = seen[:p] * np.std(y)

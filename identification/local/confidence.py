@@ -3,6 +3,9 @@ r"""Parameter covariance under coloured residuals: the sandwich estimator (White
 .. math:: \mathrm{cov} = N^{-1} \Big( \sum_{|l| < L} (1 - |l|/L) \sum_k g_k g_{k+l}^T \Big) N^{-1}, \quad
           g_k = J_k^T e_k,\; N = \sum_k J_k^T J_k
 
+Of this `spread` separates what white sensor noise of known size makes, by the same formula without correlations; the
+rest comes from what is neither noise nor model (distortion).
+
 The classical covariance sigma^2 N^{-1} is too small where residuals keep their sign for long, as they do after an
 output-error fit of a lightly damped rotor.
 
@@ -12,11 +15,41 @@ Cites: newey_1987, white_1980.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 WINDOW = 0.1
 """Correlations of residuals are counted up to this lag [s]."""
+
+
+class Spread(NamedTuple):
+    """Covariance (q, q) of the parameters and the part of it that is not sensor noise."""
+
+    covariance: np.ndarray
+    distortion: np.ndarray
+
+    def first(self, count: int) -> Spread:
+        """Of the first parameters alone."""
+        return Spread(*(M[:count, :count] for M in self))
+
+    def joined(self, other: Spread) -> Spread:
+        """Of two independent sets of parameters."""
+        return Spread(*(block_diag(*pair) for pair in zip(self, other, strict=True)))
+
+
+def spread(residual: np.ndarray, J: np.ndarray, Ts: float, noise: np.ndarray) -> Spread:
+    """Covariance by `sandwich` and what noise (p,) of known standard deviation leaves unexplained of it."""
+    whole = sandwich(residual, J, Ts)
+    scale = np.sqrt(np.maximum(np.sum(J**2, axis=(0, 1)), 1e-300))
+    unit = J / scale
+    inverse = np.linalg.pinv(np.einsum("kpq,kpr->qr", unit, unit), rcond=1e-12, hermitian=True)
+    meat = np.einsum("p,kpq,kpr->qr", noise**2, unit, unit)
+    rest = whole * np.outer(scale, scale) - inverse @ meat @ inverse
+    values, vectors = np.linalg.eigh((rest + rest.T) / 2)
+    kept = (vectors * np.maximum(values, 0)) @ vectors.T
+    return Spread(whole, kept / np.outer(scale, scale))
 
 
 def sandwich(residual: np.ndarray, J: np.ndarray, Ts: float, window: float = WINDOW) -> np.ndarray:

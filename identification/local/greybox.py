@@ -5,6 +5,10 @@ Model 3, a rotor on stiffness K, damping D and input gain B behind first-order l
 .. math:: A = \begin{bmatrix} 0 & I & 0\\ K & D & B\\ 0 & 0 & -P \end{bmatrix},\;
           B_u = \begin{bmatrix} 0\\ 0\\ P \end{bmatrix},\; C = [I\; 0\; 0]
 
+Its references may act later by a dead time 2/r on each axis, (r - s)/(r + s) in front of the lag (first-order Pade
+approximation). The lag then stands for the slowest of what lies between reference and force, the dead time for what
+is left.
+
 K, D, B are divided by the mass; K and D are negative definite, as in the thesis. In every structure A and B_u are
 affine in each parameter alone, hence the difference of two values is the exact derivative.
 
@@ -71,6 +75,15 @@ def model_3(theta: np.ndarray) -> Matrices:
     return A, B, C, D
 
 
+def model_3_delayed(theta: np.ndarray) -> Matrices:
+    """Model 3 behind dead times 2/r_x, 2/r_y as first-order Pade approximations: 8 states."""
+    A, B, C, D = _rotor(theta, 8)
+    P, R = np.diag(theta[12:14]), np.diag(theta[14:16])
+    A[2:4, 4:6], A[4:6, 4:6], A[4:6, 6:8], A[6:8, 6:8] = split(theta)[2], -P, 2 * P @ R, -R
+    B[4:6], B[6:8] = -P, np.eye(2)
+    return A, B, C, D
+
+
 def actuator(theta: np.ndarray) -> Matrices:
     """One second-order lag b / (s^2 + a1 s + a0) for each axis, a0 = p1 p2, a1 = p1 + p2, b = gain a0 (eq. 2.16)."""
     A, B, C = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
@@ -94,10 +107,22 @@ ACTUATOR = tuple(f"{letter}_{axis}" for axis in "xy" for letter in ("a0", "a1", 
 ROTOR_2 = (*KDB, "r_x", "r_y")
 
 
-def _built_in(name: str, parameters: tuple[str, ...], matrices: Callable[[np.ndarray], Matrices]) -> Structure:
+LATE_3 = (*KDB, "p_x", "p_y", "r_x", "r_y")
+DELAYED = "3-delay"
+"""Model 3 with dead times, among STRUCTURES."""
+SHORTEST_DEAD = 1e-5
+"""Dead times [s] below this are none."""
+
+
+def _built_in(
+    name: str, parameters: tuple[str, ...], matrices: Callable[[np.ndarray], Matrices], highest: float = np.inf
+) -> Structure:
+    """A model of the thesis; the last two parameters stay below `highest`."""
+    none = (-np.inf, np.inf)
+    bounds = () if highest == np.inf else (none,) * (len(parameters) - 2) + ((-np.inf, highest),) * 2
     units = tuple(UNITS[one[:2] if one[:2] in UNITS else one[0]] for one in parameters)
     positive = tuple(one for one in parameters if one[0] in "pra")
-    return Structure(name, parameters, matrices, units=units, positive=positive, affine=True)
+    return Structure(name, parameters, matrices, bounds=bounds, units=units, positive=positive, affine=True)
 
 
 STRUCTURES = {
@@ -105,6 +130,7 @@ STRUCTURES = {
     "rotor": _built_in("Model 2 behind its actuators", ROTOR_2, model_2),
     "2": _built_in("Model 2", (*ROTOR_2, *ACTUATOR), cascade),
     "3": _built_in("Model 3", (*KDB, "p_x", "p_y"), model_3),
+    DELAYED: _built_in("Model 3 with dead times", LATE_3, model_3_delayed, 2 / SHORTEST_DEAD),
     "actuator": _built_in("actuator", ACTUATOR, actuator),
 }
 """Every structure by what `identify(model=)` calls it."""
@@ -132,14 +158,20 @@ def static_gain(kind: str, theta: np.ndarray) -> np.ndarray:
 
 
 def delays(kind: str, theta: np.ndarray) -> np.ndarray:
-    """Delay (2,) [s] of each axis: 1/p of Model 3, 2/r of Model 2, a1/a0 of actuators, none in Model 1."""
-    if kind == "3":
-        return np.asarray(1 / theta[12:14])
+    """Delay (2,) [s] of each axis: 1/p of Model 3 and its dead time, 2/r of Model 2, a1/a0 of actuators, none in
+    Model 1."""
+    if kind in ("3", DELAYED):
+        return np.asarray(1 / theta[12:14] + dead_times(kind, theta))
     if kind in ("2", "rotor"):
         return np.asarray(2 / theta[12:14])
     if kind == "actuator":
         return np.asarray(theta[1::3] / theta[0::3])
     return np.zeros(2)
+
+
+def dead_times(kind: str, theta: np.ndarray) -> np.ndarray:
+    """Dead time (2,) [s] of each axis of Model 3, 2/r; zero in other structures."""
+    return np.asarray(2 / theta[14:16]) if kind == DELAYED else np.zeros(2)
 
 
 def actuator_poles(theta: np.ndarray) -> np.ndarray:

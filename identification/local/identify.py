@@ -10,20 +10,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import UnfitError
+from identification.local import dead_time as late
+from identification.local.amplitude import AtRest, at_rest, nothing
+from identification.local.bias import bias
 from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.closed_loop import judged
-from identification.local.confidence import propagate
+from identification.local.confidence import Spread, propagate, spread
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
-from identification.local.greybox import STRUCTURES, delays, modes, static_gain
-from identification.local.joint import ahead_of, covariance_of, problem_of
+from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, static_gain
+from identification.local.joint import Joint, ahead_of, covariance_of, problem_of, scores_of
 from identification.local.models import LinearModel
 from identification.local.own import bound_remarks, box, covariance_of as own_covariance, prepared, properties, valued
 from identification.local.prepare import ready
 from identification.local.residuals import residual_tests
-from identification.local.result import Identification
-from identification.local.start import broadened, start_values
-from identification.local.stretches import longest_part, offsets
+from identification.local.result import Identification, noted
+from identification.local.start import DEAD_TIME, broadened, start_values
+from identification.local.stretches import longest_part, longest_stretch, offsets
 from identification.local.structure import Structure
 from identification.machine_name import machine_of
 from identification.records.checks import check_modes, suspicious_gains
@@ -56,6 +59,7 @@ def identify(
     settings: Prefilter | None = None,
     start: Any = None,
     check: bool = True,
+    dead_time: float | str = late.FREE,
 ) -> Identification:
     """Identify one record at a constant operating point, or several at the same point in one fit.
 
@@ -83,6 +87,9 @@ def identify(
         Refuse records with saturation, drop-outs, mistaken units or drift, and for output error those that name the
         controller they were made with; length and excitation are always checked. A record whose reference follows past
         displacements gives a warning.
+    dead_time : float or 'free'
+        Of Model 3, by which its references act later: found for each axis, with none where the record shows none; or
+        given [s]; 0 for the Model 3 of the thesis, which has none.
 
     Returns
     -------
@@ -109,18 +116,22 @@ def identify(
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
+    kind = kind if own else late.kind_of(kind, dead_time)
     records = list(ds) if isinstance(ds, Sequence) else [ds]
     count = len(own.parameters) if own else count_of(kind, order)
     made = ready(records, method, steady, settings, check, count)
     signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
     if kind in ("2", "actuator") and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
+    late.check_length(dead_time, (len(signals.u) - signals.rest) * signals.Ts)
     if own:
         found = _own(own, signals, method, start)
     elif kind == "2":
         found = _two_steps(signals, method, start)
     elif kind == "blackbox":
         found = _black_box(signals, order, method)
+    elif kind == DELAYED:
+        found = _delayed(signals, method, start, dead_time)
     else:
         found = _grey_box(kind, signals, method, start)
     if made.external is not None:
@@ -145,14 +156,46 @@ def actuator_signals(signals: Signals) -> Signals:
 
 def _grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
     chosen = actuator_signals(signals) if kind == "actuator" else signals
-    fitted, covariance = _solved(kind, chosen, chosen.u, "zero", method, start)
+    fitted, found, calm = _solved(kind, chosen, chosen.u, "zero", method, start)
     theta = fitted.theta[: len(STRUCTURES[kind].parameters)]
-    return _grey_result(kind, method, chosen, theta, covariance, fitted)
+    return _grey_result(kind, method, chosen, theta, found, calm, fitted)
 
 
-def _solved(kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any) -> tuple[Fit, np.ndarray]:
-    """Fit and covariance of a grey-box structure."""
-    grey = GreyBox(STRUCTURES[kind], signals.Ts, hold)
+def _delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
+    """Model 3 with dead times that are found or given; without where they are to be found and the record has none."""
+    begin = None if start is None else list(start)[:14]
+    if isinstance(dead_time, str):
+        problem, plain = _fitted("3", signals, signals.u, "zero", method, begin)
+        more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
+        shown = method == "pem" or late.promising(problem, plain.theta, plain.x0, signals.Ts)
+        if shown:
+            fitted, found, calm = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta[:14], *more])
+            theta = fitted.theta[:16]
+            shown = late.found(theta, found.covariance, signals.Ts)
+        if not shown:
+            judged = _judged("3", method, signals, problem, plain)
+            return noted(_grey_result("3", method, signals, plain.theta[:14], *judged, plain), late.NONE)
+    else:
+        fitted, found, calm = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
+        theta, found = late.completed(fitted.theta[:14], found, dead_time)
+        calm = calm.joined(2)
+    result = _grey_result(DELAYED, method, signals, theta, found, calm, fitted)
+    return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
+
+
+def _solved(
+    kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
+) -> tuple[Fit, Spread, AtRest]:
+    """Fit, covariance and change at rest of a grey-box structure, or of another with its parameters."""
+    problem, fitted = _fitted(kind, signals, w, hold, method, start, structure)
+    return fitted, *_judged(kind, method, signals, problem, fitted)
+
+
+def _fitted(
+    kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
+) -> tuple[Problem, Fit]:
+    """Fit of a structure, and the problem that it solves."""
+    grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
     if start is None:
         first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
@@ -161,12 +204,24 @@ def _solved(kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, 
         if not problem.usable(first):
             raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
         first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
-    fitted, q = solve(problem, first), len(first)
+    fitted = solve(problem, first)
     if method == "pem":
         n = len(grey.sampled(first)[0])
         problem = ahead_of(problem, Predictor(grey, n, 2))
         fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
-    return fitted, covariance_of(problem, fitted, q, signals.Ts)
+    return problem, fitted
+
+
+def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: Fit) -> tuple[Spread, AtRest]:
+    """Covariance of the structure's parameters, and their change at rest by an output-error fit of what moves.
+
+    The change is not sought in records of several stretches.
+    """
+    q = len(STRUCTURES[kind].parameters) if method == "pem" else len(fitted.theta)
+    found = spread(*scores_of(problem, fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
+    if method == "pem" or kind == "actuator" or isinstance(problem, Joint):
+        return found, nothing(q)
+    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts)
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -201,19 +256,17 @@ def _two_steps(signals: Signals, method: str, start: Any) -> Identification:
     """Model 2: actuators from references to pins, then the rotor from pins to disc (thesis, figure 2.5)."""
     moved = actuator_signals(signals)
     begin = (None, None) if start is None else np.split(np.asarray(start, float), [14])
-    one, one_cov = _solved("rotor", signals, moved.y, "first", method, begin[0])
-    two, two_cov = _solved("actuator", moved, moved.u, "zero", method, begin[1])
+    one, first, calm = _solved("rotor", signals, moved.y, "first", method, begin[0])
+    two, second, _ = _solved("actuator", moved, moved.u, "zero", method, begin[1])
     theta = np.concatenate([one.theta[:14], two.theta[:6]])
-    covariance = np.zeros((20, 20))
-    covariance[:14, :14], covariance[14:, 14:] = one_cov, two_cov
-    result = _grey_result("2", method, signals, theta, covariance, one)
+    result = _grey_result("2", method, signals, theta, first.joined(second), calm.joined(6), one)
     return replace(result, information=np.zeros((0, 0)))
 
 
 def _grey_result(
-    kind: str, method: str, signals: Signals, theta: np.ndarray, covariance: np.ndarray, fitted: Fit
+    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, calm: AtRest, fitted: Fit
 ) -> Identification:
-    structure = STRUCTURES[kind]
+    structure, covariance = STRUCTURES[kind], found.covariance
     A, B, C, D = structure.matrices(theta)
     outputs = ("pin_x", "pin_y") if kind == "actuator" else ("disc_x", "disc_y")
     model = LinearModel(A, B, C, D, 0.0, outputs=outputs, speed=signals.speed, pressure=signals.pressure)
@@ -223,15 +276,20 @@ def _grey_result(
     moving = kind != "actuator"
     wn, zeta = modes(theta) if moving else (np.empty(0), np.empty(0))
     check_modes(wn, signals.Ts)
-    spread = propagate(lambda t: np.concatenate(modes(t)), theta, covariance) if moving else np.empty(0)
-    return _result(
+    sds = propagate(lambda t: np.concatenate(modes(t)), theta, covariance) if moving else np.empty(0)
+    result = _result(
         kind, method, model, parameters, theta, covariance, signals, fitted,
-        modes_found=(wn, zeta, spread[: len(wn)], spread[len(wn) :]),
+        modes_found=(wn, zeta, sds[: len(wn)], sds[len(wn) :]),
         gains=(gain, propagate(lambda t: static_gain(kind, t), theta, covariance).reshape(2, 2)),
         lags=(delays(kind, theta), propagate(lambda t: delays(kind, t), theta, covariance)),
         information=schur(fitted.N, len(theta)) if len(fitted.theta) == len(theta) else np.zeros((0, 0)),
         warnings=suspicious_gains(gain) if moving else (),
     )  # fmt: skip
+    if not moving:
+        return result
+    left = project(signals.y, signals.Q) - project(simulated(model, signals), signals.Q)
+    part, left = longest_stretch(signals, left)
+    return replace(result, bias=bias(kind, theta, found, calm, model, part, left, result.residuals.independent))
 
 
 def _own(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:
@@ -286,12 +344,12 @@ def _black_box(signals: Signals, order: int, method: str) -> Identification:
         same = len(other.wn) == len(wn)
         return np.concatenate([other.wn if same else wn, other.zeta if same else zeta, other.static_gain.ravel()])
 
-    spread = propagate(properties, theta, covariance)
+    sds = propagate(properties, theta, covariance)
     n = len(wn)
     return _result(
         "blackbox", method, model, {}, theta, covariance, signals, fitted,
-        modes_found=(wn, zeta, spread[:n], spread[n : 2 * n]),
-        gains=(model.static_gain, spread[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
+        modes_found=(wn, zeta, sds[:n], sds[n : 2 * n]),
+        gains=(model.static_gain, sds[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
         information=np.zeros((0, 0)), warnings=suspicious_gains(model.static_gain),
     )  # fmt: skip
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identification.local.bias import Bias, Interval
+from identification.local.greybox import DELAYED, dead_times
 from identification.local.models import LinearModel
 from identification.local.residuals import ResidualTests
 
@@ -17,10 +19,11 @@ SIGNIFICANT = 2.0
 class Identification:
     """Result of `identify`.
 
-    kind '1', '2', '3', 'actuator', 'blackbox' or the name of your own structure; parameters by name as (value, sd) in
-    SI, sd NaN at a bound; covariance (q, q) of `theta`; fit, ceiling and noise_free_fit (2,) as shares of one; wn
-    [rad/s], zeta (2,), of your own structure (k,), and their standard deviations; gain (2, 2) [m/V]; delay (2,) [s];
-    speed [rad/s], pressure [Pa]; seconds it took; units of the parameters of your own structure.
+    kind '1', '2', '3', '3-delay' (Model 3 with dead times), 'actuator', 'blackbox' or the name of your own structure;
+    parameters by name as (value, sd) in SI, sd NaN at a bound; covariance (q, q) of `theta`; fit, ceiling and
+    noise_free_fit (2,) as shares of one; wn [rad/s], zeta (2,), of your own structure (k,), and their standard
+    deviations; gain (2, 2) [m/V]; delay (2,) [s]; speed [rad/s], pressure [Pa]; seconds it took; units of the
+    parameters of your own structure; bias of modes and gains where one is stated.
     """
 
     kind: str
@@ -51,11 +54,29 @@ class Identification:
     warnings: tuple[str, ...] = ()
     information: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     units: tuple[str, ...] = ()
+    bias: Bias | None = None
 
     @property
     def insignificant(self) -> tuple[str, ...]:
         """Parameters within two standard deviations of zero."""
         return insignificant(self.parameters)
+
+    @property
+    def intervals(self) -> tuple[Interval, ...]:
+        """Frequencies [Hz], damping ratios and static gains [um/V] with standard deviation, bias and 90 % interval.
+
+        The bias is that which the record shows (see `identification.local.bias`); zero for black-box models and
+        actuators, for which none is stated.
+        """
+        none = Bias(np.zeros(len(self.wn)), np.zeros(len(self.wn)), np.zeros((2, 2)))
+        known, rows = self.bias or none, []
+        for k in range(len(self.wn)):
+            rows.append(_interval(f"f_{k + 1}", self.wn[k], self.wn_sd[k], known.wn[k], 0.5 / np.pi, "Hz"))
+            rows.append(_interval(f"zeta_{k + 1}", self.zeta[k], self.zeta_sd[k], known.zeta[k], 1.0, ""))
+        for i, j in np.ndindex(2, 2):
+            value, sd, bias = (float(M[i, j]) for M in (self.static_gain, self.static_gain_sd, known.static_gain))
+            rows.append(_interval(f"gain_{'xy'[i]}{'xy'[j]}", value, sd, bias, 1e6, "um/V"))
+        return tuple(rows)
 
     def report(self) -> str:
         """The findings as a text that a person can read."""
@@ -63,12 +84,24 @@ class Identification:
         lines.append(f"fit      {_percent(self.fit)}   noise ceiling {_percent(self.ceiling)}")
         if self.noise_free_fit is not None:
             lines.append(f"noise-free fit {_percent(self.noise_free_fit)}")
-        lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
+        if self.bias is None:
+            lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
+        else:
+            lines += [
+                f"{one.name:8s} {one.value: #.5g} +- {one.sd:.2g}, bias {one.bias:.2g} {one.unit}".rstrip()
+                + f"; 90 %: {one.low:#.5g} to {one.high:#.5g}"
+                for one in self.intervals
+            ]
         lines += parameter_lines(self.parameters, self.units)
         white = "white" if self.residuals.white else f"not white ({_percent(self.residuals.outside)} outside the band)"
         free = "independent of" if self.residuals.independent else "correlated with"
         lines.append(f"residuals {white}, {free} the inputs")
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes), *(f"warning: {t}" for t in self.warnings)])
+
+    @property
+    def dead_time(self) -> np.ndarray:
+        """Dead time (2,) [s] of each axis of Model 3, part of `delay`; zero without."""
+        return dead_times(self.kind, self.theta)
 
     @property
     def model_name(self) -> str:
@@ -78,6 +111,8 @@ class Identification:
 
 def model_name(kind: str, model: LinearModel) -> str:
     """Displayed name of a model of a kind."""
+    if kind == DELAYED:
+        return "Model 3 with dead times"
     return f"Model {kind}" if kind.isdigit() else f"{kind}, order {model.order}"
 
 
@@ -101,6 +136,15 @@ def parameter_lines(parameters: dict[str, tuple[float, float]], units: tuple[str
         f"{name:8s} {value: .6g} {'at its bound' if np.isnan(sd) else f'+- {sd:.2g}'} {unit}".rstrip()
         for (name, (value, sd)), unit in named
     ]
+
+
+def _interval(name: str, value: float, sd: float, bias: float, scale: float, unit: str) -> Interval:
+    return Interval(name, float(value) * scale, float(sd) * scale, float(bias) * scale, unit)
+
+
+def noted(found: Identification, text: str) -> Identification:
+    """The same result with one more note."""
+    return replace(found, notes=(*found.notes, text))
 
 
 def _percent(values: np.ndarray) -> str:

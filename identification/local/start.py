@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.local.greybox import split
+from identification.local.greybox import DELAYED, split
 from identification.records.frf import FrequencyResponse, frequency_response
 
 COHERENT = 0.3
@@ -21,6 +21,8 @@ BROAD = 0.3
 """Damping ratio of a start whose resonance is so wide that it covers the data's."""
 CORNERS = (600.0, 2500.0)
 """Guesses of the lag's corner [rad/s]."""
+DEAD_TIME = 4e-4
+"""Guess of a dead time [s]."""
 
 
 def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.ndarray]:
@@ -35,7 +37,8 @@ def response_starts(kind: str, response: FrequencyResponse) -> list[np.ndarray]:
     response = filled(response)
     peak = peak_frequency(response)
     held = np.exp(-0.5j * response.omega * response.Ts)
-    candidates = []
+    candidates: list[np.ndarray] = []
+    late = [2 / DEAD_TIME] * 2 if kind == DELAYED else []
     for corner in CORNERS:
         if kind == "2":
             lag = (
@@ -47,7 +50,7 @@ def response_starts(kind: str, response: FrequencyResponse) -> list[np.ndarray]:
             more = [corner] * 2
         KDB = levy(response, peak, held if kind == "1" else lag)
         for values in (KDB, crude(response, peak)):
-            candidates.append(np.concatenate([values, [] if kind == "1" else more]))
+            candidates.append(np.concatenate([values, [] if kind == "1" else more, late]))
     return candidates
 
 

@@ -107,8 +107,10 @@ class Structure:
         return np.array([self.parameters.index(name) for name in self.positive], int)
 
     def admissible(self, theta: np.ndarray) -> bool:
-        """Whether the parameters that must be positive are."""
-        return bool(np.all(theta[self.positive_places] > 0))
+        """Whether the parameters that must be positive are, and all are within their bounds."""
+        own = theta[: len(self.parameters)]
+        within = not self.bounds or bool(np.all((own >= self.low) & (own <= self.high)))
+        return within and bool(np.all(theta[self.positive_places] > 0))
 
     def at_bounds(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which parameters (q,) lie at their lower, and which at their upper bound."""

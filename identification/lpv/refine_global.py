@@ -18,7 +18,7 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.local.fit import GreyBox
 from identification.local.goodness import project
-from identification.local.greybox import STRUCTURES
+from identification.local.greybox import DELAYED, STRUCTURES
 from identification.local.joint import problem_of
 from identification.lpv.model import LpvModel
 from identification.lpv.refine_frequency import minimise
@@ -29,7 +29,7 @@ ITERATIONS = 6
 
 def refine_global(model: LpvModel, signals: Sequence[Callable[[], Signals]]) -> LpvModel:
     """Refined surfaces of Model 1 or 3; `signals` are functions that return prefiltered records."""
-    if model.kind not in ("1", "3"):
+    if model.kind not in ("1", "3", DELAYED):
         raise UnfitError(f"fit_lpv.refine: 'global' does not do model {model.kind}; take model 1 or 3, or 'frequency'")
     structure, states = STRUCTURES[model.kind], [np.zeros(0) for _ in signals]
 

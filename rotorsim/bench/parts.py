@@ -57,6 +57,7 @@ PARTS: dict[str, Part] = {
             "identification.truth",
             "identification.many_records",
             "identification.public",
+            "intervals.intervals",
         ),
     ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),

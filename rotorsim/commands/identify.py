@@ -6,6 +6,7 @@ Records at one operating point give a linear model, records at several a paramet
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +18,7 @@ from rich.table import Table
 
 from identification import Prefilter
 from identification.campaign import Local
+from identification.local.dead_time import FREE
 from identification.local.models import plain
 from identification.lpv.fit import REFINEMENTS
 from identification.lpv.surfaces import ORDERS
@@ -40,6 +42,7 @@ def identify(
     method: Annotated[str, typer.Option("--method", help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
     surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
     refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
+    dead_time: Annotated[str, typer.Option("--dead-time", help="Of model 3: free, 0, or e.g. '0.8 ms'.")] = "free",
     runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
     median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
     lowpass: Annotated[str, typer.Option("--lowpass", help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
@@ -48,6 +51,10 @@ def identify(
     out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
     force: Annotated[bool, typer.Option("--force", help="Replace the model file if it is there.")] = False,
     jobs: Annotated[int, typer.Option("--jobs", help="Records identified at a time.")] = 2,
+    advice: Annotated[bool, typer.Option("--advice", help="Propose order, delay and model, and fit nothing.")] = False,
+    compare: Annotated[
+        list[Path] | None, typer.Option("--compare", help="Model file to hold against the records; fits nothing.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Identify a grey-box, black-box or LPV model from records.
@@ -58,10 +65,22 @@ def identify(
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
     outputs = tuple(name.strip() for name in probes.split(",")) if probes else ()
     settings = Prefilter(runout=runout, median=median, lowpass=corner, probes=outputs)
+    if advice or compare:
+        if advice and compare:
+            raise DataError("--advice and --compare: one at a time")
+        from rotorsim.commands.identify_looks import print_advice, print_comparison
+
+        if advice:
+            print_advice(paths, settings, mapping, as_json)
+        else:
+            print_comparison(paths, compare or [], settings, mapping, as_json)
+        return
+    dead = dead_time if dead_time == FREE else 0.0 if dead_time == "0" else quantity("dead-time", dead_time, "s")
     degree = int(surfaces) if surfaces.isdecimal() else surfaces
+    shown = partial(counter, things="records")
     with files(out, force=force):
         made, found = identify_records(
-            paths, model, order, method, settings, mapping, degree, refine, jobs, partial(counter, things="records")
+            paths, model, order, method, settings, mapping, degree, refine, jobs, shown, dead
         )
         made.save(out)
     _print(found, made, out, as_json)
@@ -108,7 +127,8 @@ def _row(one: Local) -> dict[str, Any]:
     r = one.result
     numbers = {"speed": r.speed, "pressure": r.pressure, "fit": r.fit, "ceiling": r.ceiling, "wn": r.wn,
                "zeta": r.zeta, "delay": r.delay, "static_gain": r.static_gain, "parameters": r.parameters,
-               "noise_free_fit": r.noise_free_fit, "seconds": r.seconds}  # fmt: skip
+               "noise_free_fit": r.noise_free_fit, "seconds": r.seconds, "dead_time": r.dead_time,
+               "intervals": [asdict(one) | {"low": one.low, "high": one.high} for one in r.intervals]}  # fmt: skip
     return {"record": one.source.path.name, "warnings": list(r.warnings), "notes": list(r.notes)} | {
         key: plain(value) for key, value in numbers.items()
     }

@@ -23,6 +23,7 @@ def identify_records(
     refine: str = "none",
     workers: int = 2,
     progress: Callable[[int], Callable[[Local], None]] | None = None,
+    dead_time: float | str = "free",
 ) -> tuple[LinearModel | LpvModel, list[Local]]:
     """Identify records of files, folders or campaigns: a linear model of one operating point, an LPV model of several.
 
@@ -46,6 +47,8 @@ def identify_records(
         Records identified at a time.
     progress : callable, optional
         Takes the number of records and returns what is called with each result.
+    dead_time : float or "free"
+        Of model 3 [s], as for `identify`.
 
     Returns
     -------
@@ -68,4 +71,6 @@ def identify_records(
     if not sources:
         raise UnfitError(f"{paths[0]}: {NO_EXCITATION}")
     shown = progress(len(sources)) if progress is not None else None
-    return identify_sources(sources, model, order, method, settings, mapping, surfaces, refine, HELD, workers, shown)
+    return identify_sources(
+        sources, model, order, method, settings, mapping, surfaces, refine, HELD, workers, shown, dead_time
+    )

@@ -9,6 +9,8 @@ from identification.lpv.surfaces import fit_surfaces, make_basis
 POINTS = np.array([(w, p) for w in np.linspace(0, 600, 5) for p in np.linspace(3e5, 7e5, 4)])
 PIEZO = (4e6, 2000.0, 20.0, 4e6, 2100.0, 20.0)
 
+DEAD = (4000.0, 2500.0)
+
 
 def theta_at(kind, w, p):
     """Parameters that are second-order polynomials of the operating point."""
@@ -25,11 +27,11 @@ def theta_at(kind, w, p):
     B = np.array([5.0, 0.4, -0.4, 5.0]) * (1 + 0.2 * b * b - 0.05 * a)
     B *= 1e6 if kind == "2" else 1.0  # per metre of pin
     lags = [1500 - 100 * b, 1600 - 100 * a]
-    return np.concatenate([K, D, B, {"1": [], "3": lags, "2": [*lags, *PIEZO]}[kind]])
+    return np.concatenate([K, D, B, {"1": [], "3": lags, "3-delay": [*lags, *DEAD], "2": [*lags, *PIEZO]}[kind]])
 
 
 def make_lpv(kind):
-    """A model of kind 1, 2, 3 or blackbox (2 states, sampled at 0.2 ms)."""
+    """A model of kind 1, 2, 3, 3-delay or blackbox (2 states, sampled at 0.2 ms)."""
     theta = np.array([theta_at(kind, w, p) for w, p in POINTS])
     basis, q = make_basis(POINTS, 2), theta.shape[1]
     sampled = kind == "blackbox"

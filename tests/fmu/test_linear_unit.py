@@ -41,7 +41,7 @@ def both(exported, request):
         yield model, unit
 
 
-@pytest.mark.parametrize("kind", ["1", "2", "3", "blackbox"])
+@pytest.mark.parametrize("kind", ["1", "2", "3", "3-delay", "blackbox"])
 def test_terms_make_the_matrices_for_any_parameters(kind):
     from fmu.linear_model import LinearUnit
 

@@ -11,6 +11,8 @@ TRUTH = np.array(
     [-5.0e5, -1.8e4, 2.4e4, -5.5e5, -110.0, -7.0, 7.0, -75.0, 1.6, -0.3, 0.26, 1.7, 900.0, 800.0]
 )  # fmt: skip
 TS = 2e-4
+DELAYED = np.r_[TRUTH, 2 / 4e-4, 2 / 8e-4]
+"""The same behind dead times of 0.4 and 0.8 ms, as the fit takes them."""
 
 
 def model(theta=TRUTH, kind="3"):

@@ -19,6 +19,7 @@ THETAS = {
     "rotor": np.r_[TRUTH[:12], 5e3, 6e3],
     "2": np.r_[TRUTH[:12], 5e3, 6e3, ACTUATOR],
     "3": TRUTH,
+    "3-delay": np.r_[TRUTH, 4e3, 2.5e3],
     "actuator": ACTUATOR,
 }
 

@@ -73,6 +73,11 @@ def test_a_folder_of_records_becomes_a_parameter_varying_model(run, tmp_path):
         (["{folder}/short.csv", "--refine", "much"], "choose one of none, frequency, global"),
         (["{folder}/short.csv", "--runout", "both"], "choose one of harmonic, table, none"),
         (["{folder}/short.csv", "--median", "4"], "--median: 4 samples; give an odd number"),
+        (["{folder}/short.csv", "--dead-time", "4"], "--dead-time"),
+        (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--dead-time", "9 ms"], "give 1e-05 to 0.005 s"),
+        (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--advice"], "with excitation"),
+        (["{folder}/short.csv", "--advice", "--compare", "m.json"], "one at a time"),
+        (["{folder}/short.csv", "--compare", "{folder}/none.json"], "is not there"),
     ],
 )
 def test_bad_input_ends_as_one_sentence_and_exit_code_2(run, tmp_path, arguments, words):
@@ -127,3 +132,36 @@ def test_a_closed_loop_is_fitted_in_two_stages(run, tmp_path):
     assert "Model 3, two-stage" in text and "note: two-stage: the external reference explains" in text
     code, _, err = run(tmp_path / "loop.nc", "--method", "oe", "--out", tmp_path / "other.json")
     assert code == 2 and "choose method 'auto'" in err
+
+
+def test_a_dead_time_is_found_given_or_none_and_intervals_state_their_bias(run, tmp_path):
+    idn.save(model3.record(0, seconds=2.0, theta=model3.DELAYED, kind="3-delay"), tmp_path / "late.nc")
+    found = {}
+    for name, words in (("free", ()), ("given", ("--dead-time", "0.6 ms")), ("none", ("--dead-time", "0"))):
+        out = tmp_path / f"{name}.json"
+        code, text, err = run(tmp_path / "late.nc", *words, "--out", out, "--json")
+        assert (code, err) == (0, "")
+        found[name] = json.loads(text)["records"][0]
+    np.testing.assert_allclose(found["free"]["dead_time"], [4e-4, 8e-4], rtol=0.1)
+    assert found["given"]["dead_time"] == pytest.approx([6e-4, 6e-4])
+    assert found["none"]["dead_time"] == [0.0, 0.0]
+    gain = next(one for one in found["none"]["intervals"] if one["name"] == "gain_yy")
+    assert gain["low"] < 1e6 * model3.model().static_gain[1, 1] < gain["high"]
+    assert gain["bias"] > 5 * gain["sd"]
+    models = [word for name in found for word in ("--compare", tmp_path / f"{name}.json")]
+    code, text, err = run(tmp_path / "late.nc", *models)
+    assert (code, err) == (0, "")
+    assert text.index("free") < text.index("given") < text.index("none")
+    code, text, err = run(tmp_path / "late.nc", *models, "--json")
+    rows = json.loads(text)["records"][0]["rows"]
+    assert [row["name"] for row in rows] == ["free", "given", "none"]
+
+
+def test_advice_fits_nothing(run, tmp_path):
+    idn.save(model3.record(0, seconds=2.0), tmp_path / "run.nc")
+    code, text, err = run(tmp_path / "run.nc", "--advice", "--out", tmp_path / "m.json")
+    assert (code, err) == (0, "")
+    assert "take model 3" in text
+    assert not (tmp_path / "m.json").exists()
+    code, text, err = run(tmp_path / "run.nc", "--advice", "--json")
+    assert json.loads(text)["records"][0]["model"] == "3"

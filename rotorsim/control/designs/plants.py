@@ -15,7 +15,7 @@ from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.rounding import first_of_largest
-from rotorsim.control.designs.merged import is_model_2, merged
+from rotorsim.control.designs.merged import is_delayed_model_3, is_model_2, merged
 from rotorsim.control.errors import DesignError
 from rotorsim.control.numerics.systems import System, gain, held, late, normal, series, transformed
 
@@ -75,9 +75,10 @@ def range_text(model: Model) -> str:
 
 
 def design_plant(model: Model, speed: float, pressure: float, delay: float = 0.0, extrapolate: bool = False) -> System:
-    """Continuous plant in um, V and ms with `delay` [s] added to its lags; Model 2 in six states."""
+    """Continuous plant in um, V and ms with `delay` [s] added to its lags; at most six states of grey-box models."""
     whole = scaled_model(model, speed, pressure, extrapolate)
-    return merged(whole, delay * MILLI) if is_model_2(whole) else with_delay(whole, delay * MILLI)
+    short = is_model_2(whole) or is_delayed_model_3(whole)
+    return merged(whole, delay * MILLI) if short else with_delay(whole, delay * MILLI)
 
 
 def scaled_model(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> System:
@@ -136,7 +137,7 @@ def sampled_plant(
 
 
 def short_sampled_plant(model: Model, speed: float, pressure: float, Ts: float = RIG_SAMPLE) -> System:
-    """The same, made of the model that continuous designs take: Model 2 in six states."""
+    """The same, made of the model that continuous designs take, of at most six states."""
     if frozen(model, speed, pressure).Ts:
         return sampled_plant(model, speed, pressure, Ts)
     return late(held(design_plant(model, speed, pressure), Ts * MILLI))

@@ -1,0 +1,174 @@
+r"""Advice before a fit: order of the record's dynamics, delay between reference and force, model to take.
+
+Order: models of increasing order by the subspace method from the first 60 % of the excited record, without refinement,
+simulate the rest; the lowest whose fit is within half a point of the best is proposed, with the singular values.
+
+Delay: the response (j omega)^2 G = K G + j omega D G + B h(omega) is linear in K, D and B once the lag h is known
+(`local.start.levy`); of lags exp(-j omega tau) / (1 + j omega / p) the one is proposed that leaves the least. Its
+total, tau + 1/p, is known well, how it splits is not; the fit with a free dead time finds that.
+
+Cites: levy_1959, verhaegen_2007.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.feedback import check_loop
+from identification.local.blackbox import observable, realised
+from identification.local.goodness import fit_of, project
+from identification.local.models import LinearModel
+from identification.local.start import levy, peak_frequency
+from identification.records.checks import check_signals
+from identification.records.frf import FrequencyResponse, frequency_response
+from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
+from identification.records.segment import cut
+from identification.threads import one_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ORDERS = (2, 3, 4, 5, 6, 7, 8, 10)
+FIRST = 0.6
+"""Share of the excited record that models are made of."""
+ENOUGH = 0.005
+"""Fit below the best that a lower order may cost."""
+DEAD_TIMES = np.arange(0.0, 3.01e-3, 1e-4)
+CORNERS = (np.inf, 8000.0, 4000.0, 2500.0, 1500.0, 1000.0, 700.0, 500.0)
+"""Dead times [s] and corners [rad/s] of lags that are tried."""
+EARLY, LATE = 0.05, 1.5
+"""Angles of the delay at the first peak [rad]: below the first no lag is needed, above the second one is not enough."""
+
+
+@dataclass(frozen=True, eq=False)
+class Advice:
+    """Proposals before a fit.
+
+    orders tried, singular_values of the first directions over their largest, fits (k, 2) by order of the second part
+    of the record; order; peak [rad/s]; dead_time, lag [s] and their sum delay [s]; model '1', '2' or '3'; sentences.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.identification.advise(record)
+    >>> 0.0 <= found.delay < 5e-3
+    True
+    """
+
+    orders: tuple[int, ...]
+    singular_values: np.ndarray
+    fits: np.ndarray
+    order: int
+    peak: float
+    dead_time: float
+    lag: float
+    model: str
+    sentences: tuple[str, ...]
+
+    @property
+    def delay(self) -> float:
+        """Delay between reference and force [s], lag and dead time together."""
+        return self.dead_time + self.lag
+
+    def report(self) -> str:
+        """The proposals as a text that a person can read."""
+        lines = ["order  singular value  fit of the second part"]
+        lines += [
+            f"{n:5d}  {self.singular_values[n - 1]:14.2e}  {100 * fit[0]:.1f}, {100 * fit[1]:.1f} %"
+            for n, fit in zip(self.orders, self.fits, strict=True)
+        ]
+        return "\n".join([*lines, *self.sentences])
+
+
+@one_thread
+def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None) -> Advice:
+    """Order, delay and model that a record suggests.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Record of the schema with `reference` and `disc_measured`.
+    steady : Dataset or None
+        Record without excitation at the same operating point, for the extended runout filter.
+    settings : Prefilter or None
+        Prefilter.
+
+    Raises
+    ------
+    SchemaError, UnfitError
+        With one sentence about what the record lacks.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.advise(record).order
+    6
+    """
+    signals = filtered(ds, steady, settings)
+    check_signals(signals, 4 * max(ORDERS))
+    values, fits = _orders(signals)
+    best = int(np.argmax(fits.mean(axis=1) >= fits.mean(axis=1).max() - ENOUGH))
+    excited = slice(min(signals.rest, len(signals.u) // 2), None)
+    response = frequency_response(signals.u[excited], signals.y[excited], signals.Ts)
+    peak = peak_frequency(response)
+    dead_time, lag = _delay(response, peak, signals.Ts)
+    model = "2" if signals.pins is not None else "1" if peak * (dead_time + lag) < EARLY else "3"
+    sentences = _sentences(ORDERS[best], fits[best], peak, dead_time + lag, model)
+    remarks = check_loop(chosen_output(ds, settings), "oe", refuse=False)
+    return Advice(ORDERS, values, fits, ORDERS[best], peak, dead_time, lag, model, (*sentences, *remarks))
+
+
+def _orders(signals: Signals) -> tuple[np.ndarray, np.ndarray]:
+    """Singular values over the largest; fits (k, 2) of the second part by models of the first."""
+    start = min(signals.rest, len(signals.u) // 2)
+    middle = start + int(FIRST * (len(signals.u) - start))
+    first, second = cut(signals, slice(start, middle)), cut(signals, slice(middle, None))
+    y = project(first.y, first.Q)
+    left, values = observable(first.u, y)
+    fits = []
+    for n in ORDERS:
+        A, B, C = realised(left, values, n, first.u, y)
+        fits.append(fit_of(LinearModel(A, B, C, np.zeros((2, 2)), signals.Ts), second))
+    return values[: max(ORDERS)] / values[0], np.array(fits)
+
+
+def _delay(response: FrequencyResponse, peak: float, Ts: float) -> tuple[float, float]:
+    """Dead time and lag [s] of those tried, behind the hold, that leave the least of the response around its peak."""
+    s = 1j * response.omega
+    band = (response.omega > 0.1 * peak) & (response.omega < 1.8 * peak)
+
+    def left(choice: tuple[float, float]) -> float:
+        h = np.exp(-s * (choice[0] + 0.5 * Ts)) / (1 + s / choice[1])
+        K, D, B = levy(response, peak, h).reshape(3, 2, 2)
+        at = s[band, None, None]
+        made = np.linalg.solve(at**2 * np.eye(2) - at * D - K, B * h[band, None, None])
+        return float(np.linalg.norm(response.G[band] - made))
+
+    tau, corner = min(product(map(float, DEAD_TIMES), CORNERS), key=left)
+    return tau, 1 / corner
+
+
+def _sentences(order: int, fit: np.ndarray, peak: float, delay: float, model: str) -> tuple[str, ...]:
+    """What follows from the estimates."""
+    turn = peak * delay
+    reasons = {
+        "1": "model 1: references act at once",
+        "2": "model 2: pins are measured, which distinguishes actuators and film",
+        "3": "model 3 with a free dead time: references act later and no pins are measured",
+    }
+    found = [
+        f"order {order}: {100 * fit[0]:.1f}, {100 * fit[1]:.1f} % of the second part; higher orders add less than "
+        f"{100 * ENOUGH:g} points",
+        f"delay between reference and force {1e3 * delay:.2g} ms: {np.degrees(turn):.0f} deg at "
+        f"{peak / 2 / np.pi:.4g} Hz",
+        f"take {reasons[model]}",
+    ]
+    if turn > LATE:
+        found.append("a delay of that angle is too much for one dead time: shift the reference by whole samples")
+    if order > 8:
+        found.append(f"the grey-box models have up to 10 states; hold them against a black box of order {order}")
+    return tuple(found)

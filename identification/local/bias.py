@@ -1,0 +1,131 @@
+r"""Bias of modes and static gains of a grey-box model, as far as its record shows it, and 90 % intervals.
+
+Three things bias a fitted model that the variance of its parameters does not hold:
+
+1. *Linear model error*: dynamics that the structure lacks. The record shows them as what the inputs explain of the
+   residual; `model_error` turns that into a change of modes and gains. There is none where the residual passes the
+   test of independence of the inputs.
+2. *Amplitude*: K and D of a hardening or softening film depend on the amplitude of the record. The record shows that as
+   what their change with the simulated amplitude explains of the residual; `amplitude` takes them back to rest.
+3. *Distortion*: what is neither linear in the inputs nor noise. A nonlinear plant answers a random input with a linear
+   part, which is the best linear approximation and not the plant's linearisation, and with a part that scatters
+   (Pintelon and Schoukens 2012, chapter 3). Both come from the same terms, and at each frequency the first is off by
+   about as much as the second scatters, whatever the length of the record: under Gaussian motion of standard deviation
+   s by 3 a s^3 against sqrt(6) a s^3 of a cubic term, and 0 against sqrt(2) a s^2 of a quadratic one. So the distortion
+   bounds the error; its main part being 2., values near the bound are unlikely, which leaves as standard uncertainty
+   that of a triangular distribution, the bound over sqrt(6) (GUM, 4.3.9). It acts alike over the width of a resonance,
+   2 zeta f, hence of the covariance that distortion makes in a record of length T, which averages over T times as many
+   independent lines,
+
+.. math:: \Sigma_b = \tfrac16\, T\, \overline{2 \zeta f}\, (1 - s)\, \Sigma_d
+
+   with Sigma_d the part of the sandwich covariance that is not sensor noise (`confidence.spread`), and s the share of
+   the residual that 1. explains. Distortion that does not rise out of the noise counts as none.
+
+.. math:: \text{interval} = \text{value} \pm 1.645 \sqrt{sd^2 + b_1^2 + b_2^2 + b_3^2}
+
+Limits: nothing that leaves no trace in the record is seen, e.g. a wrong scale of a sensor. Fits by prediction error
+have no second part.
+
+Cites: gum_2008, ljung_1999, pintelon_2012.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.local.amplitude import AtRest
+from identification.local.confidence import Spread, propagate
+from identification.local.greybox import modes, static_gain
+from identification.local.model_error import ModelError, model_error
+
+if TYPE_CHECKING:
+    from identification.local.models import LinearModel
+    from identification.records.prefilter import Signals
+
+LEVEL = 0.9
+"""Share of intervals that hold the truth."""
+TRIANGULAR = 1 / 6
+"""Variance of a triangular distribution over its bound squared."""
+CERTAIN = 3.0
+"""Distortion is there if the residual's variance is above the noise's by so many standard deviations of the latter."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with standard deviation, bias (one standard uncertainty) and 90 % interval, in `unit`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> one = rs.identification.Interval("f_1", 120.0, sd=0.3, bias=0.4, unit="Hz")
+    >>> round(one.low, 2), round(one.high, 2)
+    (119.18, 120.82)
+    """
+
+    name: str
+    value: float
+    sd: float
+    bias: float
+    unit: str
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval."""
+        return NormalDist().inv_cdf(0.5 + LEVEL / 2) * float(np.hypot(self.sd, self.bias))
+
+    @property
+    def low(self) -> float:
+        """Lower end."""
+        return self.value - self.half_width
+
+    @property
+    def high(self) -> float:
+        """Upper end."""
+        return self.value + self.half_width
+
+
+@dataclass(frozen=True, eq=False)
+class Bias:
+    """Standard uncertainties of wn (2,) [rad/s], zeta (2,), static gain (2, 2) [m/V] that their variance lacks."""
+
+    wn: np.ndarray
+    zeta: np.ndarray
+    static_gain: np.ndarray
+
+
+def bias(
+    kind: str, theta: np.ndarray, spread: Spread, calm: AtRest, model: LinearModel, signals: Signals,
+    residual: np.ndarray, independent: bool,
+) -> Bias:  # fmt: skip
+    """Bias of a grey-box model that moves, from its residual (n, 2) on its own record."""
+    wn, zeta = modes(theta)
+    excited = slice(min(signals.rest, len(residual) // 2), None)
+    error = model_error(model, wn, zeta, signals.u[excited], residual[excited], signals.Ts)
+    if independent:
+        error = ModelError(np.zeros(2), np.zeros(2), np.zeros((2, 2)), 0.0)
+
+    def properties(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([*modes(values), static_gain(kind, values).ravel()])
+
+    third = np.zeros(8)
+    if _distorted(residual[excited], signals):
+        lasting = len(residual[excited]) * signals.Ts
+        width = float(np.mean(2 * zeta * wn)) / (2 * np.pi)
+        factor = lasting * width * (1 - error.share) * TRIANGULAR
+        third = factor * propagate(properties, theta, spread.distortion) ** 2
+    change = properties(theta + calm.change) - properties(theta)
+    second = np.maximum(change**2 - propagate(properties, theta, calm.covariance) ** 2, 0)
+    whole = np.sqrt(np.concatenate([error.wn, error.zeta, error.static_gain.ravel()]) + second + third)
+    return Bias(whole[:2], whole[2:4], whole[4:].reshape(2, 2))
+
+
+def _distorted(residual: np.ndarray, signals: Signals) -> bool:
+    """Whether the residual of any output is more than the noise at rest, which is known from half of the rest."""
+    known = max(signals.rest // 2, 200)
+    limit = signals.noise**2 * (1 + CERTAIN * np.sqrt(2 / known))
+    return bool(np.any(np.mean(residual**2, axis=0) > limit))

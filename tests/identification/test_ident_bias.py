@@ -1,0 +1,146 @@
+"""Intervals of modes and static gains: variance, linear model error and distortion."""
+
+import numpy as np
+import pytest
+from model3 import DELAYED, TRUTH, TS, model, prbs, record
+
+import identification as idn
+from identification.local.amplitude import _modulated
+from identification.local.confidence import Spread, sandwich, spread
+from identification.local.discretise import zero_order_hold
+from identification.local.fit import GreyBox, Problem
+from identification.local.greybox import STRUCTURES, modes
+from identification.local.model_error import model_error
+
+pytestmark = pytest.mark.numerical
+
+
+def truth(theta=TRUTH):
+    """Values of the intervals of a model, in their order."""
+    wn, zeta = modes(theta)
+    made = [value for w, z in zip(wn / (2 * np.pi), zeta, strict=True) for value in (w, z)]
+    return np.array([*made, *(1e6 * model(theta[:14]).static_gain).ravel()])
+
+
+def held(found, wanted):
+    return np.array([one.low <= value <= one.high for one, value in zip(found.intervals, wanted, strict=True)])
+
+
+def cubic_record(hardening, seed=0, seconds=4.0):
+    """A rotor of Model 3 whose springs harden: K x (1 + hardening (x / 10 um)^2), the cubic part held for a sample."""
+    rng = np.random.default_rng(seed)
+    u = prbs(rng, round(seconds / TS))
+    plain = model()
+    pushed = np.zeros((6, 2))
+    pushed[2:4] = TRUTH[:4].reshape(2, 2)
+    F, G = zero_order_hold(plain.A, np.hstack([plain.B, pushed]), TS)
+    x, y = np.zeros(6), np.empty(u.shape)
+    for k in range(len(u)):
+        y[k] = x[:2]
+        x = F @ x + G @ np.r_[u[k], hardening * x[:2] ** 3 / 1e-10]
+    return idn.from_arrays(np.arange(len(u)) * TS, u, y + 0.2e-6 * rng.normal(size=y.shape), speed=0.0, pressure=3e5)
+
+
+def test_inside_the_class_there_is_no_bias_and_nine_of_ten_intervals_hold_the_truth():
+    inside, biased = [], 0
+    for seed in range(20):
+        found = idn.identify(record(seed, seconds=2.0), dead_time=0)
+        biased += max(one.bias for one in found.intervals) > 0
+        inside.append(held(found, truth()))
+    assert biased <= 1
+    assert 0.8 <= np.mean(inside) <= 0.97
+
+
+def test_the_bias_of_a_missing_dead_time_shows_and_its_intervals_hold_the_gain():
+    found = idn.identify(record(0, seconds=4.0, theta=DELAYED, kind="3-delay"), dead_time=0)
+    gain = [one for one in found.intervals if one.name in ("gain_xx", "gain_yy")]
+    wanted = truth(DELAYED)[[4, 7]]
+    for one, value in zip(gain, wanted, strict=True):
+        assert abs(one.value - value) > 5 * one.sd  # the variance alone does not know
+        assert one.low < value < one.high
+        assert one.bias > 5 * one.sd
+
+
+@pytest.mark.parametrize("hardening", [0.02, 0.005, -0.01])
+def test_the_linearisation_of_a_hardening_or_softening_spring_lies_in_the_intervals(hardening):
+    """Far outside of the scatter, even where the distortion does not rise out of the noise (0.005)."""
+    found = idn.identify(cubic_record(hardening), dead_time=0)
+    off = np.array([abs(one.value - value) / one.sd for one, value in zip(found.intervals, truth(), strict=True)])
+    assert min(off[0], off[2]) > 10
+    assert held(found, truth())[[0, 2]].all()
+    assert held(found, truth()).sum() >= 6
+
+
+def test_without_a_cubic_part_the_same_record_has_no_bias():
+    assert max(one.bias for one in idn.identify(cubic_record(0.0), dead_time=0).intervals) == 0
+
+
+@pytest.mark.parametrize("kind", ["1", "3", "3-delay"])
+def test_the_change_with_the_amplitude_is_that_of_the_simulation_whose_stiffness_follows_it(kind):
+    """Sensitivities against the difference of simulations with F + step * square of the amplitude * dF."""
+    theta = {"1": TRUTH[:12], "3": TRUTH, "3-delay": DELAYED}[kind]
+    u = prbs(np.random.default_rng(3), 400, rest=10)
+    y = model(theta, kind).simulate(u, TS)
+    problem = Problem(GreyBox(STRUCTURES[kind], TS), u, y, np.zeros((400, 1)))
+    x0 = np.zeros(problem.states(theta))
+    found = _modulated(problem, theta, x0)
+    F, G, H, _ = problem.model.sampled(theta)
+    slopes, n = problem.model.derivatives(theta)[0], len(F)
+    states = np.zeros((401, n))
+    for k in range(400):
+        states[k + 1] = F @ states[k] + G @ u[k]
+    x, v = states[:400, :2], states[:400, 2:4]
+    square = np.sum(x**2 + (v * np.linalg.norm(x) / np.linalg.norm(v)) ** 2, axis=1)
+    square /= square.mean()
+    for i in (0, 5):
+        step, moved, outputs = 1e-4 * abs(theta[i]), np.zeros(n), np.empty((400, 2))
+        for k in range(400):
+            outputs[k] = H @ moved
+            slope = step * square[k] * slopes[:, :, i]
+            moved = (F + slope[:, :n]) @ moved + (G + slope[:, n:]) @ u[k]
+        wanted = (outputs - y) / step
+        np.testing.assert_allclose(found[..., i], wanted, atol=2e-3 * np.abs(wanted).max())
+
+
+def test_intervals_state_their_parts():
+    found = idn.identify(record(0, seconds=2.0), dead_time=0)
+    names = [one.name for one in found.intervals]
+    assert names == ["f_1", "zeta_1", "f_2", "zeta_2", "gain_xx", "gain_xy", "gain_yx", "gain_yy"]
+    one = idn.Interval("f_1", 100.0, 3.0, 4.0, "Hz")
+    assert one.high - one.value == pytest.approx(1.6449 * 5.0, rel=1e-4)
+    assert "bias" in found.report()
+    assert "90 %" in found.report()
+    black = idn.identify(record(0, seconds=2.0), "blackbox", 4)
+    assert all(one.bias == 0 for one in black.intervals)
+
+
+def test_the_spread_of_white_noise_is_noise_alone():
+    rng = np.random.default_rng(0)
+    J, e = rng.normal(size=(20000, 2, 3)), 0.5 * rng.normal(size=(20000, 2))
+    known, unknown = (spread(e, J, 1e-3, np.full(2, size)) for size in (0.5, 0.0))
+    np.testing.assert_array_equal(known.covariance, sandwich(e, J, 1e-3))
+    np.testing.assert_allclose(unknown.distortion, unknown.covariance, rtol=1e-9, atol=1e-12)
+    assert np.trace(known.distortion) < 0.3 * np.trace(known.covariance)
+    both = Spread(np.eye(2), np.eye(2)).joined(Spread(np.ones((1, 1)), np.zeros((1, 1))))
+    assert both.covariance.shape == (3, 3)
+    assert both.first(2).distortion.tolist() == np.eye(2).tolist()
+
+
+def test_the_model_error_finds_the_change_of_modes_and_gain_that_a_wrong_model_lacks():
+    """Data of TRUTH, model with a frequency off by 1 %, damping by 10 %, gains by 5 %."""
+    u = prbs(np.random.default_rng(1), 50000)
+    wrong = TRUTH.copy()
+    wrong[:4] *= 1.02
+    wrong[4:8] *= 1.1
+    wrong[8:12] *= 1.02 * 1.05
+    (wn, zeta), (true_wn, true_zeta) = modes(wrong), modes(TRUTH)
+    residual = (model().simulate(u, TS) - model(wrong).simulate(u, TS))[2000:]
+    found = model_error(model(wrong), wn, zeta, u[2000:], residual, TS)
+    np.testing.assert_allclose(np.sqrt(found.wn), np.abs(wn - true_wn), rtol=0.3)  # the estimate smears resonances
+    np.testing.assert_allclose(np.sqrt(found.zeta), np.abs(zeta - true_zeta), rtol=0.3)
+    gain = model(wrong).static_gain - model().static_gain
+    np.testing.assert_allclose(np.sqrt(np.diag(found.static_gain)), np.abs(np.diag(gain)), rtol=0.3)
+    assert found.share > 0.9
+    noise = 1e-6 * np.random.default_rng(2).normal(size=residual.shape)
+    nothing = model_error(model(), true_wn, true_zeta, u[2000:], noise, TS)
+    assert nothing.share < 0.15
