@@ -10,7 +10,7 @@ from model3 import TS, model, prbs
 
 from identification.errors import UnfitError
 from identification.local.goodness import simulated
-from identification.local.identify import schur
+from identification.local.grey_fits import schur
 from identification.lpv.surfaces import fit_surfaces, make_basis
 
 pytestmark = pytest.mark.numerical
