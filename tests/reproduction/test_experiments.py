@@ -131,8 +131,8 @@ def test_tables_hold_both_columns_and_why(machine):
 
 
 def test_a_machine_whose_records_cannot_be_identified_leaves_a_sentence(machine):
-    deaf = machine.with_({"effects.noise.sigma": 1e-3}).text
-    found = measures.figures(deaf, machine.text, "fits")
+    noisy = machine.with_({"effects.noise.sigma": 1e-3}).text
+    found = measures.figures(noisy, machine.text, "fits")
     assert set(found) == {"failed"}
     assert found["failed"].startswith("identify: ")
 

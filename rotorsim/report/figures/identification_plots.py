@@ -17,7 +17,7 @@ LINE = 60
 Points = Sequence[tuple[float, float | None]]
 Band = tuple[float, tuple[float, float]]
 COLUMNS = 3
-"""Panels beside each other of figures over a factor."""
+"""Panels in a row of figures over a factor."""
 MARKS = (("circle", 7), ("x-thin-open", 8), ("diamond-open", 7))
 
 
