@@ -71,7 +71,7 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
     excited, taps = slice(min(resting, len(r) // 2), None), _memory(signals, r, resting)
     parts = [part for part in parts_of(signals.breaks, len(r)) if part.stop - part.start >= FACTOR * taps]
     if not parts:
-        raise UnfitError(f"record: no stretch of {FACTOR * taps} samples, which a closed loop needs; record longer")
+        raise UnfitError(f"record: no stretch of {FACTOR * taps} samples without a gap, which a closed loop needs")
     H = _response(r, given, parts, taps, resting)
     known = np.vstack([_explained(r[at], H) for at in parts_of(signals.breaks, len(r))])
     L = _weight(r[excited], known[excited, :2], signals.Ts, taps)

@@ -43,6 +43,8 @@ def ready(
     """Signals of records at one operating point; raises SchemaError or UnfitError for what no fit can take."""
     if not records:
         raise UnfitError("identify: no record; give one or several")
+    if wrong := [record for record in records if not hasattr(record, "data_vars")]:
+        raise UnfitError(f"identify: {wrong[0]!r} is not a record; open files with identification.read")
     each = [_one(record, method, steady, settings, check) for record in records]
     methods = {one.method for one in each}
     if methods == {"oe", "two-stage"}:

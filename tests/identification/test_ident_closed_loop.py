@@ -96,6 +96,13 @@ def test_a_closed_loop_without_external_excitation_is_refused():
         idn.identify(made(u, y, reference_external=same).assign_attrs(law="p"))
 
 
+def test_a_closed_loop_in_short_stretches_is_refused():
+    data = loop(0, n=20000)
+    data["disc_measured"].values[::1000] = np.nan
+    with pytest.raises(idn.UnfitError, match=r"no stretch of \d+ samples without a gap, which a closed loop needs"):
+        idn.identify(data)
+
+
 def test_a_short_closed_loop_is_refused():
     with pytest.raises(idn.UnfitError, match=r"record: 5500 samples with external reference; a closed loop needs 6000"):
         idn.identify(loop(n=7500))

@@ -157,3 +157,6 @@ def test_records_that_do_not_belong_together_are_refused():
         idn.identify([one, slow])
     with pytest.raises(idn.UnfitError, match="no record; give one or several"):
         idn.identify([])
+    for wrong in ("run.nc", [one, "run.nc"]):
+        with pytest.raises(idn.UnfitError, match=r"'run\.nc' is not a record; open files with identification\.read"):
+            idn.identify(wrong)
