@@ -30,7 +30,7 @@ def _at(name: str) -> tuple[str, str]:
 
 DESIGNS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "lpv": ("lpv", "rig", ()),
-    "lpv thesis": ("lpv", "thesis", ()),
+    "lpv thesis": ("lpv", "thesis", ("order_X=2", "order_Y=0")),
     "h2_scheduled": ("h2_scheduled", "", ()),
     "p": ("p", "", _at("decentralised")),
     "softening": ("lead", "softening", _at("decentralised")),

@@ -57,7 +57,7 @@ def test_a_design_becomes_a_law_with_a_report(run, tmp_path):
         ),
         (("hinf", MODEL, "--spec", "weights.over_M_b=0"), "some reference costs nothing at high frequency"),
         (("lpv", MODEL, "--spec", "grid=3x3", "--spec", "bound=1e-3"), "no Y(q) keeps its inequality"),
-        (("lpv", MODEL, "--spec", "speed_rate=-60 krpm/s"), "must be above 0; write e.g. '60 krpm/s'"),
+        (("lpv", MODEL, "--spec", "speed_rate=-60 krpm/s"), "must be above 0; write e.g. '60000 rpm/s'"),
         (("lpv", MODEL, "--spec", "pressure_rate=2"), "'2' has no unit; write e.g. '2 MPa/s'"),
     ],
 )

@@ -4,7 +4,7 @@ Smallest gamma over the design grid first, from the inequality of Y alone, which
 else from both. Then, at `backoff` times it, the X(q), Y(q) that keep the largest margin in all inequalities, for what
 lies between grid points; the controller follows from them by formula. Both matrices may depend on q, and
 their rates are in the inequalities, at the corners of the box of `speed_rate` and `pressure_rate`; the controller is
-not told them. The solver's word counts for nothing: the thesis' inequalities T1, T2 of the controller as it is built,
+not given them. The solver's word counts for nothing: the thesis' inequalities T1, T2 of the controller as it is built,
 rates included, are checked by their eigenvalues on a fine grid, which also gives the gamma that is reported: while q
 moves no faster, no disturbance is amplified by more. Gamma depends on `eps` and on the bound on X and Y, in the
 balanced states.
@@ -70,7 +70,7 @@ class Designed(NamedTuple):
 PRESETS = {
     "thesis": Spec(),
     "rig": Spec(weights=RIG, delay=None, backoff=1.02),
-    "mild": Spec(weights=MILD, grid=(4, 4)),
+    "mild": Spec(weights=MILD),
 }
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 

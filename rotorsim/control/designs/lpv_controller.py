@@ -8,7 +8,7 @@ With D_K = 0 the two rows that hold B^ and C^ are stationary where
           \begin{bmatrix} \hat C\\ *\\ * \end{bmatrix} = -\begin{bmatrix} B_2^T\\ C_1 Y\\ B_1^T \end{bmatrix}
 
 and A^ cancels the (2, 1) block. The controller's states are those of the plant as estimated, N = -X and
-M' = Y - X^-1. It is not told the rate of q: what it would add for that, X dY/dt + N dM'/dt, is -dX/dt X^-1 in these
+M' = Y - X^-1. It is not given the rate of q: what it would add for that, X dY/dt + N dM'/dt, is -dX/dt X^-1 in these
 states, zero for a constant X and small else (with M = I as in the thesis it is X dY/dt). T2 is checked with it.
 Source: Gahinet (1996), explicit controller formulas for LMI-based synthesis; Apkarian, Adams (1998) for the rates.
 
