@@ -100,7 +100,7 @@ def identify(
     began, kind = perf_counter(), str(model)
     if kind not in MODELS or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
-    records = list(ds) if isinstance(ds, (list, tuple)) else [ds]
+    records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     made = ready(records, method, steady, settings, check, count_of(kind, order))
     signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
     if kind in ("2", "actuator") and signals.pins is None:
