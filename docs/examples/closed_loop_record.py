@@ -2,8 +2,7 @@
 
 The bearing runs under an H-infinity law that may not be switched off, and a PRBS is added to the law's output. The
 record holds that external reference, so `identify` recognises the closed loop and fits in two stages. A direct fit,
-even one that starts at the answer, takes part of the law, which feeds noise and imbalance back, for damping of the
-rotor.
+even one that starts at the answer, takes part of the law for damping of the rotor: it feeds noise and imbalance back.
 """
 
 import matplotlib.pyplot as plt

@@ -41,7 +41,7 @@ def test_a_simulation_does_not_hang_on_the_units_of_the_states(seed):
     rng = np.random.default_rng(seed)
     u, sampled = prbs(rng, 400, rest=0), model().discrete(TS)
     x0 = np.array([1e-5, -1e-5, 1e-3, 1e-3, 0.5, 0.5])
-    signals = SimpleNamespace(y=sampled.simulate(u, TS, x0), u=u, Ts=TS, Q=np.full((400, 1), 400**-0.5))
+    signals = SimpleNamespace(y=sampled.simulate(u, TS, x0), u=u, Ts=TS, Q=np.full((400, 1), 400**-0.5), breaks=())
     unit = 10.0 ** rng.uniform(-8, 8, 6)
     other = replace(sampled, A=sampled.A * unit[:, None] / unit, B=sampled.B * unit[:, None], C=sampled.C / unit)
     np.testing.assert_allclose(simulated(other, signals), simulated(sampled, signals), atol=1e-6 * 1e-5)
