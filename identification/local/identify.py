@@ -97,7 +97,7 @@ def identify(
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
     kind = kind if own else late.kind_of(kind, dead_time)
-    records = list(ds) if isinstance(ds, (list, tuple)) else [ds]
+    records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     count = len(own.parameters) if own else count_of(kind, order)
     made = ready(records, method, steady, settings, check, count)
     signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
