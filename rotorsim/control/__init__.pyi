@@ -15,6 +15,7 @@ from .designs import (
     placement as placement,
     youla as youla,
 )
+from .designs.uncertain import uncertainty_between as uncertainty_between
 from .errors import DesignError as DesignError, LawError as LawError
 from .law import Law as Law, load_law as load_law
 from .loop.analysis import overview as overview

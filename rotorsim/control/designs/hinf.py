@@ -3,7 +3,8 @@ r"""H-infinity mixed sensitivity at one operating point (thesis Papers B, E, F; 
 .. math:: \min_K \left\| \begin{bmatrix} W_p S\\ W_u K S \end{bmatrix} \right\|_\infty
 
 The optimal controller has poles far beyond the sampling rate; `backoff` times the optimal gamma is taken. Reduction is
-judged by S. Default weights are the thesis'; see `rotorsim.control.designs.mixed` for `force`.
+judged by S. Default weights are the thesis'; see `rotorsim.control.designs.mixed` for `force`, and
+`rotorsim.control.designs.uncertain` for the relative error of the model that the loop can be asked to stand.
 
 Cites: skogestad_2005, thesis.
 """
@@ -26,6 +27,7 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
+from rotorsim.control.designs.uncertain import check_stood, scaled, stood
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
@@ -45,6 +47,10 @@ class Spec(Specification):
     delay: float | None = loop_delay(0.0)
     order: int | None = count(0, "Order of the reduced law; 0 keeps all states, None is judged by S.", low=0)
     tolerance: float = number(0.1, "1", "Change of S that a reduction may make.")
+    uncertainty: float = number(
+        0.0, "1", "Relative error of the model at its input that the loop stands; 0 for none.", low=0, high=0.99,
+        example=0.3,
+    )  # fmt: skip
     Ts: float = sampling_time()
 
 
@@ -65,10 +71,17 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     plant = design_plant(model, spec.speed, spec.pressure, delay_of(spec))
     check_modes(plant, "hinf")
     P = mixed_sensitivity(plant, spec.weights)
-    best = bounds(P)
+    scale = None
+    if spec.uncertainty:
+        P, best, scale = scaled(P, plant, spec.uncertainty)
+    else:
+        best = bounds(P)
     gamma = spec.backoff * best.high
     K = controller(P, gamma)
     about = {"optimal_gamma": best.high, "reached": peak_gain(closed(P, K))}
+    if scale is not None:
+        about |= {"scale": scale, "norm_of_uncertain_loop": stood(plant, K, spec.uncertainty)}
+        check_stood(about["norm_of_uncertain_loop"], spec.uncertainty)
     if best.high > 1.001 * best.low:
         about["optimal_gamma_at_least"] = best.low
     if spec.order != 0:
