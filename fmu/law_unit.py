@@ -139,8 +139,23 @@ KEPT = (
     "LENGTH",
     "SINCE",
     "RETURNS",
+    "KNOWN",
+    "OTHER",
+    "HELD",
 )
-CONSTANTS = ("NU", "DOUBT", "MISSED", "LATELY", "WAYS", "GLITCH", "OFTEN", "FORGOTTEN", "ARMED", "REFRESHED")
+CONSTANTS = (
+    "NU",
+    "DOUBT",
+    "MISSED",
+    "LATELY",
+    "WAYS",
+    "GLITCH",
+    "ACCEPTED",
+    "OFTEN",
+    "FORGOTTEN",
+    "ARMED",
+    "REFRESHED",
+)
 
 
 def _plausibility(law: Law) -> dict[str, object]:

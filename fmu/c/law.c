@@ -50,18 +50,19 @@ static void refresh(double *w, double speed, double pressure) {
 #if L_CHECKS >= 0
 #include "plausibility.h"
 
-/* The same of the predictors, at the last plausible speed and pressure if there was one. */
+/* The same of the predictors, at the last plausible speed and pressure if they are known. */
 static void refresh_predictors(double *w, const double in[N_INPUTS]) {
-    bool seen = w[L_SEEN + M_COUNT] > 0.0;
-    const double *at = seen ? w + L_SEEN + M_AT : in + 2;
+    const double *m = w + L_SEEN;
+    double speed = m[M_KNOWN] > 0.0 ? m[M_AT] : in[2], pressure = m[M_KNOWN + 1] > 0.0 ? m[M_AT + 1] : in[3];
     interpolate(w + L_PBLOCK, law_table + L_CHECKS + FIRST_BLOCK, L_PSIZE, N_SPEEDS + N_PRESSURES, L_PSPEEDS,
-                L_PPRESSURES, at[0], at[1]);
+                L_PPRESSURES, speed, pressure);
 }
 
 /* Alarm code of a sample with finite numbers (0) or not. */
 static double check(double *w, double fault, const double in[N_INPUTS]) {
     if (fault != 0.0) {
         w[L_SEEN + M_FRESH] = w[L_EVIDENCE] = 0.0;
+        if (fault == FAULT_POINT) w[L_SEEN + M_KNOWN] = w[L_SEEN + M_KNOWN + 1] = 0.0;
         return fault;
     }
     if (L_PN > 0 && fmod(w[L_SEEN + M_COUNT], REFRESHED) == 0.0) refresh_predictors(w, in);

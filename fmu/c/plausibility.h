@@ -17,13 +17,25 @@ static double suspend(double *m, double fault) {
     return fault;
 }
 
-/* Whether speed (k = 0) or pressure (1) is out of its limits or far from where it was. */
+/* Whether speed (k = 0) or pressure (1) is out of its limits or has jumped; one that is not finite does not count. */
 static bool lost(double *m, int k, const double *limits, double value) {
     if (!isfinite(value)) return false;
-    if (m[M_COUNT] == 0.0) m[M_AT + k] = value;
-    if (value < limits[0] || value > limits[1] || fabs(value - m[M_AT + k]) > limits[2]) return true;
-    m[M_AT + k] = value;
-    return false;
+    bool inside = limits[0] <= value && value <= limits[1];
+    bool near = m[M_KNOWN + k] == 0.0 || fabs(value - m[M_AT + k]) <= limits[2];
+    if (inside && !near && value != 0.0) {
+        bool again = fabs(value - m[M_OTHER + k]) <= limits[2];
+        m[M_HELD + k] = again ? m[M_HELD + k] + 1.0 : 1.0;
+        m[M_OTHER + k] = value;
+        near = m[M_HELD + k] > ACCEPTED;
+    } else {
+        m[M_HELD + k] = 0.0;
+    }
+    if (inside && near) {
+        m[M_AT + k] = value;
+        m[M_KNOWN + k] = 1.0;
+        m[M_HELD + k] = 0.0;
+    }
+    return !(inside && near);
 }
 
 static void count_repeats(double *m, int k, double value) {
@@ -48,6 +60,12 @@ static double connection(double *w) {
 }
 
 #if L_PN > 0
+/* Whether the last plausible speed and pressure lie where the predictors' model holds. */
+static bool modelled(const double *m) {
+    const double *model = law_table + L_CHECKS + T_MODEL;
+    return model[0] <= m[M_AT] && m[M_AT] <= model[1] && model[2] <= m[M_AT + 1] && m[M_AT + 1] <= model[3];
+}
+
 /* Channel k of the displacement if the sensors are connected in way j. */
 static double connected(int j, int k, double x, double y) {
     double value = k == 0 ? x : y;
@@ -120,7 +138,7 @@ static double displacement(double *w, double x, double y, bool centred) {
     m[M_GOOD] = x;
     m[M_GOOD + 1] = y;
 #if L_PN > 0
-    predict(w, x, y, centred && w[L_GUARD + G_BAD] == 0.0);
+    predict(w, x, y, centred && w[L_GUARD + G_BAD] == 0.0 && modelled(m));
 #endif
     if (paused) {
         m[M_REST] -= 1.0;

@@ -10,6 +10,7 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local.blackbox import FullStateSpace
+from identification.local.greybox import DELAYED
 from identification.local.result import Identification
 from identification.lpv.coherent import coherent_basis
 from identification.lpv.model import LpvModel
@@ -20,7 +21,7 @@ from identification.machine_name import common
 from identification.threads import one_thread
 
 REFINEMENTS = ("none", "frequency", "global")
-LPV_KINDS = ("1", "2", "3", "blackbox")
+LPV_KINDS = ("1", "2", "3", DELAYED, "blackbox")
 """Models that surfaces can be made of: a file of them names a structure that the package knows."""
 BETTER = 0.95
 """A higher order is taken only if its hold-out error is below this share of the lower one's."""
@@ -66,7 +67,9 @@ def fit_lpv(
         raise UnfitError("fit_lpv: 0 results; identify records at several operating points first")
     kinds = {(r.kind, r.model.order) for r in (*results, *hold_out)}
     if len(kinds) > 1 or results[0].kind not in LPV_KINDS:
-        raise UnfitError(f"fit_lpv: models {sorted(kinds)}; give results of one kind, 1, 2, 3 or blackbox of one order")
+        raise UnfitError(
+            f"fit_lpv: models {sorted(kinds)}; give results of one kind, 1, 2, 3, {DELAYED} or blackbox of one order"
+        )
     if refine not in REFINEMENTS:
         raise UnfitError(f"fit_lpv.refine: {refine!r}; choose of {', '.join(REFINEMENTS)}")
     points = np.array([(r.speed, r.pressure) for r in results])

@@ -12,6 +12,8 @@ Cites: garnier_2008.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.errors import ModelError
@@ -25,15 +27,31 @@ WORST = 1e10
 """Largest condition of displacements and their derivatives as coordinates of the state."""
 
 
+def without_dead_times(model: LinearModel) -> LinearModel:
+    """Model 3 with dead times in six states, its lags longer by them; any other model as it is."""
+    A, B = model.A, model.B
+    if A.shape != (8, 8) or B.shape[1] != 2 or np.any(A[6:, :6]) or not np.array_equal(B[6:], np.eye(2)):
+        return model
+    P, R = np.diag(-A[4:6, 4:6]), np.diag(-A[6:, 6:])
+    if not (np.all(P > 0) and np.all(R > 0) and np.allclose(A[4:6, 6:], 2 * np.diag(P * R))):
+        return model
+    lag = np.diag(1 / (1 / P + 2 / R))
+    short, into = A[:6, :6].copy(), np.zeros((6, 2))
+    short[4:, 4:], into[4:] = -lag, lag
+    return replace(model, A=short, B=into, C=model.C[:, :6])
+
+
 def coefficients_of(model: LinearModel, omega: float, scale: float) -> np.ndarray:
     """A_2, A_1, A_0, B_0 and B_1 (2, 10) of a model, in units of time 1/omega and of displacement `scale` [m].
 
     Raises
     ------
     ModelError
-        If the model is sampled, has not six states, two references and two displacements, or its displacements and
-        their first two derivatives are no coordinates of its state, or its reference acts on the first.
+        If the model is sampled, has not six states (or eight, of Model 3 with dead times, which join its lags), two
+        references and two displacements, or its displacements and their first two derivatives are no coordinates of
+        its state, or its reference acts on the first.
     """
+    model = without_dead_times(model)
     if model.Ts or model.A.shape != (6, 6) or model.B.shape[1] != 2 or model.C.shape[0] != 2 or np.any(model.D):
         raise ModelError(
             f"recursive.start: {model.order} states, Ts = {model.Ts:g} s; give a continuous model of six states, two "

@@ -1,6 +1,7 @@
-"""Random sequences of sensor faults under four laws on the nonlinear plant of the shipped rig.
+"""Random sequences of sensor faults under five laws on the nonlinear plant of the shipped rig.
 
-Each sequence is 2.5 s with one to three faults of 1 to 300 ms, 0.1 s or more apart, and up to three hits of 21 N.
+Each sequence is 2.5 s at a speed and a pressure that rise or fall, with one to three faults of 1 to 300 ms, 0.1 s or
+more apart, and up to three hits of 21 N. One of the laws is scheduled over speed and pressure.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.bench.control import rig_model
 from rotorsim.bench.result import Figure
 from rotorsim.control import Law
-from rotorsim.control.designs import hinf, lead, lqr, placement
+from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, placement
 from rotorsim.plant import Plant
 
 SEQUENCES, SAMPLES = 200, 12_500
 FIRST, LAST = 1500, 9000
 """Samples between which faults begin and hits come; the law finds its centre before."""
+RANGES = ((30.0, 600.0), (0.3e6, 0.7e6))
+"""Speeds [rad/s] and pressures [Pa]; scheduled H2 laws begin at 26 rad/s."""
 WRONG = ("reversed_x", "reversed_y", "both_reversed", "swapped")
 KINDS = (
     "nan", "infinite", "stuck_x", "stuck_y", "both_stuck", *WRONG, "offset", "at_the_rail", "speed_lost",
@@ -127,10 +130,10 @@ def sequence(plant: Plant, laws: dict[str, Law], seed: int) -> Outcome:
     """Run one random sequence."""
     rng = np.random.default_rng(seed)
     law = laws[str(rng.choice(sorted(laws)))]
-    point = rng.uniform(0.0, 600.0), rng.uniform(0.3e6, 0.7e6)
+    speed, pressure = (np.linspace(*rng.uniform(low, high, 2), SAMPLES) for low, high in RANGES)
     faults, forces = drawn(rng)
     faulty = Faulty(law.with_(), faults, rng)
-    record = plant.simulate(SAMPLES * RIG_SAMPLE, *point, controller=faulty, disc_force=forces, seed=seed)
+    record = plant.simulate(SAMPLES * RIG_SAMPLE, speed, pressure, controller=faulty, disc_force=forces, seed=seed)
     disc = record["disc"].to_numpy()
     away = np.abs(disc - disc[1200:FIRST].mean(axis=0)).max(axis=1)
     alarms, outputs = np.array(faulty.alarms), np.array(faulty.outputs)
@@ -153,7 +156,7 @@ def sensor_faults() -> Iterator[Figure]:
     """Contacts, outputs that are not finite and missing returns of 200 sequences; how soon wrong signs are found."""
     model = rig_model()
     laws = {"hinf": hinf.design(model, hinf.PRESETS["rig"]), "lqr": lqr.design(model), "lead": lead.design(model),
-            "placement": placement.design(model)}  # fmt: skip
+            "placement": placement.design(model), "h2_scheduled": h2_scheduled.design(model)}  # fmt: skip
     plant = Plant("dtu_gas_bearing")
     outcomes = [sequence(plant, laws, seed) for seed in range(SEQUENCES)]
     found = [n for one in outcomes for n in one.found_after]

@@ -10,6 +10,8 @@ import numpy as np
 from rotorsim.control.errors import LawError
 from rotorsim.control.runtime.plausibility import LIMITS
 
+PAIRS = ("speed", "pressure", "model_speed", "model_pressure")
+"""Limits with two ends."""
 NONE = 1e300
 """A limit that nothing exceeds."""
 
@@ -62,6 +64,8 @@ class Plausibility:
         Largest change from one sample to the next [rad/s], [Pa].
     evidence : float
         Likelihood ratio, of Student's t without its power, at which sensors are taken for reversed or swapped.
+    model_speed, model_pressure : (float, float)
+        Where the predictors' model holds: elsewhere nothing counts as evidence [rad/s], [Pa, gauge].
     predictors : Predictors or None
         Without them reversed and swapped sensors are found by jump and range alone.
 
@@ -85,6 +89,8 @@ class Plausibility:
     pressure: tuple[float, float] = (-float("inf"), float("inf"))
     pressure_jump: float = float("inf")
     evidence: float = 1e10
+    model_speed: tuple[float, float] = (-float("inf"), float("inf"))
+    model_pressure: tuple[float, float] = (-float("inf"), float("inf"))
     predictors: Predictors | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -93,7 +99,7 @@ class Plausibility:
                 raise LawError(f"law: plausibility {name} = {getattr(self, name)}; give a positive limit")
         if not self.evidence > 1:
             raise LawError(f"law: plausibility evidence = {self.evidence}; give a ratio above 1, e.g. 1e10")
-        for name in ("speed", "pressure"):
+        for name in PAIRS:
             low, high = getattr(self, name)
             if not low < high:
                 raise LawError(f"law: plausibility {name} = {low:g} to {high:g}; give the lower limit first")
@@ -102,7 +108,7 @@ class Plausibility:
     def limits(self) -> np.ndarray:
         """Limits in the order of the table; 1e300 for none."""
         values = asdict(replace(self, predictors=None))
-        for name in ("speed", "pressure"):
+        for name in PAIRS:
             values[f"{name}_low"], values[f"{name}_high"] = getattr(self, name)
         return np.clip([float(values[name]) for name in LIMITS], -NONE, NONE)
 
@@ -133,7 +139,7 @@ class Plausibility:
         """Plain numbers and lists for JSON; None for no limit."""
         data = asdict(self)
         for name, value in data.items():
-            if name in ("speed", "pressure"):
+            if name in PAIRS:
                 data[name] = [number if np.isfinite(number) else None for number in value]
             elif name != "predictors" and not np.isfinite(value):
                 data[name] = None
@@ -147,8 +153,9 @@ class Plausibility:
         known = {one.name for one in fields(cls)}
         if unknown := sorted(set(data) - known):
             raise LawError(f"law: plausibility has no '{unknown[0]}'; it knows {', '.join(sorted(known))}")
-        given = {name: value for name, value in data.items() if value is not None and name != "predictors"}
-        for name in ("speed", "pressure"):
+        given: dict[str, Any] = {key: np.inf if value is None else value for key, value in data.items()}
+        given.pop("predictors", None)
+        for name in PAIRS:
             if name in given:
                 low, high = given[name]
                 given[name] = (-np.inf if low is None else float(low), np.inf if high is None else float(high))

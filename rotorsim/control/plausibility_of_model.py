@@ -25,6 +25,8 @@ FORCE, NOISE, DRIFT = 0.3, 0.33, 0.02
 [um], drift of the position [um]."""
 POINTS = 3
 """Speeds and pressures of the predictors' table over the range of a model."""
+BEYOND = (1000 * np.pi / 30, 0.1e6)
+"""Speed [rad/s] and pressure [Pa] beyond those of a model up to which it is believed at least."""
 FASTEST = 2.0
 """A rotor swings at most at so many times its highest mode."""
 
@@ -34,7 +36,8 @@ def plausibility_of(model: Model, Ts: float = RIG_SAMPLE, limit: float = 5.0, sc
 
     The range is twice what a reference of `limit` [V] moves the disc at rest, the jump what a swing of that amplitude
     at twice the highest mode makes in a sample. Speed and pressure (of a `scheduled` law) may be half the model's range
-    outside it, and jump as far. A model of another kind than designs take gives no limits.
+    outside it; a speed may jump as far, a pressure over the whole range. The predictors are believed a quarter of the
+    range beyond it, 1000 rpm and 0.1 MPa at least. A model of another kind than designs take gives no limits.
 
     Examples
     --------
@@ -42,7 +45,8 @@ def plausibility_of(model: Model, Ts: float = RIG_SAMPLE, limit: float = 5.0, sc
     >>> rs.control.plausibility_of(rs.load_model("model.json")).predictors.order
     8
     """
-    low, high = _range(model)
+    point = _range(model)[0]
+    low, high = np.nan_to_num(_range(model))
     speeds, pressures = _axis(low[0], high[0]), _axis(low[1], high[1])
     try:
         plants = [[_sampled(model, w, p, Ts) for p in pressures] for w in speeds]
@@ -53,9 +57,12 @@ def plausibility_of(model: Model, Ts: float = RIG_SAMPLE, limit: float = 5.0, sc
     swing = 2 * np.sin(min(FASTEST * max(_highest(plant) for plant in flat) / 2, np.pi / 2))
     half = (high - low) / 2
     limits: dict[str, Any] = {"range": reach, "jump": float(reach * swing)}
-    for k, name in enumerate(("speed", "pressure") if scheduled else ()):
-        if half[k] > 0:
-            limits |= {name: (low[k] - half[k], high[k] + half[k]), f"{name}_jump": half[k]}
+    for k, name in enumerate(("speed", "pressure")):
+        if half[k] > 0 and scheduled:
+            limits |= {name: (low[k] - half[k], high[k] + half[k]), f"{name}_jump": 1.1 * (1 + k) * half[k]}
+        if np.isfinite(point[k]):
+            beyond = max(half[k] / 2, BEYOND[k])
+            limits |= {f"model_{name}": (low[k] - beyond, high[k] + beyond)}
     return Plausibility(**limits, predictors=_predictors(model, plants, speeds, pressures))
 
 
@@ -69,10 +76,10 @@ def _sampled(model: Model, speed: float, pressure: float, Ts: float) -> System:
 
 
 def _range(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest (2,) speed and pressure of a model; zero where it does not know its point."""
+    """Lowest and highest (2,) speed and pressure of a model; NaN where it does not know its point."""
     if isinstance(model, LpvModel):
         return np.array(model.low, float), np.array(model.high, float)
-    point = np.nan_to_num(np.array([model.speed, model.pressure], float))
+    point = np.array([model.speed, model.pressure], float)
     return point, point
 
 

@@ -93,13 +93,69 @@ def test_missing_samples_again_and_again_suspend_the_law(law):
 
 @pytest.mark.parametrize("index", [0, 1])
 def test_a_scheduled_law_that_loses_speed_or_pressure_fades_out_and_comes_back(small, index):
-    scheduled = lpv.design(small(), lpv.Spec(grid=(2, 2), validation=(2, 2), table=(2, 2), delay=0.0))
+    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
     scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
     points = [np.full(6000, value) for value in (500.0, 0.6e6)]
     points[index][3000:3500] = 0.0
     u, codes = run(scheduled, noisy(), *points)
     assert begin(codes)[0] == (3000, guard.POINT_FAR) and begin(codes)[-1][1] == 0
     assert not u[3110:3500].any()
+
+
+def test_a_speed_that_has_really_jumped_is_accepted_and_one_that_reads_zero_is_not(small):
+    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
+    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+    for after, back in ((100.0, True), (0.0, False)):
+        speed = np.where(np.arange(6000) < 3000, 600.0, after)
+        _, codes = run(scheduled, noisy(), speed, 0.5e6)
+        assert begin(codes)[0] == (3000, guard.POINT_FAR) and (codes[-1] == 0) == back
+
+
+def test_a_first_sample_of_zeros_and_a_lost_speed_during_a_run_up_do_not_last(small):
+    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
+    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+    speed, pressure = np.linspace(100.0, 600.0, 6000), np.full(6000, 0.6e6)
+    speed[0] = pressure[0] = 0.0
+    speed[2000:5800] = np.nan
+    _, codes = run(scheduled, noisy(), speed, pressure)
+    assert codes[-1] == 0 and not codes[200:2000].any()
+
+
+def test_a_pressure_step_over_the_whole_range_is_no_fault(small):
+    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
+    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+    _, codes = run(scheduled, noisy(), 300.0, np.where(np.arange(6000) < 3000, 0.3e6, 0.7e6))
+    assert not codes.any()
+
+
+def test_a_speed_that_is_not_a_number_does_not_end_the_check_of_a_constant_law(law):
+    speed = np.full(6000, 300.0)
+    speed[0] = np.nan
+    own = law.with_()
+    for y, w in zip(noisy(), speed, strict=True):
+        own.step(y, w, POINT[1])
+    assert np.isfinite(own.memory).all()
+
+
+@pytest.mark.parametrize("speed", [POINT[0], 4 * 628.0])
+def test_evidence_counts_where_the_model_holds(law, speed):
+    """A swing that grows without any output: the model, which knows the sensors, does not explain it."""
+    measured = noisy()
+    growth = 1e-6 * np.exp(np.minimum(np.arange(3000) / 300, 3))
+    measured[3000:] += (growth * np.sin(500 * 2e-4 * np.arange(3000)))[:, None] * [1.0, -1.0]
+    own = law.with_()
+    most = 1.0
+    for y in measured:
+        own.step(y, speed, POINT[1])
+        most = max(most, *own.memory[own.layout.evidence + 1 : own.layout.applied])
+    assert (most > 1.0) == (speed == POINT[0])
+
+
+@pytest.mark.parametrize("name", ["jump", "range", "stuck", "evidence", "speed_jump", "pressure_jump"])
+def test_a_limit_that_is_switched_off_stays_off_in_the_file(law, tmp_path, name):
+    law = law.with_(plausibility=replace(law.plausibility, **{name: float("inf")}))
+    law.save(tmp_path / "law.json")
+    assert getattr(load_law(tmp_path / "law.json").plausibility, name) == float("inf")
 
 
 def test_a_pause_doubles_as_long_as_the_law_fails_soon(law):

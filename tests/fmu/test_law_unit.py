@@ -94,13 +94,17 @@ def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_pa
 
 
 def plausible_law():
-    """The scheduled law with limits, and predictors of a mass on a spring at two speeds."""
+    """The scheduled law with limits, and predictors of a mass on a spring, softer at the higher of two speeds."""
     from identification import LinearModel
-    from rotorsim.control import Plausibility, plausibility_of
+    from rotorsim.control import Plausibility, Predictors, plausibility_of
 
-    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-(800.0**2) * np.eye(2), -60.0 * np.eye(2)]])
     B, C = np.vstack([np.zeros((2, 2)), 2.0 * np.eye(2)]), np.eye(2, 4)
-    predictors = plausibility_of(LinearModel(A, B, C, np.zeros((2, 2)), speed=300.0, pressure=5e5)).predictors
+    both = []
+    for w in (800.0, 700.0):
+        A = np.block([[np.zeros((2, 2)), np.eye(2)], [-(w**2) * np.eye(2), -60.0 * np.eye(2)]])
+        both.append(plausibility_of(LinearModel(A, B, C, np.zeros((2, 2)))).predictors)
+    stacked = {k: np.concatenate([getattr(one, k) for one in both]) for k in ("A", "B", "C", "gain", "weights")}
+    predictors = Predictors(**stacked, speeds=np.array([0.0, 600.0]), pressures=np.array([5e5]))
     limits = Plausibility(jump=1e-5, range=3e-5, speed=(-100.0, 900.0), speed_jump=200.0, predictors=predictors)
     return scheduled_law(average=0.2, fade=0.05, plausibility=limits)
 
@@ -110,13 +114,14 @@ def faulty_inputs(n):
     rng, t = np.random.default_rng(0), 2e-4 * np.arange(n)
     x = 2e-6 + 3e-6 * np.sin(800 * t) + 3e-7 * rng.normal(size=n)
     y = -8e-6 + 2e-6 * np.cos(810 * t) + 3e-7 * rng.normal(size=n)
-    speed, pressure = np.full(n, 300.0), np.full(n, 5e5)
+    speed, pressure = np.linspace(100.0, 500.0, n), np.full(n, 5e5)
+    speed[0], pressure[40] = 0.0, np.nan
     x[2000:2002] += 5e-5
     x[2500:2900] = x[2500]
     speed[3500:3700] = 0.0
     y[4500:4600] += 5e-5 * np.linspace(0, 1, 100)
     y[6000:6300:3] = np.nan
-    x[8000:] += 6e-6 * np.sin(700 * t[8000:]) * np.linspace(1, 4, n - 8000)
+    x[8000:] += 6e-6 * np.sin(300 * t[8000:]) * np.linspace(1, 4, n - 8000)
     return dict(zip(INPUTS, (x, y, speed, pressure), strict=True))
 
 

@@ -166,3 +166,16 @@ def test_a_model_becomes_controls_state_space(template):
     made, own = lpv.to_control(300.0, 5e5), lpv.at(300.0, 5e5)
     assert isinstance(made, control.StateSpace)
     np.testing.assert_allclose(made(700j), own.transfer(700.0)[0], rtol=1e-9)
+
+
+def test_surfaces_of_models_with_dead_times():
+    """Model 3 as `identify` gives it by default."""
+    import model3
+
+    results = []
+    for speed in (0.0, 200.0, 400.0):
+        record = model3.record(int(speed), seconds=2.0, theta=model3.DELAYED, kind="3-delay")
+        results.append(replace(idn.identify(record, 3), speed=speed, pressure=5e5))
+    assert {one.kind for one in results} == {"3-delay"}
+    lpv = idn.fit_lpv(results, order=1)
+    assert lpv.at(200.0, 5e5).order == 8

@@ -318,3 +318,18 @@ def test_records_that_lack_something_or_have_another_rate_are_refused(to_20_krpm
         online().run(record.assign_attrs(controller="lqr"))
     with pytest.raises(UnfitError, match="resample"):
         online().run(as_record(2 * t, *signals))
+
+
+def test_a_start_with_dead_times_has_them_in_its_lags():
+    """Model 3 as `identify` gives it by default: eight states; frequencies, damping and gain at rest are kept."""
+    from identification.local.greybox import STRUCTURES
+    from identification.lpv.recursive_form import without_dead_times
+
+    theta = np.array([-5e5, 0, 0, -6e5, -50, 0, 0, -40, 1.5, 0.1, -0.1, 1.6, 900, 1100, 4e3, 5e3], float)
+    late = idn.LinearModel(*STRUCTURES["3-delay"].matrices(theta))
+    short = without_dead_times(late)
+    assert short.order == 6 and without_dead_times(short) is short
+    np.testing.assert_allclose(short.static_gain, late.static_gain, rtol=1e-12)
+    np.testing.assert_allclose(short.wn, late.wn, rtol=1e-9)
+    np.testing.assert_allclose(-1 / short.A[[4, 5], [4, 5]], 1 / theta[12:14] + 2 / theta[14:16], rtol=1e-12)
+    idn.RecursiveLpv(late, 2e-4, speeds=(0.0, 600.0), pressures=(0.5e6, 0.5e6))

@@ -12,9 +12,9 @@ Cites: astrom_1997.
 from __future__ import annotations
 
 from reynolds.jit import inlined, kernel
-from rotorsim.control.runtime.guard import fault_in, hold, overflow, resume
+from rotorsim.control.runtime.guard import POINT, fault_in, hold, overflow, resume
 from rotorsim.control.runtime.layout import FIRST_BLOCK
-from rotorsim.control.runtime.plausibility import AT, COUNT, FRESH, REFRESHED, implausible
+from rotorsim.control.runtime.plausibility import AT, COUNT, FRESH, KNOWN, REFRESHED, implausible
 
 
 @inlined
@@ -32,7 +32,9 @@ def weight_of(axis, first, count, k, value):
     if count < 2:
         return 0.0
     low, high = axis[first + k], axis[first + k + 1]
-    return min(max((value - low) / (high - low), 0.0), 1.0)
+    share = (value - low) / (high - low)
+    share = share if share > 0.0 else 0.0  # of NaN too
+    return share if share < 1.0 else 1.0
 
 
 @inlined
@@ -63,9 +65,11 @@ def refresh(w, table, axes, L, speed, pressure):
 
 @inlined
 def refresh_predictors(w, table, axes, L, speed, pressure):
-    """The same of the predictors, at the last plausible speed and pressure if there was one."""
-    if w[L.seen + COUNT] > 0.0:
-        speed, pressure = w[L.seen + AT], w[L.seen + AT + 1]
+    """The same of the predictors, at the last plausible speed and pressure if they are known."""
+    if w[L.seen + KNOWN] > 0.0:
+        speed = w[L.seen + AT]
+    if w[L.seen + KNOWN + 1] > 0.0:
+        pressure = w[L.seen + AT + 1]
     first, at = L.checks + FIRST_BLOCK, L.speeds + L.pressures
     interpolate(w, L.pblock, table, first, L.psize, axes, at, L.pspeeds, L.ppressures, speed, pressure)
 
@@ -141,6 +145,8 @@ def check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure):
     m = L.seen
     if fault != 0.0:
         w[m + FRESH] = w[L.evidence] = w[L.applied] = 0.0
+        if fault == POINT:
+            w[m + KNOWN] = w[m + KNOWN + 1] = 0.0
         return fault
     if L.pn > 0 and w[m + COUNT] % REFRESHED == 0.0:
         refresh_predictors(w, table, axes, L, speed, pressure)

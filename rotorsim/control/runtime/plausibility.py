@@ -11,8 +11,9 @@ freedom, which a single large error cannot dominate, never below one (Page's cum
 
 .. math:: P^+ = \max\left(1, \beta P \frac{\nu + q_0}{\nu + q_j}\right)
 
-with DOUBT, beta, for what the model itself predicts wrongly, and without the ratio as long as the mean of q_0 over the
-last LATELY samples or so is below MISSED, twice what it should be: then nothing is to be explained.
+where the model holds, with DOUBT, beta, for what the model itself predicts wrongly, and without the ratio as long as
+the mean of q_0 over the last LATELY samples or so is below MISSED, twice what it should be: then nothing is to be
+explained.
 
 A jump of up to GLITCH samples is held through. What takes longer, a wrong connection, and more than OFTEN returns from
 bad samples within some 100 suspend the law: it fades out, and tries to come back after PAUSE samples, after twice as
@@ -32,6 +33,8 @@ NU, DOUBT, MISSED, LATELY = 3.0, 0.95, 4.0, 50.0
 WAYS = 5
 """Ways in which two sensors may be connected."""
 GLITCH = 3.0
+ACCEPTED = 50.0
+"""Samples after which a speed or pressure that has jumped is taken for true; never zero, which a lost signal reads."""
 OFTEN, FORGOTTEN = 6.0, 0.99
 """Returns from bad samples that are too many, and what is left of their number after each sample."""
 ARMED = 100.0
@@ -42,15 +45,16 @@ REFRESHED = 50.0
 """Samples between readings of the predictors' table."""
 LIMITS = (
     "jump", "range", "stuck", "speed_low", "speed_high", "speed_jump", "pressure_low", "pressure_high",
-    "pressure_jump", "evidence",
+    "pressure_jump", "evidence", "model_speed_low", "model_speed_high", "model_pressure_low", "model_pressure_high",
 )  # fmt: skip
 """Order of the limits at the front of their part of the table; see `rotorsim.control.plausibility.Plausibility`."""
-T_JUMP, T_RANGE, T_STUCK, T_SPEED, T_PRESSURE, T_EVIDENCE = 0, 1, 2, 3, 6, 9
+T_JUMP, T_RANGE, T_STUCK, T_SPEED, T_PRESSURE, T_EVIDENCE, T_MODEL = 0, 1, 2, 3, 6, 9, 10
 SEEN, GOOD, SAME, CHANGED, AT, COUNT, FRESH, AWAY = 0, 2, 4, 6, 8, 10, 11, 12
-REST, REASON, LENGTH, SINCE, RETURNS, STATE = 13, 14, 15, 16, 17, 18
+REST, REASON, LENGTH, SINCE, RETURNS, KNOWN, OTHER, HELD, STATE = 13, 14, 15, 16, 17, 18, 20, 22, 24
 """Offsets in the memory: last sample (2), last without a jump (2), repeats (2), changes at the start (2), speed and
 pressure (2), samples, whether the last was finite, jumped samples in a row; samples left of a pause, its alarm code,
-its length, good samples since then; number of returns lately."""
+its length, good samples since then; number of returns lately; whether speed and pressure are known (2), another value
+of them (2) and for how many samples it has stood (2)."""
 
 
 @inlined
@@ -64,15 +68,29 @@ def suspend(w, m, fault):
 
 @inlined
 def lost(w, table, m, k, limits, value):
-    """Whether speed (k = 0) or pressure (1) is out of its limits or far from where it was."""
+    """Whether speed (k = 0) or pressure (1) is out of its limits or has jumped; none that is not finite."""
     if not abs(value) < math.inf:
         return False
-    if w[m + COUNT] == 0.0:
-        w[m + AT + k] = value
-    if value < table[limits] or value > table[limits + 1] or abs(value - w[m + AT + k]) > table[limits + 2]:
-        return True
-    w[m + AT + k] = value
-    return False
+    inside = table[limits] <= value <= table[limits + 1]
+    near = w[m + KNOWN + k] == 0.0 or abs(value - w[m + AT + k]) <= table[limits + 2]
+    if inside and not near and value != 0.0:
+        again = abs(value - w[m + OTHER + k]) <= table[limits + 2]
+        w[m + HELD + k] = w[m + HELD + k] + 1.0 if again else 1.0
+        w[m + OTHER + k] = value
+        near = w[m + HELD + k] > ACCEPTED
+    else:
+        w[m + HELD + k] = 0.0
+    if inside and near:
+        w[m + AT + k], w[m + KNOWN + k], w[m + HELD + k] = value, 1.0, 0.0
+    return not (inside and near)
+
+
+@inlined
+def modelled(w, table, L):
+    """Whether the last plausible speed and pressure lie where the predictors' model holds."""
+    first, m = L.checks + T_MODEL, L.seen
+    speed, pressure = w[m + AT], w[m + AT + 1]
+    return table[first] <= speed <= table[first + 1] and table[first + 2] <= pressure <= table[first + 3]
 
 
 @inlined
@@ -173,7 +191,7 @@ def displacement(w, table, L, m, x, y, centred):
     w[m + AWAY], w[m + FRESH] = 0.0, 1.0
     w[m + GOOD], w[m + GOOD + 1] = x, y
     if L.pn > 0:
-        predict(w, L, x, y, centred and w[L.guard + BAD] == 0.0)
+        predict(w, L, x, y, centred and w[L.guard + BAD] == 0.0 and modelled(w, table, L))
     if paused:
         w[m + REST] -= 1.0
         return w[m + REASON]
