@@ -105,7 +105,9 @@ def plausible_law():
         both.append(plausibility_of(LinearModel(A, B, C, np.zeros((2, 2)))).predictors)
     stacked = {k: np.concatenate([getattr(one, k) for one in both]) for k in ("A", "B", "C", "gain", "weights")}
     predictors = Predictors(**stacked, speeds=np.array([0.0, 600.0]), pressures=np.array([5e5]))
-    limits = Plausibility(jump=1e-5, range=3e-5, speed=(-100.0, 900.0), speed_jump=200.0, predictors=predictors)
+    limits = Plausibility(
+        evidence=30.0, jump=1e-5, range=3e-5, speed=(-100.0, 900.0), speed_jump=200.0, predictors=predictors
+    )
     return scheduled_law(average=0.2, fade=0.05, plausibility=limits)
 
 
@@ -119,7 +121,7 @@ def faulty_inputs(n):
     x[2000:2002] += 5e-5
     x[2500:2900] = x[2500]
     speed[3500:3700] = 0.0
-    y[4500:4600] += 5e-5 * np.linspace(0, 1, 100)
+    y[4500:4600] += 5e-5 * np.minimum(np.arange(100) / 12, 1)
     y[6000:6300:3] = np.nan
     x[8000:] += 6e-6 * np.sin(300 * t[8000:]) * np.linspace(1, 4, n - 8000)
     return dict(zip(INPUTS, (x, y, speed, pressure), strict=True))
