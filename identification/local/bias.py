@@ -42,6 +42,7 @@ from identification.local.amplitude import AtRest
 from identification.local.confidence import Spread, propagate
 from identification.local.greybox import modes, static_gain
 from identification.local.model_error import ModelError, model_error
+from identification.local.stretches import longest_stretch
 
 if TYPE_CHECKING:
     from identification.local.models import LinearModel
@@ -102,10 +103,15 @@ def bias(
     kind: str, theta: np.ndarray, spread: Spread, calm: AtRest, model: LinearModel, signals: Signals,
     residual: np.ndarray, independent: bool,
 ) -> Bias:  # fmt: skip
-    """Bias of a grey-box model that moves, from its residual (n, 2) on its own record."""
+    """Bias of a grey-box model that moves, from its residual (n, 2) on its own record.
+
+    Of several stretches the longest shows the linear model error; the others count for the rest.
+    """
     wn, zeta = modes(theta)
-    excited = slice(min(signals.rest, len(residual) // 2), None)
-    error = model_error(model, wn, zeta, signals.u[excited], residual[excited], signals.Ts)
+    excited = residual[min(signals.rest, len(residual) // 2) :]
+    part, left = longest_stretch(signals, residual)
+    first = min(part.rest, len(left) // 2)
+    error = model_error(model, wn, zeta, part.u[first:], left[first:], signals.Ts)
     if independent:
         error = ModelError(np.zeros(2), np.zeros(2), np.zeros((2, 2)), 0.0)
 
@@ -113,8 +119,8 @@ def bias(
         return np.concatenate([*modes(values), static_gain(kind, values).ravel()])
 
     third = np.zeros(8)
-    if _distorted(residual[excited], signals):
-        lasting = len(residual[excited]) * signals.Ts
+    if _distorted(excited, signals):
+        lasting = len(excited) * signals.Ts
         width = float(np.mean(2 * zeta * wn)) / (2 * np.pi)
         factor = lasting * width * (1 - error.share) * TRIANGULAR
         third = factor * propagate(properties, theta, spread.distortion) ** 2

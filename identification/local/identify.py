@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from identification.errors import UnfitError
 from identification.local import dead_time as late
+from identification.local.blackbox_fit import black_box
 from identification.local.closed_loop import judged
+from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
 from identification.local.greybox import DELAYED, STRUCTURES
 from identification.local.prepare import ready
 from identification.local.result import Identification
@@ -21,9 +23,6 @@ from identification.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
-
-from identification.local.blackbox_fit import black_box
-from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
 
 MODELS = ("1", "2", "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
