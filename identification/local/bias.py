@@ -42,7 +42,7 @@ from identification.local.amplitude import AtRest
 from identification.local.confidence import Spread, propagate
 from identification.local.greybox import modes, static_gain
 from identification.local.model_error import ModelError, model_error
-from identification.local.stretches import longest_stretch
+from identification.local.stretches import parts_of
 
 if TYPE_CHECKING:
     from identification.local.models import LinearModel
@@ -103,15 +103,12 @@ def bias(
     kind: str, theta: np.ndarray, spread: Spread, calm: AtRest, model: LinearModel, signals: Signals,
     residual: np.ndarray, independent: bool,
 ) -> Bias:  # fmt: skip
-    """Bias of a grey-box model that moves, from its residual (n, 2) on its own record.
-
-    Of several stretches the longest shows the linear model error; the others count for the rest.
-    """
+    """Bias of a grey-box model that moves, from its residual (n, 2) on its own record."""
     wn, zeta = modes(theta)
-    excited = residual[min(signals.rest, len(residual) // 2) :]
-    part, left = longest_stretch(signals, residual)
-    first = min(part.rest, len(left) // 2)
-    error = model_error(model, wn, zeta, part.u[first:], left[first:], signals.Ts)
+    first = min(signals.rest, len(residual) // 2)
+    excited = residual[first:]
+    parts = list(parts_of([at - first for at in signals.breaks if at > first], len(excited)))
+    error = model_error(model, wn, zeta, signals.u[first:], excited, signals.Ts, parts)
     if independent:
         error = ModelError(np.zeros(2), np.zeros(2), np.zeros((2, 2)), 0.0)
 

@@ -33,14 +33,6 @@ def longest_part(signals: Signals) -> slice:
     return max(parts, key=lambda part: part.stop - max(part.start, signals.rest))
 
 
-def longest_stretch(signals: Signals, residual: np.ndarray) -> tuple[Signals, np.ndarray]:
-    """Inputs and residual (n, p) of the longest stretch alone; of a record without gaps as they are."""
-    if not signals.breaks:
-        return signals, residual
-    at = longest_part(signals)
-    return replace(signals, u=signals.u[at], rest=max(signals.rest - at.start, 0), breaks=()), residual[at]
-
-
 def offsets(n: int, breaks: Sequence[int]) -> np.ndarray:
     """An offset for each stretch, orthonormal, (n, stretches)."""
     columns = np.zeros((n, len(breaks) + 1))
