@@ -44,10 +44,10 @@ RAISED = 10.0
 """L stays within this factor of its median."""
 NO_BIAS = "record of a closed loop: intervals are those of the standard deviations alone and hold no bias"
 COARSE = (
-    "Model 3 of a closed loop: damping ratios were up to 27 % off the plant's on the virtual rig; take Model 2 where pins "
+    "Model 3 of a closed loop: on the virtual rig its damping ratios were off by up to 27 %; take Model 2 where pins "
     "are measured"
 )
-"""Warnings about what comes of the two stages."""
+"""Warnings about results of the two stages."""
 
 
 def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
@@ -197,4 +197,5 @@ def judged(found: Identification, signals: Signals, external: np.ndarray) -> Ide
 
 
 def _remarks(kind: str) -> tuple[str, ...]:
-    return (NO_BIAS, COARSE) if kind in ("3", DELAYED) else (NO_BIAS,)
+    """What comes of the two stages where an open loop states a bias."""
+    return {"1": (NO_BIAS,), "2": (NO_BIAS,), "3": (NO_BIAS, COARSE), DELAYED: (NO_BIAS, COARSE)}.get(kind, ())

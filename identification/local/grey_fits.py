@@ -22,7 +22,7 @@ from identification.local.own import bound_remarks, box, covariance_of as own_co
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values
-from identification.local.stretches import longest_part, offsets
+from identification.local.stretches import longest_part, offsets, regressors_of
 from identification.local.structure import Structure
 from identification.records.checks import check_modes, suspicious_gains
 from identification.records.pin_positions import pin_pairs
@@ -127,7 +127,7 @@ def _best_start(problem: Problem, signals: Signals, candidates: Sequence[np.ndar
     part = longest_part(signals)
     first = max(part.start, min(signals.rest, len(signals.u) // 2))
     at = slice(first, min(first + CANDIDATES, part.stop))
-    short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(problem.Q[at])[0])
+    short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(regressors_of(problem.Q, at)[0])[0])
     best, lowest = None, np.inf
     for theta in candidates:
         if problem.usable(theta):

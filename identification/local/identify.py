@@ -34,7 +34,7 @@ def identify(
     model: int | str | Structure = 3,
     order: int = 6,
     method: str = "auto",
-    steady: xr.Dataset | None = None,
+    steady: xr.Dataset | Sequence[xr.Dataset | None] | None = None,
     settings: Prefilter | None = None,
     start: Any = None,
     check: bool = True,
@@ -56,8 +56,9 @@ def identify(
         Output error, which leftover imbalance disturbs less, prediction error, or two stages: output error behind what
         the external reference explains, see `identification.local.closed_loop`. 'auto' takes two stages for a record
         of a closed loop that holds `reference_external`, and output error otherwise.
-    steady : Dataset or None
-        Record without excitation at the same operating point, for the extended runout filter.
+    steady : Dataset or None, or a sequence of them
+        Record without excitation at the same operating point, for the extended runout filter; of several records for
+        all or, as a sequence, for each.
     settings : Prefilter or None
         Prefilter.
     start : sequence of float or None
@@ -95,7 +96,8 @@ def identify(
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
-    kind = kind if own else late.kind_of(kind, dead_time)
+    checked = late.kind_of(repr(kind) if own else kind, dead_time)
+    kind = kind if own else checked
     records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     count = len(own.parameters) if own else count_of(kind, order)
     made = ready(records, method, steady, settings, check, count)

@@ -35,7 +35,7 @@ class Ready:
 def ready(
     records: Sequence[xr.Dataset],
     method: str,
-    steady: xr.Dataset | None,
+    steady: xr.Dataset | Sequence[xr.Dataset | None] | None,
     settings: Prefilter | None,
     check: bool,
     parameters: int,
@@ -45,7 +45,10 @@ def ready(
         raise UnfitError("identify: no record; give one or several")
     if wrong := [record for record in records if not hasattr(record, "data_vars")]:
         raise UnfitError(f"identify: {wrong[0]!r} is not a record; open files with identification.read")
-    each = [_one(record, method, steady, settings, check) for record in records]
+    calm = list(steady) if isinstance(steady, (list, tuple)) else [steady] * len(records)
+    if len(calm) != len(records):
+        raise UnfitError(f"identify.steady: {len(calm)} for {len(records)} records; give one for all or one for each")
+    each = [_one(record, method, own, settings, check) for record, own in zip(records, calm, strict=True)]
     methods = {one.method for one in each}
     if methods == {"oe", "two-stage"}:
         methods = {"two-stage"}

@@ -33,6 +33,12 @@ def longest_part(signals: Signals) -> slice:
     return max(parts, key=lambda part: part.stop - max(part.start, signals.rest))
 
 
+def regressors_of(Q: np.ndarray, at: slice) -> tuple[np.ndarray, np.ndarray]:
+    """Regressors (n, k) of a part of the samples and their numbers, without those that are zero there."""
+    shown = np.flatnonzero(np.any(Q[at] != 0, axis=0))
+    return np.ascontiguousarray(Q[at][:, shown]), shown
+
+
 def offsets(n: int, breaks: Sequence[int]) -> np.ndarray:
     """An offset for each stretch, orthonormal, (n, stretches)."""
     columns = np.zeros((n, len(breaks) + 1))
