@@ -64,21 +64,29 @@ def ready(
 
 
 def _one(record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool) -> Ready:
-    record, breaks, left_out = without_gaps(record)
-    if breaks and settings is not None and settings.lowpass is not None:
-        raise UnfitError("record: has gaps, across which no low-pass can run; cut it or leave lowpass out")
     method = method_for(record, method)
     closed = method == "two-stage"
-    signals = filtered(record, None if closed else steady, settings)
+    record, signals = of_stretches(record, None if closed else steady, settings)
     if check:
         check_record(chosen_output(record, settings), sampling_time(record))
     remarks = check_loop(record, method, check)
     if closed:
         remarks += check_saturation(record, check)
-    if breaks or left_out:
-        signals = replace(signals, breaks=breaks, notes=(*signals.notes, left_out))
     external = np.asarray(record["reference_external"].values, float) if closed else None
     return Ready(signals, signals, external, method, remarks)
+
+
+def of_stretches(
+    record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None
+) -> tuple[xr.Dataset, Signals]:
+    """A record without its gaps, and its signals, which know where stretches begin."""
+    record, breaks, left_out = without_gaps(record)
+    if breaks and settings is not None and settings.lowpass is not None:
+        raise UnfitError("record: has gaps, across which no low-pass can run; cut it or leave lowpass out")
+    signals = filtered(record, steady, settings)
+    if breaks or left_out:
+        signals = replace(signals, breaks=breaks, notes=(*signals.notes, left_out))
+    return record, signals
 
 
 def fit_signals(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None) -> Signals:
