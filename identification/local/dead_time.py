@@ -47,8 +47,8 @@ def kind_of(model: str, dead_time: float | str) -> str:
     """
     if isinstance(dead_time, str) and dead_time == FREE:
         return DELAYED if model == "3" else model
-    number = isinstance(dead_time, Real) and not isinstance(dead_time, bool)
-    if not number or not np.isfinite(dead_time) or dead_time < 0:
+    wrong = isinstance(dead_time, bool) or not isinstance(dead_time, Real)
+    if isinstance(dead_time, str) or wrong or not np.isfinite(dead_time) or dead_time < 0:
         raise UnfitError(f"identify.dead_time: {dead_time!r}; give seconds, 0 for none, or '{FREE}' to find it")
     if dead_time == 0:
         return model

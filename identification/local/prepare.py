@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def ready(
         raise UnfitError("identify: no record; give one or several")
     if wrong := [record for record in records if not hasattr(record, "data_vars")]:
         raise UnfitError(f"identify: {wrong[0]!r} is not a record; open files with identification.read")
-    calm = list(steady) if isinstance(steady, (list, tuple)) else [steady] * len(records)
+    calm: list[Any] = list(steady) if isinstance(steady, (list, tuple)) else [steady] * len(records)
     if len(calm) != len(records):
         raise UnfitError(f"identify.steady: {len(calm)} for {len(records)} records; give one for all or one for each")
     each = [_one(record, method, own, settings, check) for record, own in zip(records, calm, strict=True)]
