@@ -25,6 +25,7 @@ from identification.local.models import LinearModel
 from identification.local.start import levy, peak_frequency
 from identification.records.checks import check_signals
 from identification.records.frf import FrequencyResponse, frequency_response
+from identification.records.lab.without_gaps import longest_whole
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
 from identification.records.segment import cut
 from identification.threads import one_thread
@@ -91,7 +92,7 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     Parameters
     ----------
     ds : Dataset
-        Record of the schema with `reference` and `disc_measured`.
+        Record of the schema with `reference` and `disc_measured`; of one with gaps the longest stretch is taken.
     steady : Dataset or None
         Record without excitation at the same operating point, for the extended runout filter.
     settings : Prefilter or None
@@ -108,6 +109,7 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     >>> rs.identification.advise(record).order
     6
     """
+    ds, alone = longest_whole(ds)
     signals = filtered(ds, steady, settings)
     check_signals(signals, 4 * max(ORDERS))
     values, fits = _orders(signals)
@@ -117,7 +119,7 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     peak = peak_frequency(response)
     dead_time, lag = _delay(response, peak, signals.Ts)
     model = "2" if signals.pins is not None else "1" if peak * (dead_time + lag) < EARLY else "3"
-    sentences = _sentences(ORDERS[best], fits[best], peak, dead_time + lag, model)
+    sentences = _sentences(ORDERS[best], fits[best], peak, dead_time + lag, model) + alone
     remarks = check_loop(chosen_output(ds, settings), "oe", refuse=False)
     return Advice(ORDERS, values, fits, ORDERS[best], peak, dead_time, lag, model, (*sentences, *remarks))
 

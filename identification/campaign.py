@@ -129,15 +129,16 @@ def identify_sources(
     """
     found = identify_all(sources, model, order, method, settings, mapping, workers, progress, dead_time)
     if dead_time == FREE and len({one.result.kind for one in found if one.result is not None}) > 1:
-        found = identify_all(sources, model, order, method, settings, mapping, workers, None, 0.0)
+        dead_time = 0.0
+        found = identify_all(sources, model, order, method, settings, mapping, workers, None, dead_time)
         text = "other records show no dead time: identified without"
         found = [one if one.result is None else replace(one, result=noted(one.result, text)) for one in found]
     good = [one for one in found if one.result is not None]
     if not good:
         raise UnfitError(found[0].error if found else NO_EXCITATION)
     if together := _together(good, held):
-        records = [open_pair(one.source, mapping) for one in together]
-        both = identify([record for record, _ in records], model, order, method, records[0][1], settings)
+        records, steady = zip(*(open_pair(one.source, mapping) for one in together), strict=True)
+        both = identify(records, model, order, method, steady, settings, dead_time=dead_time)
         return both.model, [*found, Local(replace(together[0].source, path=Path(f"{len(together)} together")), both)]
     return _model(good, surfaces, refine, settings, mapping, held), found
 

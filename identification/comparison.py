@@ -12,10 +12,11 @@ import numpy as np
 from identification.errors import ModelError
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project
 from identification.local.models import LinearModel
+from identification.local.prepare import of_stretches
 from identification.local.result import Identification
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
-from identification.records.prefilter import Prefilter, Signals, filtered
+from identification.records.prefilter import Prefilter, Signals
 from identification.threads import one_thread
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ def compare_models(
         By name results of `identify`, linear models, or parameter-varying ones, which are frozen at the record's
         operating point.
     record : Dataset
-        Record of the schema, held out.
+        Record of the schema, held out; gaps are left out as in `identify`.
     steady, settings
         As for `identify`.
 
@@ -111,7 +112,7 @@ def compare_models(
     """
     if not models:
         raise ModelError("compare_models: no models; give results of identify or models by name")
-    signals = filtered(record, steady, settings)
+    signals = of_stretches(record, steady, settings)[1]
     rows = [_compared(name, one, signals) for name, one in models.items()]
     best = sorted(rows, key=lambda row: -float(np.mean(row.fit)))
     return Comparison(tuple(best), ceiling(project(signals.y, signals.Q), signals.noise))

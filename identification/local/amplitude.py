@@ -22,7 +22,9 @@ from scipy.stats import f
 
 from identification.local.confidence import WINDOW, sandwich
 from identification.local.fit import Problem
+from identification.local.joint import Joint, scores_of
 from identification.local.simulation import respond
+from identification.local.stretches import parts_of
 
 MOVING = 8
 """K and D, the first parameters of every structure that moves, depend on the amplitude."""
@@ -54,7 +56,7 @@ def nothing(count: int) -> AtRest:
 
 def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> AtRest:
     """Parameters at no amplitude, less those of an output-error fit that ended at theta (q,), x0."""
-    residual, J = problem.residual(theta, x0)
+    residual, J = scores_of(problem, theta, x0)
     columns = np.concatenate([J, _modulated(problem, theta, x0)], axis=-1)
     flat = columns.reshape(-1, columns.shape[-1])
     scale = np.sqrt(np.maximum(np.sum(flat**2, axis=0), 1e-300))
@@ -81,14 +83,17 @@ def _modulated(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> np.ndarra
     F, G, H, _ = problem.model.sampled(theta)
     slopes = problem.model.derivatives(theta)[0]
     n, p = len(F), len(H)
-    states = respond(F, G, np.eye(n), np.zeros((n, problem.w.shape[1])), x0, problem.w)
+    parts = list(parts_of(problem.breaks if isinstance(problem, Joint) else (), len(problem.w)))
+    through, begin = np.zeros((n, problem.w.shape[1])), x0.reshape(-1, n)
+    states = np.vstack([respond(F, G, np.eye(n), through, begin[k], problem.w[at]) for k, at in enumerate(parts)])
     x, v = states[:, :2], states[:, 2:4]
     frequency = np.linalg.norm(v) / max(float(np.linalg.norm(x)), 1e-300)
     square = np.sum(x**2 + (v / frequency) ** 2, axis=1)
     square = square / max(float(square.mean()), 1e-300)
-    both, through, zero = np.hstack([states, problem.w]), np.zeros((p, n)), np.zeros(n)
+    both, none, zero = np.hstack([states, problem.w]), np.zeros((p, n)), np.zeros(n)
     found = []
     for i in range(MOVING):
         push = np.ascontiguousarray((both @ slopes[:, :, i].T) * square[:, None])
-        found.append(problem.project(respond(F, np.eye(n), H, through, zero, push)))
+        moved = [respond(F, np.eye(n), H, none, zero, push[at]) for at in parts]
+        found.append(problem.project(np.vstack(moved)))
     return np.stack(found, axis=-1)

@@ -42,6 +42,7 @@ from identification.local.amplitude import AtRest
 from identification.local.confidence import Spread, propagate
 from identification.local.greybox import modes, static_gain
 from identification.local.model_error import ModelError, model_error
+from identification.local.stretches import parts_of
 
 if TYPE_CHECKING:
     from identification.local.models import LinearModel
@@ -104,8 +105,10 @@ def bias(
 ) -> Bias:  # fmt: skip
     """Bias of a grey-box model that moves, from its residual (n, 2) on its own record."""
     wn, zeta = modes(theta)
-    excited = slice(min(signals.rest, len(residual) // 2), None)
-    error = model_error(model, wn, zeta, signals.u[excited], residual[excited], signals.Ts)
+    first = min(signals.rest, len(residual) // 2)
+    excited = residual[first:]
+    parts = list(parts_of([at - first for at in signals.breaks if at > first], len(excited)))
+    error = model_error(model, wn, zeta, signals.u[first:], excited, signals.Ts, parts)
     if independent:
         error = ModelError(np.zeros(2), np.zeros(2), np.zeros((2, 2)), 0.0)
 
@@ -113,8 +116,8 @@ def bias(
         return np.concatenate([*modes(values), static_gain(kind, values).ravel()])
 
     third = np.zeros(8)
-    if _distorted(residual[excited], signals):
-        lasting = len(residual[excited]) * signals.Ts
+    if _distorted(excited, signals):
+        lasting = len(excited) * signals.Ts
         width = float(np.mean(2 * zeta * wn)) / (2 * np.pi)
         factor = lasting * width * (1 - error.share) * TRIANGULAR
         third = factor * propagate(properties, theta, spread.distortion) ** 2

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.confidence import propagate
 from identification.local.fit import Predictor, solve
 from identification.local.goodness import project
+from identification.local.grey_fits import result_of
 from identification.local.joint import ahead_of, covariance_of, problem_of
 from identification.local.models import LinearModel
 from identification.local.result import Identification
 from identification.local.stretches import longest_part
 from identification.records.checks import suspicious_gains
 from identification.records.prefilter import Signals
-
-if TYPE_CHECKING:
-    pass
-
-from identification.local.grey_fits import result_of
 
 REDUNDANT = 1e-6
 """Where a black-box fit ends: what is left moves along directions that the data hardly know, and no fit any more."""

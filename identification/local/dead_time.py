@@ -1,4 +1,4 @@
-r"""Dead time of Model 3: free, given, or none; which of them a record bears.
+r"""Dead time of Model 3: found in the record, given, or none.
 
 Between reference and film force lie two poles of an actuator and the film. Model 3's one lag that stands for all of
 them takes their phase at the modes, and with it more of the gain there than they do, so that the fit raises the gain at
@@ -14,6 +14,7 @@ Cites: skogestad_2005.
 from __future__ import annotations
 
 from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 
@@ -44,9 +45,10 @@ def kind_of(model: str, dead_time: float | str) -> str:
     UnfitError
         For a dead time that is negative, no number, too short or too long, or of another model than 3.
     """
-    if dead_time == FREE:
+    if isinstance(dead_time, str) and dead_time == FREE:
         return DELAYED if model == "3" else model
-    if isinstance(dead_time, (str, bool)) or not np.isfinite(dead_time) or dead_time < 0:
+    wrong = isinstance(dead_time, bool) or not isinstance(dead_time, Real)
+    if isinstance(dead_time, str) or wrong or not np.isfinite(dead_time) or dead_time < 0:
         raise UnfitError(f"identify.dead_time: {dead_time!r}; give seconds, 0 for none, or '{FREE}' to find it")
     if dead_time == 0:
         return model

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.local.models import LinearModel
-from identification.local.stretches import parts_of
+from identification.local.stretches import parts_of, regressors_of
 from identification.records.prefilter import Signals
 from rotorsim.base.rounding import least_squares
 
@@ -70,8 +70,7 @@ def simulated(model: LinearModel, signals: Signals, y: np.ndarray | None = None)
 
 
 def _part(signals: Signals, at: slice) -> tuple[Signals, slice]:
-    Q = signals.Q[at]
-    shown = np.linalg.qr(Q[:, np.any(Q != 0, axis=0)])[0]
+    shown = np.linalg.qr(regressors_of(signals.Q, at)[0])[0]
     return replace(signals, u=np.ascontiguousarray(signals.u[at]), y=signals.y[at], Q=shown, breaks=()), at
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,21 +16,18 @@ from identification.local.confidence import Spread, propagate, spread
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, static_gain
-from identification.local.joint import Joint, ahead_of, problem_of, scores_of
+from identification.local.joint import ahead_of, problem_of, scores_of
 from identification.local.models import LinearModel
 from identification.local.own import bound_remarks, box, covariance_of as own_covariance, prepared, properties, valued
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values
-from identification.local.stretches import longest_part, longest_stretch, offsets
+from identification.local.stretches import longest_part, offsets, regressors_of
 from identification.local.structure import Structure
 from identification.records.checks import check_modes, suspicious_gains
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Signals
 from rotorsim.base.rounding import normal_root
-
-if TYPE_CHECKING:
-    pass
 
 CANDIDATES = 5000
 """Samples on which the candidates for a start are compared."""
@@ -106,13 +103,10 @@ def _fitted(
 
 
 def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: Fit) -> tuple[Spread, AtRest]:
-    """Covariance of the structure's parameters, and their change at rest by an output-error fit of what moves.
-
-    The change is not sought in records of several stretches.
-    """
+    """Covariance of the structure's parameters, and their change at rest by an output-error fit of what moves."""
     q = len(STRUCTURES[kind].parameters) if method == "pem" else len(fitted.theta)
     found = spread(*scores_of(problem, fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
-    if method == "pem" or kind == "actuator" or isinstance(problem, Joint):
+    if method == "pem" or kind == "actuator":
         return found, nothing(q)
     return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts)
 
@@ -133,7 +127,7 @@ def _best_start(problem: Problem, signals: Signals, candidates: Sequence[np.ndar
     part = longest_part(signals)
     first = max(part.start, min(signals.rest, len(signals.u) // 2))
     at = slice(first, min(first + CANDIDATES, part.stop))
-    short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(problem.Q[at])[0])
+    short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(regressors_of(problem.Q, at)[0])[0])
     best, lowest = None, np.inf
     for theta in candidates:
         if problem.usable(theta):
@@ -181,8 +175,7 @@ def _grey_result(
     if not moving:
         return result
     left = project(signals.y, signals.Q) - project(simulated(model, signals), signals.Q)
-    part, left = longest_stretch(signals, left)
-    return replace(result, bias=bias(kind, theta, found, calm, model, part, left, result.residuals.independent))
+    return replace(result, bias=bias(kind, theta, found, calm, model, signals, left, result.residuals.independent))
 
 
 def own_structure(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:

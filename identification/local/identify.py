@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from identification.errors import UnfitError
 from identification.local import dead_time as late
+from identification.local.blackbox_fit import black_box
 from identification.local.closed_loop import judged
+from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
 from identification.local.greybox import DELAYED, STRUCTURES
 from identification.local.prepare import ready
 from identification.local.result import Identification
@@ -22,9 +24,6 @@ from identification.threads import one_thread
 if TYPE_CHECKING:
     import xarray as xr
 
-from identification.local.blackbox_fit import black_box
-from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
-
 MODELS = ("1", "2", "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
 
@@ -35,7 +34,7 @@ def identify(
     model: int | str | Structure = 3,
     order: int = 6,
     method: str = "auto",
-    steady: xr.Dataset | None = None,
+    steady: xr.Dataset | Sequence[xr.Dataset | None] | None = None,
     settings: Prefilter | None = None,
     start: Any = None,
     check: bool = True,
@@ -57,8 +56,9 @@ def identify(
         Output error, which leftover imbalance disturbs less, prediction error, or two stages: output error behind what
         the external reference explains, see `identification.local.closed_loop`. 'auto' takes two stages for a record
         of a closed loop that holds `reference_external`, and output error otherwise.
-    steady : Dataset or None
-        Record without excitation at the same operating point, for the extended runout filter.
+    steady : Dataset or None, or a sequence of them
+        Record without excitation at the same operating point, for the extended runout filter; of several records for
+        all or, as a sequence, for each.
     settings : Prefilter or None
         Prefilter.
     start : sequence of float or None
@@ -96,7 +96,8 @@ def identify(
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
-    kind = kind if own else late.kind_of(kind, dead_time)
+    checked = late.kind_of(repr(kind) if own else kind, dead_time)
+    kind = kind if own else checked
     records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     count = len(own.parameters) if own else count_of(kind, order)
     made = ready(records, method, steady, settings, check, count)

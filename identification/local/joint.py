@@ -13,7 +13,7 @@ from identification.local.confidence import sandwich
 from identification.local.fit import Fit, Parametrised, Problem
 from identification.local.simulation import normal_matrices, respond_with_sensitivities
 from identification.local.steps import Box
-from identification.local.stretches import parts_of
+from identification.local.stretches import parts_of, regressors_of
 from rotorsim.base.rounding import normal_root
 
 
@@ -38,8 +38,7 @@ class Joint(Problem):
         QJ, Qr = np.zeros((p, self.Q.shape[1], size)), np.zeros((p, self.Q.shape[1]))
         for k, at in enumerate(parts_of(self.breaks, len(self.y))):
             own = np.r_[0:q, q + k * n : q + (k + 1) * n]
-            shown = np.flatnonzero(np.any(self.Q[at] != 0, axis=0))
-            Q = np.ascontiguousarray(self.Q[at][:, shown])
+            Q, shown = regressors_of(self.Q, at)
             some = normal_matrices(F, G, H, E, dF, dH, x0[k * n : (k + 1) * n], dx0, self.w[at], self.y[at], Q)
             N[np.ix_(own, own)] += some[0]
             g[own] += some[1]

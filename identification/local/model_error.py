@@ -14,6 +14,7 @@ Cites: ljung_1999.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,10 +47,11 @@ class ModelError(NamedTuple):
 
 
 def model_error(
-    model: LinearModel, wn: np.ndarray, zeta: np.ndarray, u: np.ndarray, residual: np.ndarray, Ts: float
-) -> ModelError:
+    model: LinearModel, wn: np.ndarray, zeta: np.ndarray, u: np.ndarray, residual: np.ndarray, Ts: float,
+    parts: Sequence[slice] = (),
+) -> ModelError:  # fmt: skip
     """Error of a continuous model with modes wn (2,) [rad/s], zeta (2,), by inputs u (n, 2) and residual (n, 2)."""
-    found = frequency_response(u, residual, Ts)
+    found = frequency_response(u, residual, Ts, parts=parts)
     assert found.variance is not None
     around = (found.omega > BAND[0] * wn.mean()) & (found.omega < BAND[1] * wn.mean())
     modes = np.zeros((2, 2))

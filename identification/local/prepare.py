@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class Ready:
 def ready(
     records: Sequence[xr.Dataset],
     method: str,
-    steady: xr.Dataset | None,
+    steady: xr.Dataset | Sequence[xr.Dataset | None] | None,
     settings: Prefilter | None,
     check: bool,
     parameters: int,
@@ -45,7 +45,10 @@ def ready(
         raise UnfitError("identify: no record; give one or several")
     if wrong := [record for record in records if not hasattr(record, "data_vars")]:
         raise UnfitError(f"identify: {wrong[0]!r} is not a record; open files with identification.read")
-    each = [_one(record, method, steady, settings, check) for record in records]
+    calm: list[Any] = list(steady) if isinstance(steady, (list, tuple)) else [steady] * len(records)
+    if len(calm) != len(records):
+        raise UnfitError(f"identify.steady: {len(calm)} for {len(records)} records; give one for all or one for each")
+    each = [_one(record, method, own, settings, check) for record, own in zip(records, calm, strict=True)]
     methods = {one.method for one in each}
     if methods == {"oe", "two-stage"}:
         methods = {"two-stage"}
@@ -61,21 +64,29 @@ def ready(
 
 
 def _one(record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool) -> Ready:
-    record, breaks, left_out = without_gaps(record)
-    if breaks and settings is not None and settings.lowpass is not None:
-        raise UnfitError("record: has gaps, across which no low-pass can run; cut it or leave lowpass out")
     method = method_for(record, method)
     closed = method == "two-stage"
-    signals = filtered(record, None if closed else steady, settings)
+    record, signals = of_stretches(record, None if closed else steady, settings)
     if check:
         check_record(chosen_output(record, settings), sampling_time(record))
     remarks = check_loop(record, method, check)
     if closed:
         remarks += check_saturation(record, check)
-    if breaks or left_out:
-        signals = replace(signals, breaks=breaks, notes=(*signals.notes, left_out))
     external = np.asarray(record["reference_external"].values, float) if closed else None
     return Ready(signals, signals, external, method, remarks)
+
+
+def of_stretches(
+    record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None
+) -> tuple[xr.Dataset, Signals]:
+    """A record without its gaps, and its signals, which know where stretches begin."""
+    record, breaks, left_out = without_gaps(record)
+    if breaks and settings is not None and settings.lowpass is not None:
+        raise UnfitError("record: has gaps, across which no low-pass can run; cut it or leave lowpass out")
+    signals = filtered(record, steady, settings)
+    if breaks or left_out:
+        signals = replace(signals, breaks=breaks, notes=(*signals.notes, left_out))
+    return record, signals
 
 
 def fit_signals(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None) -> Signals:

@@ -33,12 +33,10 @@ def longest_part(signals: Signals) -> slice:
     return max(parts, key=lambda part: part.stop - max(part.start, signals.rest))
 
 
-def longest_stretch(signals: Signals, residual: np.ndarray) -> tuple[Signals, np.ndarray]:
-    """Inputs and residual (n, p) of the longest stretch alone; of a record without gaps as they are."""
-    if not signals.breaks:
-        return signals, residual
-    at = longest_part(signals)
-    return replace(signals, u=signals.u[at], rest=max(signals.rest - at.start, 0), breaks=()), residual[at]
+def regressors_of(Q: np.ndarray, at: slice) -> tuple[np.ndarray, np.ndarray]:
+    """Regressors (n, k) of a part of the samples and their numbers, without those that are zero there."""
+    shown = np.flatnonzero(np.any(Q[at] != 0, axis=0))
+    return np.ascontiguousarray(Q[at][:, shown]), shown
 
 
 def offsets(n: int, breaks: Sequence[int]) -> np.ndarray:

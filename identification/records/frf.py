@@ -12,6 +12,7 @@ Cites: bendat_2010.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,8 +47,12 @@ class FrequencyResponse:
     Ts: float = 0.0
 
 
-def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: float = RESOLUTION) -> FrequencyResponse:
+def frequency_response(
+    u: np.ndarray, y: np.ndarray, Ts: float, resolution: float = RESOLUTION, parts: Sequence[slice] = ()
+) -> FrequencyResponse:
     """H1 estimate from inputs u (n, m) and outputs y (n, p) sampled every Ts [s], lines `resolution` [Hz] apart.
+
+    Where the samples are those of several stretches, `parts` are these; no segment crosses from one to the next.
 
     Examples
     --------
@@ -55,10 +60,11 @@ def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: floa
     >>> u, y = record["reference"].values, record["disc"].values
     >>> found = rs.identification.frequency_response(u, y, 2e-4)
     """
-    length = int(min(1 / (resolution * Ts), len(u) // 4))
+    parts = parts or [slice(0, len(u))]
+    length = int(min(1 / (resolution * Ts), max(at.stop - at.start for at in parts) // 4))
     window = ShortTimeFFT(hann(length, sym=False), max(length // 2, 1), 1 / Ts)
-    low, high = window.lower_border_end[1], window.upper_border_begin(len(u))[1]
-    inputs, outputs = (window.stft(values.T - values.mean(axis=0)[:, None])[..., low:high] for values in (u, y))
+    long = [at for at in parts if at.stop - at.start >= length]
+    inputs, outputs = (_transforms(window, [values[at] for at in long]) for values in (u, y))
     Suu, Syu = (np.einsum("aft,bft->fab", values, inputs.conj()) for values in (inputs, outputs))
     Syy = np.sum(np.abs(outputs) ** 2, axis=-1).T
     ridge = 1e-9 * np.trace(Suu, axis1=1, axis2=2).real[:, None, None] * np.eye(Suu.shape[1]) + 1e-300 * np.eye(
@@ -68,11 +74,19 @@ def frequency_response(u: np.ndarray, y: np.ndarray, Ts: float, resolution: floa
     G = Syu @ inverse
     explained = np.einsum("fpm,fpm->fp", Syu, G.conj()).real
     coherence = np.clip(explained / np.maximum(Syy, 1e-300), 0, 1)
-    free = max((high - low) * OVERLAPPED - u.shape[1], 0.5)
+    segments = inputs.shape[-1]
+    free = max(segments * OVERLAPPED - u.shape[1], 0.5)
     variance = ((1 - coherence) * Syy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
-    return FrequencyResponse(
-        2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], high - low, variance[1:], Ts
-    )
+    return FrequencyResponse(2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], segments, variance[1:], Ts)
+
+
+def _transforms(window: ShortTimeFFT, stretches: list[np.ndarray]) -> np.ndarray:
+    """Transforms (channels, f, segments) of the whole segments of stretches (n, channels), their means taken off."""
+    found, low = [], window.lower_border_end[1]
+    for values in stretches:
+        high = window.upper_border_begin(len(values))[1]
+        found.append(window.stft(values.T - values.mean(axis=0)[:, None])[..., low:high])
+    return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
 def measured_response(

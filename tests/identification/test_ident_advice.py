@@ -41,6 +41,17 @@ def test_a_record_of_a_controller_is_remarked_and_a_short_one_refused():
         idn.advise(record(0, seconds=1.0))
 
 
+def test_gaps_are_left_out_of_advice_and_comparison():
+    whole, holed = record(0, seconds=5.0), record(0, seconds=5.0)
+    holed["disc_measured"].values[6000:6003] = np.nan
+    found = idn.advise(holed)
+    assert found.order in (6, 7) and any("longest stretch, 18997 samples" in text for text in found.sentences)
+    a, b = (idn.compare_models({"truth": model()}, one) for one in (whole, holed))
+    np.testing.assert_allclose(b.rows[0].fit, a.rows[0].fit, atol=2e-3)
+    with pytest.raises(idn.UnfitError, match="no low-pass can run"):
+        idn.compare_models({"truth": model()}, holed, settings=idn.Prefilter(lowpass=800.0))
+
+
 def test_models_are_ordered_by_their_fit_of_the_held_out_record():
     data, held = record(0, seconds=3.0), record(1, seconds=3.0)
     found = {kind: idn.identify(data, kind) for kind in ("3", "1")}

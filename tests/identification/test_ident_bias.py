@@ -71,6 +71,18 @@ def test_the_linearisation_of_a_hardening_or_softening_spring_lies_in_the_interv
     assert held(found, truth()).sum() >= 6
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_lost_samples_leave_the_intervals_as_they_are(seed):
+    """Three samples that are lost in the middle make two stretches of the record."""
+    data = cubic_record(0.02, seed)
+    whole, holed = idn.identify(data, dead_time=0), data.copy(deep=True)
+    holed["disc_measured"].values[10000:10003] = np.nan
+    found = idn.identify(holed, dead_time=0)
+    a, b = ([one.half_width for one in got.intervals] for got in (whole, found))
+    np.testing.assert_allclose(b, a, rtol=0.2)
+    assert held(found, truth())[[0, 2]].all()
+
+
 def test_without_a_cubic_part_the_same_record_has_no_bias():
     assert max(one.bias for one in idn.identify(cubic_record(0.0), dead_time=0).intervals) == 0
 

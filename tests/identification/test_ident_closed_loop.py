@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, looped_model3, made, prbs, record
+from model3 import TRUTH, looped_model3, made, model, prbs, record
 
 import identification as idn
 from identification.feedback import SATURATED, saturated_share
 from identification.local.closed_loop import _regressors, _response, two_stage
+from identification.local.goodness import project, simulated
 from identification.local.greybox import modes
 
 pytestmark = pytest.mark.numerical
@@ -67,6 +68,22 @@ def test_staged_inputs_are_what_the_external_reference_explains():
     assert "explains 100 %" in text and len(staged.u) == len(staged.y) < len(signals.u)
 
 
+def test_the_noise_of_staged_signals_is_what_the_filter_leaves_of_it():
+    data = loop(0, 2e4)
+    staged = two_stage(idn.filtered(data), data["reference_external"].values)[0]
+    left = staged.y - simulated(model(), staged)
+    np.testing.assert_allclose(project(left, staged.Q).std(axis=0), staged.noise, rtol=0.1)
+
+
+@pytest.mark.parametrize(("kind", "coarse"), [(1, False), (3, True)])
+def test_a_closed_loop_states_no_bias_and_says_so(kind, coarse):
+    found = idn.identify(loop(0, n=20000), kind)
+    assert found.bias is None and all(one.bias == 0 for one in found.intervals)
+    assert any("hold no bias" in text for text in found.warnings)
+    assert any("take Model 2 where pins are measured" in text for text in found.warnings) == coarse
+    assert not any("hold no bias" in text for text in idn.identify(record(0, seconds=2.0), kind).warnings)
+
+
 def test_gaps_and_several_records_of_closed_loops():
     data, other = loop(1, n=30000), loop(2, n=30000)
     holed = data.copy(deep=True)
@@ -118,6 +135,10 @@ def test_a_law_that_saturates_is_refused_with_its_share():
     with pytest.raises(idn.UnfitError, match=rf"range of {most:.4g} V in {100 * share:.2g} % of the samples"):
         idn.identify(clipped)
     assert any("drives the reference to its range" in text for text in idn.identify(clipped, check=False).warnings)
+
+
+def test_a_constant_channel_is_not_saturated():
+    assert saturated_share(np.column_stack([np.linspace(-1, 1, 100), np.full(100, 0.3)])) == 0.0
 
 
 def test_a_few_saturated_samples_give_a_warning():

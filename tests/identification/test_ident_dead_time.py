@@ -87,10 +87,13 @@ def test_prediction_error_finds_them_too():
         ({"dead_time": float("nan")}, "give seconds, 0 for none"),
         ({"dead_time": "long"}, "give seconds, 0 for none"),
         ({"dead_time": True}, "give seconds, 0 for none"),
+        ({"dead_time": None}, "None; give seconds, 0 for none"),
+        ({"dead_time": [1e-3]}, "give seconds, 0 for none"),
         ({"dead_time": 1e-6}, "give 1e-05 to 0.005 s"),
         ({"dead_time": 0.02}, "shift the reference of the record by whole samples"),
         ({"dead_time": 1e-3, "model": 2}, "only model 3 has a dead time"),
         ({"dead_time": 1e-3, "model": "blackbox"}, "only model 3 has a dead time"),
+        ({"dead_time": 1e-3, "model": STRUCTURES["3"]}, "only model 3 has a dead time"),
     ],
 )
 def test_dead_times_out_of_reason_end_in_a_sentence(options, words):

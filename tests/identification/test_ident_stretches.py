@@ -8,6 +8,7 @@ import identification as idn
 from identification.local.fit import GreyBox, Problem, solve
 from identification.local.greybox import STRUCTURES
 from identification.local.joint import Joint, covariance_of
+from identification.local.stretches import offsets, regressors_of
 from identification.records.lab.without_gaps import without_gaps
 
 pytestmark = pytest.mark.numerical
@@ -142,6 +143,32 @@ def test_one_stretch_of_a_joint_problem_is_the_plain_problem():
     one, other = solve(plain, TRUTH * 1.05), solve(joint, TRUTH * 1.05)
     np.testing.assert_allclose(one.theta, other.theta, rtol=1e-9)
     np.testing.assert_allclose(covariance_of(plain, one, 14, TS), covariance_of(joint, other, 14, TS), rtol=1e-5)
+
+
+def test_each_record_has_a_steady_one_of_its_own():
+    """Runouts of 5 um that differ: with the first's for both, the second keeps what is not its own."""
+    n = 15000
+    angle = 300.0 * np.arange(n) * TS
+    given, calm = [], []
+    for k in range(2):
+        runout = 5e-6 * np.column_stack([np.cos(angle + k), np.sin(angle + k)])
+        one = record(k, seconds=3.0, speed=300.0, angle_measured=angle)
+        still = record(9, seconds=3.0, speed=300.0, angle_measured=angle, u=np.zeros((n, 2)))
+        for data in (one, still):
+            data["disc_measured"].values[:] += runout
+        given.append(one)
+        calm.append(still)
+    own, shared = (idn.identify(given, 3, steady=steady) for steady in (calm, calm[0]))
+    assert own.rms_residual.max() < 0.6e-6 < 1e-6 < shared.rms_residual.min()
+    with pytest.raises(idn.UnfitError, match=r"identify\.steady: 1 for 2 records; give one for all or one for each"):
+        idn.identify(given, steady=calm[:1])
+
+
+def test_regressors_of_a_part_are_those_that_are_not_zero_there():
+    Q = offsets(30, (10, 20))
+    some, shown = regressors_of(Q, slice(10, 20))
+    assert shown.tolist() == [1]
+    np.testing.assert_array_equal(some, Q[10:20, 1:2])
 
 
 def test_records_that_do_not_belong_together_are_refused():

@@ -112,6 +112,17 @@ def test_records_of_one_operating_point_become_one_model(run, tmp_path):
     assert idn.load_model(out).wn == pytest.approx(result["records"][2]["wn"])
 
 
+@pytest.mark.parametrize(("given", "found"), [("0", [0.0, 0.0]), ("0.6 ms", [6e-4, 6e-4])])
+def test_records_fitted_together_have_the_dead_time_that_is_given(run, tmp_path, given, found):
+    for i in range(2):
+        one = model3.record(i, seconds=2.0, theta=model3.DELAYED, kind="3-delay")
+        idn.save(one, tmp_path / f"{i}.nc")
+    code, text, _ = run(tmp_path, "--dead-time", given, "--out", tmp_path / "model.json", "--json")
+    rows = json.loads(text)["records"]
+    assert code == 0 and len(rows) == 3
+    assert all(row["dead_time"] == pytest.approx(found) for row in rows)
+
+
 def test_a_file_with_gaps_is_fitted_and_the_report_states_them(run, tmp_path):
     csv_of(model3.record(0, seconds=3.0), tmp_path / "rig.csv")
     lines = (tmp_path / "rig.csv").read_text().splitlines()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,6 +56,15 @@ def without_gaps(record: xr.Dataset) -> tuple[xr.Dataset, tuple[int, ...], str]:
     lost = wanted - lasting
     note = f"{lost} of {wanted} samples ({100 * lost / wanted:.2g} %) left out; whole stretches: {len(kept)}"
     return _closed_up(record, kept, step), tuple(np.cumsum([p.stop - p.start for p in kept])[:-1].tolist()), note
+
+
+def longest_whole(record: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
+    """The longest stretch of a record without gaps, and a sentence where that is not all of it."""
+    closed, breaks, left_out = without_gaps(record)
+    if not breaks:
+        return closed, (left_out,) if left_out else ()
+    first, last = max(pairwise([0, *breaks, closed.sizes["time"]]), key=lambda edges: edges[1] - edges[0])
+    return closed.isel(time=slice(first, last)), (f"gaps: seen in the longest stretch, {last - first} samples",)
 
 
 def _step(time: np.ndarray, found: list[slice]) -> float:
