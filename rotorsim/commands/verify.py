@@ -58,7 +58,7 @@ def verify(
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
         first = _first(folder / "table.json") or result.settings["criteria"]
-        result.settings |= {"first": first, "edited": edited(first, result.settings["criteria"])}
+        result.settings.update(first=first, edited=edited(first, result.settings["criteria"]))
         write_json(folder / "table.json", _plain(result))
         files = {"report": str(result.report(folder / "report.html"))}
         files |= page.finish(files["report"])
