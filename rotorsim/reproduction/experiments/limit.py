@@ -8,7 +8,7 @@ above 1 no controller, whatever its order and weights, has that S on the model w
 
 .. math:: |K S| < \sqrt{\gamma^2 - 1} / (10 \epsilon)
 
-10 epsilon being the effort's largest weight. A smaller epsilon says more of the effort and less of the level, and below
+10 epsilon being the effort's largest weight. A smaller epsilon allows more effort and gives a lower level, and below
 the one here rounding leaves the bounds apart: [1.231, 1.232] at 2e-3, [1.185, 1.196] at 2e-4, [1.140, 1.219] at 5e-5,
 [1.030, 1.339] at 1e-5 um/V for the rig at 4000 rpm and 0.7 MPa.
 

@@ -1,8 +1,8 @@
 """Figures of the claims on control, measured on models of short records and by short runs of one plant.
 
 Laws are those of the study, made again on models of the changed plant. Fewer points and shorter records than in the
-study, as each function states; so a figure here differs from the study's even at a factor of 1, most by up to 3 %, those
-of C1, C2 and C7 by more. docs/reproduction.md, "Experiments", lists how far and why.
+study, as each function states; so a figure here differs from the study's even at a factor of 1, most by up to 3 %,
+those of C2 and C7 by more. docs/reproduction.md, "Experiments", lists how far and why.
 """
 
 from __future__ import annotations
