@@ -54,8 +54,8 @@ SETTINGS = {
 class Spec(Specification):
     """Operating point, weights and noise levels as of `lqr`; horizon and limits.
 
-    `film_at_rest` and `journal_per_disc` are by default those of the shipped rig, the first at rest and 0.3 MPa, where it
-    is thinnest; give those of another machine or point, the first from ``plant.equilibrium(speed, pressure).h_min``.
+    `film_at_rest` and `journal_per_disc` are by default those of the shipped rig, the first at rest and 0.3 MPa, where
+    it is thinnest; give those of another machine or point, the first from ``plant.equilibrium(speed, pressure).h_min``.
     """
 
     speed: float = shaft_speed(3 * KRPM)
