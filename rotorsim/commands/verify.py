@@ -57,7 +57,8 @@ def verify(
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
-        result.settings["edited"] = _edited(folder / "table.json", result)
+        first = _first(folder / "table.json") or result.settings["criteria"]
+        result.settings.update(first=first, edited=edited(first, result.settings["criteria"]))
         write_json(folder / "table.json", _plain(result))
         files = {"report": str(result.report(folder / "report.html"))}
         files |= page.finish(files["report"])
@@ -70,18 +71,20 @@ def _progress() -> Callable[[str], None] | None:
     return (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
 
 
-def _edited(path: Path, result: Verification) -> list[str]:
-    """Sentences about bounds that differ from those in the table that is replaced; none where it states none."""
+def _first(path: Path) -> dict[str, float | None] | None:
+    """Bounds of the first verification in the folder, from the table that is replaced; None where it states none."""
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))["criteria"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
-    return edited(before, result.settings["criteria"]) if isinstance(before, dict) else []
+        before = json.loads(path.read_text(encoding="utf-8"))
+        found = before.get("first_criteria", before["criteria"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def _plain(result: Verification) -> dict[str, object]:
     numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
-    numbers |= {name: result.settings[name] for name in ("criteria", "edited")}
+    numbers |= {"criteria": result.settings["criteria"], "first_criteria": result.settings["first"]}
+    numbers["edited"] = result.settings["edited"]
     numbers["rows"] = [
         {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
     ]

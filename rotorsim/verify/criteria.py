@@ -46,16 +46,16 @@ class Criteria:
 
 
 def edited(before: Mapping[str, float | None], now: Mapping[str, float | None]) -> list[str]:
-    """A sentence for each bound, by name, that differs from that of an earlier verification.
+    """A sentence for each bound, by name, that differs from that of the first verification in a folder.
 
     Examples
     --------
     >>> from dataclasses import asdict
     >>> edited(asdict(Criteria()), asdict(Criteria(worst=1.2)))
-    ['worst: 1.0 at the verification that stood here, 1.2 now']
+    ['worst: 1.0 at the first verification here, 1.2 now']
     """
     names = [name for name in dict.fromkeys((*now, *before)) if before.get(name) != now.get(name)]
-    return [f"{name}: {before.get(name)} at the verification that stood here, {now.get(name)} now" for name in names]
+    return [f"{name}: {before.get(name)} at the first verification here, {now.get(name)} now" for name in names]
 
 
 @dataclass(frozen=True)

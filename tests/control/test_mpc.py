@@ -1,8 +1,12 @@
 """Model-predictive control: the unlimited regulator inside its limits, and the limits kept on the model."""
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import OtherMachine
 from rotorsim.control import DesignError, lqr, mpc
 
 pytest.importorskip("osqp")
@@ -85,7 +89,39 @@ def test_a_lost_sample_is_held_and_alarmed(law):
     law.reset()
     before = law.step((1e-6, 0.0), 300.0, 5e5)
     np.testing.assert_array_equal(law.step((np.nan, 0.0), 300.0, 5e5), before)
-    assert "not a number" in law.alarm
+    assert "not a number" in law.alarm and law.past_alarms.startswith("1 bad samples")
+
+
+def estimate_error(law, given, bias=0.0, samples=1500):
+    """Largest error [um, um/ms, V] of the estimate in the second half of a run of the model under a PRBS of 0.5 V."""
+    plant, rng = law.gains.plant, np.random.default_rng(3)
+    law.reset()
+    rest = np.linalg.solve(np.eye(plant.order) - plant.A, plant.B @ [bias, bias])
+    state, worst = rest.copy(), 0.0
+    for k in range(samples):
+        if given:
+            law.applied(state[-2:])
+        output = law.step(1e-6 * plant.C @ state, 300.0, 5e5)
+        state = plant.A @ state + plant.B @ (output + bias + (0.5 * rng.choice([-1.0, 1.0], 2) if k > 500 else 0.0))
+        if k > samples // 2:
+            worst = max(worst, float(np.abs(law.state - (state - rest))[:-2].max()))
+    return worst
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.4])
+def test_the_estimate_follows_the_reference_that_acts_and_not_its_own_output(model, bias):
+    law = mpc.design(model, mpc.Spec(average=0.1))
+    assert estimate_error(law, given=True, bias=bias) < 1e-6
+    assert estimate_error(law, given=False, bias=bias) > 0.1
+
+
+def test_a_controller_for_another_machine_warns(model):
+    law = mpc.design(replace(model, machine="my_rig 0123"))
+    with pytest.warns(OtherMachine, match="law mpc: was designed on a model of my_rig"):
+        law.check_machine("dtu_gas_bearing")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        law.check_machine("my_rig")
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,8 @@ def test_a_law_is_verified_on_the_machine(run, tmp_path):
     assert result["edited"] == []
     table = tmp_path / "v" / "table.json"
     table.write_text(table.read_text().replace('"worst": 1.0', '"worst": 2.0'))
-    code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--force", "--out", tmp_path / "v")
-    sentence = "worst: 2.0 at the verification that stood here, 1.0 now"
-    assert json.loads(text)["edited"] == [sentence]
+    sentence = "worst: 2.0 at the first verification here, 1.0 now"
+    for _ in range(2):  # once more, by the same bounds: what was edited stays stated
+        code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--force", "--out", tmp_path / "v")
+        assert json.loads(text)["edited"] == [sentence]
     assert sentence in (tmp_path / "v" / "report.html").read_text()

@@ -1,14 +1,19 @@
 """Experiments on the claims: the table, changes of a machine, crossings of the thesis' numbers, tables of results."""
 
 import math
+from pathlib import Path
 
 import pytest
 
 import rotorsim as rs
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.control import DesignError
 from rotorsim.control.designs import lead
+from rotorsim.control.designs.mixed import closed
+from rotorsim.control.numerics.gamma import controller
+from rotorsim.control.numerics.systems import peak_gain
 from rotorsim.reproduction.claims.judge import MET, NEAR, NOT_MET
-from rotorsim.reproduction.experiments import measures
+from rotorsim.reproduction.experiments import limit, measures
 from rotorsim.reproduction.experiments.pages import HEADS, markdown, plain, rows
 from rotorsim.reproduction.experiments.run import Found, reached
 from rotorsim.reproduction.experiments.table import (
@@ -149,3 +154,13 @@ def test_unbalance_raises_the_amplitude_and_a_larger_position_gain_the_slow_pole
 
 def test_hardening_control_is_that_of_table_d1():
     assert lead.HARDENING.kappa == (0.0061, 0.0133)
+
+
+def test_below_the_stated_level_no_controller_is_found_and_above_it_one_is():
+    """On the model of nine records of the rig; the level is that of the effort's weight of the experiment."""
+    model = rs.load_model(Path(__file__).parents[1] / "control" / "rig_model.json")
+    at = (400.0, 0.7e6)
+    level, P = limit.least_level(model, *at), limit.problem(model, *at)
+    with pytest.raises(DesignError, match="no controller reaches"):
+        controller(P, 0.999 * level)
+    assert peak_gain(closed(P, controller(P, 1.3 * level))) <= 1.3001 * level

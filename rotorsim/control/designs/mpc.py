@@ -5,19 +5,23 @@ r"""Model-predictive control: the regulator of `lqr` under limits of the referen
 
 P is the cost of the unlimited regulator, so that the two agree as long as no limit is met. d_i are eight directions, r
 is what the disc may move until the film is `film` thick; s gives way where that cannot be kept. The quadratic program
-is solved anew in each sample by OSQP, so there is no table to save or export. Needs the package `osqp`.
+is solved anew in each sample by OSQP, so there is no table to save or export. Needs the package `osqp`. The estimate
+follows the reference that acts, `applied`, which is not the controller's own where one is added to it. A sample is bad
+where it is not a finite number, and the output comes in at once: limits of plausibility and a fade-in are of `Law`.
 
 Cites: astrom_1997, stellato_2020.
 """
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE
+from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.errors import OtherMachine
 from rotorsim.control.designs.lqr import Gains, Spec as Regulator, gains
 from rotorsim.control.designs.plants import Model
 from rotorsim.control.designs.specification import (
@@ -30,6 +34,7 @@ from rotorsim.control.designs.specification import (
 )
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import LIMIT
+from rotorsim.control.law_checks import other_machine
 from rotorsim.control.numerics.systems import System
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
@@ -47,7 +52,11 @@ SETTINGS = {
 
 @dataclass(frozen=True)
 class Spec(Specification):
-    """Operating point, weights and noise levels as of `lqr`; horizon and limits."""
+    """Operating point, weights and noise levels as of `lqr`; horizon and limits.
+
+    `film_at_rest` and `journal_per_disc` are by default those of the shipped rig, the first at rest and 0.3 MPa, where
+    it is thinnest; give those of another machine or point, the first from ``plant.equilibrium(speed, pressure).h_min``.
+    """
 
     speed: float = shaft_speed(3 * KRPM)
     pressure: float = supply_pressure(0.5 * MPA)
@@ -86,17 +95,21 @@ def design(model: Model, spec: Spec | None = None) -> Predictive:
             "allow a thinner one"
         )
     found = gains(model, Regulator(spec.speed, spec.pressure, spec.y, spec.u, spec.force, spec.noise, spec.Ts))
-    return Predictive(spec, found, Program(spec, found))
+    return Predictive(spec, found, Program(spec, found), machine=str(getattr(model, "machine", "")))
 
 
 @dataclass(eq=False)
 class Predictive:
-    """The running controller; what it has measured is in um from its centre."""
+    """The running controller; what it has measured is in um from its centre, what acts in V from the mean then.
+
+    `machine` is name and fingerprint of the model's machine, empty where unknown.
+    """
 
     spec: Spec
     gains: Gains
     program: Program
     name: str = "mpc"
+    machine: str = ""
     state: np.ndarray = field(init=False, repr=False)
     memory: np.ndarray = field(init=False, repr=False)
 
@@ -111,7 +124,8 @@ class Predictive:
     def reset(self) -> None:
         """Forget the past."""
         self.state, self.memory = np.zeros(self.gains.plant.order), np.zeros(SIZE)
-        self.sums, self.samples, self.unsolved = np.zeros(2), 0, 0
+        self.sums, self.references, self.samples, self.unsolved = np.zeros(2), np.zeros(2), 0, 0
+        self.acting: np.ndarray | None = None
         self.program.start()
 
     def check_sampling(self, Ts: float) -> None:
@@ -122,36 +136,57 @@ class Predictive:
                 f"design it with Ts = {Ts:g} s"
             )
 
+    def check_machine(self, name: str) -> None:
+        """Warn OtherMachine if it was designed on a model of another machine than that of this name."""
+        if sentence := other_machine(self.name, self.machine, name):
+            warnings.warn(sentence, OtherMachine, stacklevel=4)
+
+    def applied(self, reference: Any) -> None:
+        """Reference (2,) [V] that acts in this sample, given before `step` where it is not the last output.
+
+        `simulate`, experiments and verification give it.
+        """
+        self.acting = np.array(reference, float)
+
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V] for the next sample from the measured disc (2,) [m]; held where that is not finite."""
-        measured = np.asarray(measured, float)
-        if not np.all(np.abs(measured) < FARTHEST):
-            output = np.zeros(2)
-            guard(self.memory, SENSOR, output)
-            self.advance(output)
-            return output
-        output = np.zeros(2)
-        self.samples += 1
+        measured, output = np.asarray(measured, float), np.zeros(2)
         average = round(self.spec.average / self.Ts)
-        if self.samples <= average:
+        bad = not np.all(np.abs(measured) < FARTHEST)
+        self.samples += not bad
+        acting, self.acting = self.acting, None
+        if not bad and self.samples <= average:
             self.sums += measured
-        else:
-            seen = 1e6 * (measured - self.sums / max(average, 1))
-            self.state += self.gains.L @ (seen - self.gains.plant.C @ self.state)
-            output, solved = self.program.solve(self.state)
-            self.unsolved += not solved
-        guard(self.memory, OK, output)
+            self.references += 0.0 if acting is None else acting
+        elif self.samples >= average:
+            if acting is not None:
+                self.state[-2:] = acting - self.references / max(average, 1)
+            if not bad:
+                output = self.decide(1e6 * (measured - self.sums / max(average, 1)))
+        guard(self.memory, SENSOR if bad else OK, output)
         self.advance(output)
         return output
 
+    def decide(self, seen: np.ndarray) -> np.ndarray:
+        """Output (2,) [V] for a displacement (2,) [um] from the centre, which corrects the estimate."""
+        self.state += self.gains.L @ (seen - self.gains.plant.C @ self.state)
+        output, solved = self.program.solve(self.state)
+        self.unsolved += not solved
+        return output
+
     def advance(self, output: np.ndarray) -> None:
-        """Estimate of the next sample's state under an output (2,) [V]."""
+        """Estimate of the next sample's state under an output (2,) [V], which the last two states then hold."""
         self.state = self.gains.plant.A @ self.state + self.gains.plant.B @ output
 
     @property
     def alarm(self) -> str | None:
         """Why the controller does not act fully now, as a sentence; None as long as it does."""
         return alarm.SENTENCES.get(alarm.code(self.memory, 0))
+
+    @property
+    def past_alarms(self) -> str:
+        """Bad samples since the last reset, as a sentence; empty if there were none."""
+        return alarm.past(self.memory, 0)
 
 
 class Program:
@@ -236,4 +271,4 @@ def solver(H: np.ndarray, q: np.ndarray, A: np.ndarray, low: np.ndarray, high: n
     return made
 
 
-__all__ = ["RIG_SAMPLE", "Predictive", "Program", "Spec", "design"]
+__all__ = ["Predictive", "Program", "Spec", "design"]

@@ -65,7 +65,7 @@ def page(result: Verification) -> str:
 
 
 def _edited(result: Verification) -> str:
-    """Bounds that were edited since the verification that this one replaces; empty without any."""
+    """Bounds that were edited since the first verification in the folder; empty without any."""
     sentences = result.settings.get("edited", [])
     return f" Bounds were edited since: {'; '.join(sentences)}." if sentences else ""
 

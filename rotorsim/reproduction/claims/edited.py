@@ -1,4 +1,4 @@
-"""Rules that a study began with, kept in its folder, and what was edited in them since: a report must say so."""
+"""Rules that a study began with, kept in its folder, and what was edited in them since, which reports state."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Figures of the claims on control, measured on models of short records and by short runs of one plant.
 
 Laws are those of the study, made again on models of the changed plant. Fewer points and shorter records than in the
-study, as each function states; so a figure here may differ a little from the study's.
+study, as each function states; so a figure here differs from the study's even at a factor of 1, most by up to 3 %,
+those of C2 and C7 by more. docs/reproduction.md, "Experiments", lists how far and why.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def _radius(model: Model) -> float:
 
 
 def limit(plant: Plant, shipped: Plant) -> Figures:
-    """C2: least level of Fig. B.4's sensitivity that any linear controller reaches, on a model of one record."""
+    """C2: level of Fig. B.4's sensitivity below which no linear controller keeps, on a model of one record."""
     (q,) = points("reduced_design")
     return {"C2.least": least_level(local(plant, *q).model, *q)}
 

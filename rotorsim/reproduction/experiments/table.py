@@ -18,7 +18,7 @@ from rotorsim.reproduction.claims.rules import Figure, claims
 KEYS = {"words", "fields", "factors", "measure", "figures", "why"}
 EXTRA = {
     "C2.least": Figure(
-        "least", "least level of Fig. B.4's S that any controller reaches", "", 1.0, (0.0, 1.0), (0.0, 1.1),
+        "least", "level of Fig. B.4's S below which no controller keeps", "", 1.0, (0.0, 1.0), (0.0, 1.1),
         one_sided="at most one is needed",
     ),
     "C4.radius": Figure(
