@@ -6,14 +6,14 @@ from .errors import (
     SchemaError as SchemaError,
     UnfitError as UnfitError,
 )
-from .local.bias import Interval as Interval
+from .local.frequency.response_fit import fit_frequency_response as fit_frequency_response
+from .local.frequency.response_result import ResponseFit as ResponseFit
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel
-from .local.response_fit import fit_frequency_response as fit_frequency_response
-from .local.response_result import ResponseFit as ResponseFit
 from .local.result import Identification as Identification
 from .local.structure import Structure as Structure
+from .local.uncertainty.bias import Interval as Interval
 from .lpv.coherent import coherent_basis as coherent_basis
 from .lpv.fit import fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel

@@ -25,9 +25,9 @@ from identification.local.models import LinearModel
 from identification.local.start import levy, peak_frequency
 from identification.records.checks import check_signals
 from identification.records.frf import FrequencyResponse, frequency_response
+from identification.records.lab.segment import cut
 from identification.records.lab.without_gaps import longest_whole
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
-from identification.records.segment import cut
 from identification.threads import one_thread
 
 if TYPE_CHECKING:

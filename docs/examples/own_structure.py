@@ -36,7 +36,7 @@ units = ("1/s^2",) * 3 + ("1/s",) * 3 + ("m/(s^2 V)",) * 2 + ("rad/s",)
 own = rs.identification.Structure("film behind actuators", names, bearing, start, bounds, units)
 
 truth = plant.linearise(0.0, 0.5e6)
-found = {"the plant": truth, "Model 3": rs.identify(record, 3), "own structure": rs.identify(record, own)}
+found = {"the plant": truth, "Model 3": rs.identify(record, 3, dead_time=0), "own structure": rs.identify(record, own)}
 measured = rs.identification.frequency_response(record["reference"].values, record["disc_measured"].values, 2e-4)
 found["the same by frequency response"] = rs.identification.fit_frequency_response(measured, own, band=(10, 400))
 for name, one in found.items():

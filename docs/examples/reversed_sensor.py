@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 
 import rotorsim as rs
 
-point = {"speed": 300.0, "pressure": 0.5e6}
+point = {"speed": 50.0, "pressure": 0.5e6}
 plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
 found = rs.identify(rs.experiments.prbs(plant, **point, amplitude=1.0, duration=4.0), model=3)
 law = rs.control.lqr.design(found.model, rs.control.lqr.Spec(**point))

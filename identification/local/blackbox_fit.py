@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from identification.local.blackbox import FullStateSpace, balanced, subspace
-from identification.local.confidence import propagate
 from identification.local.fit import Predictor, solve
 from identification.local.goodness import project
 from identification.local.grey_fits import result_of
@@ -13,6 +12,7 @@ from identification.local.joint import ahead_of, covariance_of, problem_of
 from identification.local.models import LinearModel
 from identification.local.result import Identification
 from identification.local.stretches import longest_part
+from identification.local.uncertainty.confidence import propagate
 from identification.records.checks import suspicious_gains
 from identification.records.prefilter import Signals
 

@@ -10,9 +10,6 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local import dead_time as late
-from identification.local.amplitude import AtRest, at_rest, nothing
-from identification.local.bias import bias
-from identification.local.confidence import Spread, propagate, spread
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, static_gain
@@ -24,6 +21,9 @@ from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values
 from identification.local.stretches import longest_part, offsets, regressors_of
 from identification.local.structure import Structure
+from identification.local.uncertainty.amplitude import AtRest, at_rest, nothing
+from identification.local.uncertainty.bias import bias
+from identification.local.uncertainty.confidence import Spread, propagate, spread
 from identification.records.checks import check_modes, suspicious_gains
 from identification.records.pin_positions import pin_pairs
 from identification.records.prefilter import Signals

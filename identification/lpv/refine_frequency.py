@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from identification.errors import UnfitError
+from identification.local.frequency.response import response_with_derivatives
 from identification.local.greybox import STRUCTURES, modes
-from identification.local.response import response_with_derivatives
 from identification.local.structure import Structure
 from identification.lpv.model import LpvModel
 

@@ -126,11 +126,17 @@ def drawn(rng: np.random.Generator) -> tuple[tuple[Fault, ...], np.ndarray]:
     return tuple(faults), forces
 
 
+def ramp(rng: np.random.Generator, low: float, high: float) -> np.ndarray:
+    """Values (n,) between two that are drawn."""
+    first, last = rng.uniform(low, high, 2)
+    return np.linspace(float(first), float(last), SAMPLES)
+
+
 def sequence(plant: Plant, laws: dict[str, Law], seed: int) -> Outcome:
     """Run one random sequence."""
     rng = np.random.default_rng(seed)
     law = laws[str(rng.choice(sorted(laws)))]
-    speed, pressure = (np.linspace(*rng.uniform(low, high, 2), SAMPLES) for low, high in RANGES)
+    speed, pressure = (ramp(rng, *limits) for limits in RANGES)
     faults, forces = drawn(rng)
     faulty = Faulty(law.with_(), faults, rng)
     record = plant.simulate(SAMPLES * RIG_SAMPLE, speed, pressure, controller=faulty, disc_force=forces, seed=seed)

@@ -23,6 +23,13 @@ class Predictors:
     A (s, p, n, n), B (s, p, n, 2), C (s, p, 2, n), gain (s, p, n, 2), weights (s, p, 3): xx, xy, yy of the inverse
     covariance of the prediction error [1/um^2]; the last two states are the position at rest. speeds (s,) [rad/s],
     pressures (p,) [Pa, gauge].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.control.plausibility_of(rs.load_model("model.json")).predictors
+    >>> isinstance(found, rs.control.Predictors)
+    True
     """
 
     A: np.ndarray

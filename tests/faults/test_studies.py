@@ -19,6 +19,7 @@ STUDIES = (
     Command(("study", "identification-vs-physics"), (RIG, "--quick", "--jobs", "1", "--out", f"{OUT}/study"), ()),
     Command(("study", "control"), ("{inputs}/model.json", RIG, "--quick", "--out", f"{OUT}/study"), ()),
     Command(("study", "whole"), (RIG, "--quick", "--out", f"{OUT}/study"), ()),
+    Command(("study", "experiments"), (RIG, "--only", "I9", "--jobs", "1", "--out", f"{OUT}/study"), ()),
 )
 
 

@@ -5,12 +5,12 @@ import pytest
 from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
-from identification.local.amplitude import _modulated
-from identification.local.confidence import Spread, sandwich, spread
 from identification.local.discretise import zero_order_hold
 from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
-from identification.local.model_error import model_error
+from identification.local.uncertainty.amplitude import _modulated
+from identification.local.uncertainty.confidence import Spread, sandwich, spread
+from identification.local.uncertainty.model_error import model_error
 
 pytestmark = pytest.mark.numerical
 

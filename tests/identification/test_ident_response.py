@@ -9,8 +9,8 @@ from model3 import TRUTH, TS, model, record
 import identification as idn
 import rotorsim as rs
 from identification.errors import UnfitError
+from identification.local.frequency.response_fit import response_problem
 from identification.local.greybox import STRUCTURES, modes
-from identification.local.response_fit import response_problem
 
 pytestmark = pytest.mark.numerical
 

@@ -38,11 +38,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.local.amplitude import AtRest
-from identification.local.confidence import Spread, propagate
 from identification.local.greybox import modes, static_gain
-from identification.local.model_error import ModelError, model_error
 from identification.local.stretches import parts_of
+from identification.local.uncertainty.amplitude import AtRest
+from identification.local.uncertainty.confidence import Spread, propagate
+from identification.local.uncertainty.model_error import ModelError, model_error
 
 if TYPE_CHECKING:
     from identification.local.models import LinearModel

@@ -20,6 +20,8 @@ import numpy as np
 
 from identification.errors import ModelError, UnfitError
 from identification.local.fit import GreyBox, solve
+from identification.local.frequency.response import response_with_derivatives
+from identification.local.frequency.response_result import ResponseFit
 from identification.local.greybox import STRUCTURES
 from identification.local.identifiable import without_nuisance
 from identification.local.models import LinearModel
@@ -32,8 +34,6 @@ from identification.local.own import (
     sizes,
     valued,
 )
-from identification.local.response import response_with_derivatives
-from identification.local.response_result import ResponseFit
 from identification.local.start import response_starts
 from identification.local.steps import Box
 from identification.local.structure import Matrices, Structure

@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import f
 
-from identification.local.confidence import WINDOW, sandwich
 from identification.local.fit import Problem
 from identification.local.joint import Joint, scores_of
 from identification.local.simulation import respond
 from identification.local.stretches import parts_of
+from identification.local.uncertainty.confidence import WINDOW, sandwich
 
 MOVING = 8
 """K and D, the first parameters of every structure that moves, depend on the amplitude."""

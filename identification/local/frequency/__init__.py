@@ -1,0 +1,1 @@
+"""Grey-box models from measured frequency responses."""
