@@ -79,8 +79,7 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
     if hasattr(spec, "speed"):
         _check_point(name, model, spec, changes)
     law: Law = module_of(name).design(model, spec)
-    machine = getattr(model, "machine", "")
-    return law.with_(about=law.about | {"machine": machine}) if machine else law
+    return law
 
 
 def field_rows(spec: Any, above: str = "") -> Iterator[tuple[str, str, str, str, str]]:

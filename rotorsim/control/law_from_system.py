@@ -70,6 +70,8 @@ def make_law(
     settings = DEFAULTS | settings
     about = {"design": name, "spec": plain_spec(spec)}
     about |= settings.pop("about", {})
+    if machine := getattr(model, "machine", ""):
+        about |= {"machine": machine}
     if model is not None:
         scheduled = np.size(speeds) * np.size(pressures) > 1
         settings["plausibility"] = plausibility_of(model, spec.Ts, settings.get("limit", LIMIT), scheduled)

@@ -156,16 +156,30 @@ class Plausibility:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Plausibility:
-        """The limits of `to_dict`; raises LawError for unknown names."""
+        """The limits of `to_dict`; raises LawError for unknown names and for what are no numbers."""
+        if not isinstance(data, dict):
+            raise LawError(f"law: plausibility = {data!r}; give limits by name, or null for none")
         known = {one.name for one in fields(cls)}
         if unknown := sorted(set(data) - known):
             raise LawError(f"law: plausibility has no '{unknown[0]}'; it knows {', '.join(sorted(known))}")
-        given: dict[str, Any] = {key: np.inf if value is None else value for key, value in data.items()}
-        given.pop("predictors", None)
-        for name in PAIRS:
-            if name in given:
-                low, high = given[name]
-                given[name] = (-np.inf if low is None else float(low), np.inf if high is None else float(high))
+        given: dict[str, Any] = {key: _limit(key, value) for key, value in data.items() if key != "predictors"}
         if data.get("predictors"):
             given["predictors"] = Predictors(**{k: np.array(v, float) for k, v in data["predictors"].items()})
         return cls(**given)
+
+
+def _limit(name: str, value: Any) -> float | tuple[float, float]:
+    """A limit of a file, null for none; raises LawError for what is no number, or no two of them."""
+    pair = name in PAIRS
+    ends = [None, None] if pair and value is None else value if pair else [value]
+    if not (isinstance(ends, (list, tuple)) and len(ends) == 1 + pair and all(map(_numeric, ends))):
+        what = "two numbers" if pair else "a number"
+        raise LawError(f"law: plausibility {name} = {value!r}; give {what} in SI units, or null for no limit")
+    found = [
+        sign * np.inf if end is None else float(end) for end, sign in zip(ends, (-1, 1)[-len(ends) :], strict=True)
+    ]
+    return (found[0], found[1]) if pair else found[0]
+
+
+def _numeric(value: Any) -> bool:
+    return value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))

@@ -104,3 +104,13 @@ def test_a_file_that_is_no_law_is_refused_in_one_sentence(text, tmp_path):
     path.write_text(text)
     with pytest.raises(LawError, match=r"not a law"):
         load_law(path)
+
+
+def test_a_law_keeps_the_machine_of_its_model_however_it_is_designed(model):
+    from dataclasses import replace
+
+    from rotorsim.control import design, lqr
+
+    named = replace(model, machine="rig 1234")
+    assert lqr.design(named).about["machine"] == design("lqr", named).about["machine"] == "rig 1234"
+    assert "machine" not in lqr.design(model).about

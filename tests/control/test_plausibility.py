@@ -1,5 +1,6 @@
 """Plausibility limits of a law: jumps, range, frozen and reversed sensors, lost points; on the nonlinear plant too."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -151,6 +152,20 @@ def test_evidence_counts_where_the_model_holds(law, speed):
     assert (most > 1.0) == (speed == POINT[0])
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [("range", "20 um", "a number in SI units"), ("speed", 3.0, "two numbers"), ("jump", True, "a number"),
+     ("model_speed", [1.0], "two numbers"), ("plausibility", "off", "limits by name")],
+)  # fmt: skip
+def test_a_file_with_limits_that_are_no_numbers_is_refused(law, tmp_path, name, value, sentence):
+    law.save(tmp_path / "law.json")
+    data = json.loads((tmp_path / "law.json").read_text())
+    (data if name == "plausibility" else data["plausibility"])[name] = value
+    (tmp_path / "law.json").write_text(json.dumps(data))
+    with pytest.raises(LawError, match=sentence):
+        load_law(tmp_path / "law.json")
+
+
 @pytest.mark.parametrize("name", ["jump", "range", "stuck", "evidence", "speed_jump", "pressure_jump"])
 def test_a_limit_that_is_switched_off_stays_off_in_the_file(law, tmp_path, name):
     law = law.with_(plausibility=replace(law.plausibility, **{name: float("inf")}))
@@ -189,8 +204,6 @@ def test_limits_that_limit_nothing_are_refused(limits, sentence):
 
 
 def test_an_unknown_limit_in_a_file_is_refused(law, tmp_path):
-    import json
-
     law.save(tmp_path / "law.json")
     data = json.loads((tmp_path / "law.json").read_text())
     data["plausibility"]["rang"] = 1.0

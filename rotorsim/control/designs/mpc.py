@@ -98,7 +98,7 @@ def design(model: Model, spec: Spec | None = None) -> Predictive:
     return Predictive(spec, found, Program(spec, found), machine=str(getattr(model, "machine", "")))
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Predictive:
     """The running controller; what it has measured is in um from its centre, what acts in V from the mean then.
 
@@ -115,6 +115,11 @@ class Predictive:
 
     def __post_init__(self) -> None:
         self.reset()
+
+    def __repr__(self) -> str:
+        """Horizon, limits and operating point."""
+        one = self.spec
+        return f"<mpc: {one.horizon} samples ahead, within {one.limit:g} V and {one.reach:.3g} um of the centre>"
 
     @property
     def Ts(self) -> float:
