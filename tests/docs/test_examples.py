@@ -57,7 +57,7 @@ PRINTED = {
     "probes": (22.2, 26.0, 35.2, 49.0),
     "pump": (2479, 4.8, 2209, 6.0),
     "python_control": (92, 0.012, 1.34, 2, 0.61, 2),
-    "recursive_lpv": (0.81, 15.8, 4999, 0),
+    "recursive_lpv": (0.87, 16.1, 4999, 0),
     "reliability": ("expected calibration error",),
     "reversed_sensor": (79, 26, "the sensor of x is reversed"),
     "runup": (59.7, 7805),
