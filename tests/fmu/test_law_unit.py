@@ -106,7 +106,7 @@ def plausible_law():
     stacked = {k: np.concatenate([getattr(one, k) for one in both]) for k in ("A", "B", "C", "gain", "weights")}
     predictors = Predictors(**stacked, speeds=np.array([0.0, 600.0]), pressures=np.array([5e5]))
     limits = Plausibility(
-        evidence=30.0, jump=1e-5, range=3e-5, speed=(-100.0, 900.0), speed_jump=200.0, predictors=predictors
+        evidence=3.0, jump=1e-5, range=3e-5, speed=(-100.0, 900.0), speed_jump=200.0, predictors=predictors
     )
     return scheduled_law(average=0.2, fade=0.05, plausibility=limits)
 
