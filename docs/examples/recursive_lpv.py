@@ -1,7 +1,7 @@
 """Modes tracked online during a run-up
 
 Binary references excite the rig while it runs up to 6000 rpm, and a recursive estimate follows its modes sample by
-sample. For one second the sensors are lost; the estimate waits, counts what it skipped, and goes on.
+sample. For one second the sensors are lost; the estimate waits, counts what it skipped, and continues.
 """
 
 import matplotlib.pyplot as plt

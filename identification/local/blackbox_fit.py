@@ -21,6 +21,7 @@ REDUNDANT = 1e-6
 
 
 def black_box(signals: Signals, order: int, method: str) -> Identification:
+    """A black-box model of an order, from the subspace method on."""
     y = project(signals.y, signals.Q)
     full = FullStateSpace(order, 2, 2)
     scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned

@@ -45,6 +45,7 @@ def actuator_signals(signals: Signals) -> Signals:
 
 
 def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
+    """A grey-box model whose parameters are found in one fit."""
     chosen = actuator_signals(signals) if kind == "actuator" else signals
     fitted, found, calm = _solved(kind, chosen, chosen.u, "zero", method, start)
     theta = fitted.theta[: len(STRUCTURES[kind].parameters)]

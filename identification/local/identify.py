@@ -96,8 +96,7 @@ def identify(
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
-    checked = late.kind_of(repr(kind) if own else kind, dead_time)
-    kind = kind if own else checked
+    kind = late.kind_of(kind, dead_time)  # a structure of one's own has none of the models' names
     records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     count = len(own.parameters) if own else count_of(kind, order)
     made = ready(records, method, steady, settings, check, count)

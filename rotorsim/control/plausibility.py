@@ -156,7 +156,7 @@ class Plausibility:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Plausibility:
-        """The limits of `to_dict`; raises LawError for unknown names and for what are no numbers."""
+        """The limits of `to_dict`; raises LawError for unknown names and for limits that are not numbers."""
         if not isinstance(data, dict):
             raise LawError(f"law: plausibility = {data!r}; give limits by name, or null for none")
         known = {one.name for one in fields(cls)}
@@ -169,7 +169,7 @@ class Plausibility:
 
 
 def _limit(name: str, value: Any) -> float | tuple[float, float]:
-    """A limit of a file, null for none; raises LawError for what is no number, or no two of them."""
+    """A limit of a file, null for none; raises LawError unless it is one number, or a pair of them."""
     pair = name in PAIRS
     ends = [None, None] if pair and value is None else value if pair else [value]
     if not (isinstance(ends, (list, tuple)) and len(ends) == 1 + pair and all(map(_numeric, ends))):

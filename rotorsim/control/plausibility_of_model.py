@@ -14,9 +14,9 @@ import numpy as np
 from identification.errors import ModelError
 from identification.lpv.model import LpvModel
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.control.designs.plants import MICRO, MILLI, Model, design_plant, frozen, second_order
+from rotorsim.control.designs.plants import Model, frozen, second_order, short_held_plant
 from rotorsim.control.errors import DesignError
-from rotorsim.control.numerics.systems import System, held
+from rotorsim.control.numerics.systems import System
 from rotorsim.control.plausibility import Plausibility, Predictors
 from rotorsim.control.riccati import sampled_riccati
 
@@ -49,7 +49,7 @@ def plausibility_of(model: Model, Ts: float = RIG_SAMPLE, limit: float = 5.0, sc
     low, high = np.nan_to_num(_range(model))
     speeds, pressures = _axis(low[0], high[0]), _axis(low[1], high[1])
     try:
-        plants = [[_sampled(model, w, p, Ts) for p in pressures] for w in speeds]
+        plants = [[short_held_plant(model, w, p, Ts) for p in pressures] for w in speeds]
     except (DesignError, ModelError):
         return Plausibility()
     flat = [plant for row in plants for plant in row]
@@ -64,15 +64,6 @@ def plausibility_of(model: Model, Ts: float = RIG_SAMPLE, limit: float = 5.0, sc
             beyond = max(half[k] / 2, BEYOND[k])
             limits |= {f"model_{name}": (low[k] - beyond, high[k] + beyond)}
     return Plausibility(**limits, predictors=_predictors(model, plants, speeds, pressures))
-
-
-def _sampled(model: Model, speed: float, pressure: float, Ts: float) -> System:
-    """The model in um and V behind a hold of Ts [s]; Model 2 in six states."""
-    found = frozen(model, speed, pressure)
-    if found.Ts:
-        found = found.discrete(Ts)
-        return System(found.A, found.B, found.C * MICRO, found.D)
-    return held(design_plant(model, speed, pressure), Ts * MILLI)
 
 
 def _range(model: Model) -> tuple[np.ndarray, np.ndarray]:
@@ -93,7 +84,8 @@ def _at_rest(plant: System) -> np.ndarray:
 
 def _highest(plant: System) -> float:
     """Angle [rad a sample] of the fastest oscillating pole that is not strongly damped."""
-    poles = np.log(np.linalg.eigvals(plant.A).astype(complex)[np.abs(np.linalg.eigvals(plant.A)) > 1e-9])
+    poles = np.linalg.eigvals(plant.A).astype(complex)
+    poles = np.log(poles[np.abs(poles) > 1e-9])
     modes = poles[(poles.imag > 0) & (-poles.real < 0.6 * np.abs(poles))]
     return float(np.abs(modes).max(initial=0.1))
 

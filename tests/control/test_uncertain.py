@@ -9,7 +9,7 @@ from rotorsim.base.rounding import unstable_poles
 from rotorsim.control import DesignError, hinf, uncertainty_between
 from rotorsim.control.designs.mixed import Weights, closed, mixed_sensitivity
 from rotorsim.control.designs.plants import design_plant
-from rotorsim.control.designs.uncertain import stood, uncertain
+from rotorsim.control.designs.uncertain import uncertain, uncertain_loop_norm
 from rotorsim.control.numerics.gamma import bounds, controller
 from rotorsim.control.numerics.systems import System
 
@@ -49,7 +49,7 @@ def test_the_loop_is_stable_for_random_errors_of_that_size_and_unstable_for_a_wo
     error = 0.3
     P = uncertain(mixed_sensitivity(plant, Weights()), plant, error, 0.12)
     K = controller(P, 1.02 * bounds(P).high)
-    norm, rng = stood(plant, K, error), np.random.default_rng(0)
+    norm, rng = uncertain_loop_norm(plant, K, error), np.random.default_rng(0)
 
     def unstable(delta):
         B = plant.B @ (np.eye(2) + delta)

@@ -132,7 +132,7 @@ def test_tables_hold_both_columns_and_why(machine):
     (kept,) = plain([found])
     assert kept["figures"]["I4.before"]["values"] == {"1": 6.0, "2": 10.0}
     failed = Found(one(), {1.0: {"I4.before": 6.0}}, {2.0: "the shaft touches."})
-    assert "At 2 there is no number: the shaft touches." in markdown([failed], machine)
+    assert "At 2 no figure: the shaft touches." in markdown([failed], machine)
 
 
 def test_a_machine_whose_records_cannot_be_identified_leaves_a_sentence(machine):

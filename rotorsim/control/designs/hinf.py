@@ -27,7 +27,7 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
-from rotorsim.control.designs.uncertain import check_stood, scaled, stood
+from rotorsim.control.designs.uncertain import check_robust, scaled, uncertain_loop_norm
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
 from rotorsim.control.loop.stability_check import check_loop
@@ -80,8 +80,8 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     K = controller(P, gamma)
     about = {"optimal_gamma": best.high, "reached": peak_gain(closed(P, K))}
     if scale is not None:
-        about |= {"scale": scale, "norm_of_uncertain_loop": stood(plant, K, spec.uncertainty)}
-        check_stood(about["norm_of_uncertain_loop"], spec.uncertainty)
+        about |= {"scale": scale, "norm_of_uncertain_loop": uncertain_loop_norm(plant, K, spec.uncertainty)}
+        check_robust(about["norm_of_uncertain_loop"], spec.uncertainty)
     if best.high > 1.001 * best.low:
         about["optimal_gamma_at_least"] = best.low
     if spec.order != 0:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,8 @@ def design(model: Model, spec: Spec | None = None) -> Predictive:
     (2,)
     """
     spec = spec or Spec()
+    if find_spec("osqp") is None:
+        raise DesignError("mpc: needs the package osqp; pip install 'rotorsim[mpc]'")
     if spec.reach <= 0:
         raise DesignError(
             f"mpc.film = {spec.film:g} um: the film is {spec.film_at_rest:g} um thick at rest already; "
@@ -216,6 +219,7 @@ class Program:
             [np.eye(2 * N), np.zeros((2 * N, 1))], [rows, -soft], [rows, soft], [np.zeros((1, 2 * N)), np.eye(1)],
         ])  # fmt: skip
         self.ahead = self.look @ self.free[outputs]
+        self.unlimited = -np.linalg.solve(self.H[:-1, :-1], 2 * self.gradient)
 
     def start(self) -> None:
         """Set the solver up, without what it has solved before."""
@@ -233,7 +237,7 @@ class Program:
 
         Where the unlimited regulator keeps every limit it is the optimum.
         """
-        unlimited = np.linalg.solve(self.H[:-1, :-1], -2 * self.gradient @ state)
+        unlimited = self.unlimited @ state
         low, high = self.bounds(state)
         rows = self.A[:, :-1] @ unlimited
         if np.all(rows >= low) and np.all(rows <= high):
@@ -264,11 +268,8 @@ def predictions(plant: System, N: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def solver(H: np.ndarray, q: np.ndarray, A: np.ndarray, low: np.ndarray, high: np.ndarray) -> Any:
-    """A solver of OSQP for min z'Hz/2 + q'z under low <= A z <= high; raises DesignError without the package."""
-    try:
-        import osqp
-    except ImportError as error:
-        raise DesignError("mpc: needs the package osqp; pip install 'rotorsim[mpc]'") from error
+    """A solver of OSQP for min z'Hz/2 + q'z under low <= A z <= high."""
+    import osqp
     from scipy.sparse import csc_matrix, triu
 
     made = osqp.OSQP()

@@ -138,9 +138,16 @@ def sampled_plant(
 
 def short_sampled_plant(model: Model, speed: float, pressure: float, Ts: float = RIG_SAMPLE) -> System:
     """The same, made of the model that continuous designs take, of at most six states."""
-    if frozen(model, speed, pressure).Ts:
-        return sampled_plant(model, speed, pressure, Ts)
-    return late(held(design_plant(model, speed, pressure), Ts * MILLI))
+    return late(short_held_plant(model, speed, pressure, Ts))
+
+
+def short_held_plant(model: Model, speed: float, pressure: float, Ts: float = RIG_SAMPLE) -> System:
+    """The same without the sample of delay: behind the reference that acts."""
+    found = frozen(model, speed, pressure)
+    if found.Ts:
+        found = found.discrete(Ts)
+        return System(found.A, found.B, found.C * MICRO, found.D)
+    return held(design_plant(model, speed, pressure), Ts * MILLI)
 
 
 def modes(system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -183,4 +190,4 @@ def check_modes(system: System, name: str, tolerance: float = 1e-9) -> None:
 
 
 __all__ = ["axis_modes", "check_modes", "design_plant", "frozen", "gain", "modes", "sampled_plant",
-           "short_sampled_plant"]  # fmt: skip
+           "short_held_plant", "short_sampled_plant"]  # fmt: skip

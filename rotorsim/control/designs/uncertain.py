@@ -21,7 +21,7 @@ from rotorsim.control.designs.mixed import Generalised
 from rotorsim.control.designs.plants import Model, axis_modes, design_plant, point_text
 from rotorsim.control.errors import DesignError
 from rotorsim.control.numerics.gamma import Bounds, bounds
-from rotorsim.control.numerics.systems import System, peak_gain
+from rotorsim.control.numerics.systems import System, peak_gain, response
 
 SCALES = (-3.0, 2.0)
 """Decades in which d [V] is sought."""
@@ -52,7 +52,7 @@ def scaled(P: Generalised, plant: System, error: float) -> tuple[Generalised, Bo
     return made, bounds(made), float(10**found.x)
 
 
-def stood(plant: System, K: System, error: float) -> float:
+def uncertain_loop_norm(plant: System, K: System, error: float) -> float:
     """Norm of epsilon T_I of a continuous loop with u = K y: below one it stands the error."""
     A = np.block([[plant.A + plant.B @ K.D @ plant.C, plant.B @ K.C], [K.B @ plant.C, K.A]])
     B = np.vstack([plant.B, np.zeros((K.order, 2))])
@@ -60,8 +60,8 @@ def stood(plant: System, K: System, error: float) -> float:
     return error * peak_gain(System(A, B, C, np.zeros((2, 2))))
 
 
-def check_stood(norm: float, error: float) -> None:
-    """Raise DesignError for a loop that does not stand its error."""
+def check_robust(norm: float, error: float) -> None:
+    """Raise DesignError unless the norm of epsilon T_I is below one, which proves stability for every such error."""
     if not norm < 1:
         raise DesignError(
             f"hinf.uncertainty = {error:g}: the loop found stands {error / norm:.3g}; an uncertainty that is larger "
@@ -97,20 +97,14 @@ def uncertainty_between(model: Model, point: tuple[float, float], others: Any, d
     here = design_plant(model, speed, pressure, delay)
     modes = axis_modes(here)
     omega = np.linspace(NEAR[0] * modes.min(), NEAR[1] * modes.max(), 200)
-    G, worst = _response(here, omega), 0.0
+    G, worst = response(here, 1j * omega), 0.0
     for w, p in others:
         try:
-            off = np.linalg.solve(G, _response(design_plant(model, w, p, delay), omega) - G)
+            off = np.linalg.solve(G, response(design_plant(model, w, p, delay), 1j * omega) - G)
         except np.linalg.LinAlgError as error:
             raise DesignError(f"model: has no inverse about its modes at {point_text(*point)}") from error
         worst = max(worst, float(np.linalg.norm(off, 2, axis=(1, 2)).max()))
     return worst
 
 
-def _response(plant: System, omega: np.ndarray) -> np.ndarray:
-    """Frequency response (f, 2, 2) at omega [rad/ms]."""
-    shifted = 1j * omega[:, None, None] * np.eye(plant.order) - plant.A
-    return np.asarray(plant.C @ np.linalg.solve(shifted, np.broadcast_to(plant.B, (len(omega), *plant.B.shape))))
-
-
-__all__ = ["check_stood", "scaled", "stood", "uncertain", "uncertainty_between"]
+__all__ = ["check_robust", "scaled", "uncertain", "uncertain_loop_norm", "uncertainty_between"]

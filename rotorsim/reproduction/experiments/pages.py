@@ -43,7 +43,7 @@ def sentence(found: Found, machine: Machine) -> str:
         text += f"At {found.best:g} times it, of the calibrated rows of Table E.2, " + (
             f"{', '.join(found.broken)} are lost. " if found.broken else "none is lost. "
         )
-    text += "".join(f"At {factor:g} there is no number: {why} " for factor, why in found.failed.items())
+    text += "".join(f"At {factor:g} no figure: {why} " for factor, why in found.failed.items())
     return text + one.why
 
 
