@@ -47,6 +47,27 @@ PRINTED = {
     "lpv": (-0.14, -0.16),
     "measured_runup": (1665, 1663),
     "mode_shape": (44.1, 0.0021),
+    "mpc": (
+        "Reference of 1 V",
+        30.5,
+        10,
+        22,
+        27.8,
+        24.0,
+        15.3,
+        28.6,
+        6.7,
+        13.6,
+        28.6,
+        7.6,
+        13.2,
+        1,
+        27.8,
+        24.0,
+        15.3,
+        1,
+        28.6,
+    ),
     "notebook": (201,),
     "own_effect": (-133.3, -77.7),
     "operating_map": (0.019, 0.069),
@@ -77,6 +98,8 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]\d+)?(?!\w)")
 def test_an_example_runs_draws_its_picture_and_prints_its_numbers(name, tmp_path):
     if name in SCENES and (missing := lacking()):
         pytest.skip(missing)
+    if name == "mpc":
+        pytest.importorskip("osqp")
     if name == "fmu_loop" and not shutil.which("cc"):
         pytest.skip("no C compiler on this computer")
     script = tmp_path / f"{name}.py"
