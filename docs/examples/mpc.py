@@ -1,4 +1,4 @@
-"""Limits in the controller: MPC beside LQR
+"""Limits in the controller: MPC and LQR
 
 Both laws answer a hit of 40 N. On the left the predictive one is to keep 10 um of film, on the right 1 V of reference.
 Where a limit binds it acts up to a millisecond sooner than LQR, and gains next to nothing: the first swing is over
