@@ -187,7 +187,7 @@ class LinearModel(Shown):
         return {"kind": "linear", **content}
 
     def save(self, path: str | Path) -> None:
-        """Write the model as JSON, or as .mat by the ending: A, B, C, D, Ts, InputName, OutputName, units.
+        """Write the model as JSON, or as .mat by the ending: A, B, C, D, Ts, InputName, OutputName, units, machine.
 
         Examples
         --------
@@ -207,7 +207,8 @@ class LinearModel(Shown):
         names |= {"InputUnit": ("V",) * len(self.inputs), "OutputUnit": ("m",) * len(self.outputs)}
         numbers = {"Ts": self.Ts, "speed": self.speed, "pressure": self.pressure}
         matrices = {name: getattr(self, name) for name in "ABCD"}
-        return {"kind": "linear", **matrices, **numbers, **{key: cells(value) for key, value in names.items()}}
+        machine = {"machine": self.machine} if self.machine else {}
+        return {"kind": "linear", **matrices, **numbers, **machine, **{key: cells(one) for key, one in names.items()}}
 
     @classmethod
     def from_mat(cls, content: dict[str, Any]) -> LinearModel:
@@ -220,7 +221,10 @@ class LinearModel(Shown):
             raise ModelError(f"Ts = {numbers[0]:g} s: give the sampling time, 0 for continuous time")
         signals = [texts(content, key, _signals(kind, count)) for key, kind, count in
                    (("InputName", "reference", D.shape[1]), ("OutputName", "disc", D.shape[0]))]  # fmt: skip
-        return cls(A, B, C, D, numbers[0], signals[0], signals[1], numbers[1], numbers[2])
+        machine = content.get("machine", "")
+        if not isinstance(machine, str):
+            raise ModelError("machine is not a text; give name and fingerprint of the machine, or leave it out")
+        return cls(A, B, C, D, numbers[0], signals[0], signals[1], numbers[1], numbers[2], machine=machine)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> LinearModel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -86,7 +87,7 @@ def _plain(result: Verification) -> dict[str, object]:
     numbers |= {"criteria": result.settings["criteria"], "first_criteria": result.settings["first"]}
     numbers["edited"] = result.settings["edited"]
     numbers["rows"] = [
-        {key: None if isinstance(v, float) and v != v else v for key, v in row.items()} for row in result.table
+        {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in row.items()} for row in result.table
     ]
     if result.remark:
         numbers["remark"] = result.remark

@@ -1,8 +1,8 @@
-"""Simulation of a plant with or without a law, for rows of inputs."""
+"""Simulation of a plant with or without a law, for rows of inputs, up to a limit of the machine."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError
 from rotorsim.control.law import Law
 from rotorsim.experiments.experiment import reference_range
+from rotorsim.experiments.limits import choked, passed
 from rotorsim.plant import Plant
 from rotorsim.plant.columns import COLUMNS, READ
 from rotorsim.plant.control_systems import as_controller
@@ -23,12 +24,16 @@ NEVER = 10**15
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Samples of a run, every `Ts` [s]; `ended` is empty, or the sentence of what stopped it."""
+    """Samples of a run, every `Ts` [s]; `ended` is empty, or the sentence of what stopped it.
+
+    `at_limit` is true where that was a limit of the machine; the samples are those before it.
+    """
 
     table: np.ndarray
     rows: np.ndarray
     ended: str = ""
     Ts: float = RIG_SAMPLE
+    at_limit: bool = False
 
     def count(self, seconds: float) -> int:
         """Samples in a time [s]."""
@@ -75,10 +80,21 @@ class Frozen:
 def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, fault: Frozen | None = None) -> Run:
     """Run from the equilibrium of the first row: columns as `Simulation.advance` takes them, (n, 6).
 
-    A step without solution ends the run; what was simulated is kept. Raises NoLiftOffError, DataError, LawError.
+    A step without solution or a limit of the machine ends the run; what was simulated is kept. Raises NoLiftOffError,
+    DataError, LawError.
     """
     rows = np.array(rows, float)
     simulation = plant.start(float(rows[0, 0]), float(rows[0, 1]), seed=seed)
+    if law is not None:
+        check_actuators(plant.machine, law.name)
+    if why := choked(simulation):
+        table = np.zeros((0, simulation.columns))
+        return Run(table, rows[:0], why, plant.machine.sampling_time, at_limit=True)
+    return within_limits(simulation, _unlimited(plant, simulation, law, rows, fault))
+
+
+def _unlimited(plant: Plant, simulation: Simulation, law: AnyLaw | None, rows: np.ndarray, fault: Frozen | None) -> Run:
+    """Continue a simulation without a law or under one, whatever limits it passes."""
     if law is None:
         Ts = plant.machine.sampling_time
         try:
@@ -86,13 +102,25 @@ def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, 
         except ConvergenceError as error:
             table = error.where["table"]
             return Run(table, rows[: len(table)], str(error), Ts)
-    check_actuators(plant.machine, law.name)
     if isinstance(law, Law):
         law.check_sampling(plant.machine.sampling_time)
-    else:
-        centre = plant.equilibrium(float(rows[0, 0]), float(rows[0, 1])).disc
-        return run_other(simulation, as_controller(law.given, lambda: centre), rows, fault)
-    return run_law(simulation, law, rows, fault)
+        return run_law(simulation, law, rows, fault)
+    centre = plant.equilibrium(float(rows[0, 0]), float(rows[0, 1])).disc
+    return run_other(simulation, as_controller(law.given, lambda: centre), rows, fault)
+
+
+def within_limits(simulation: Simulation, run: Run) -> Run:
+    """The run up to where it passed a limit of the machine; `simulation` stands where it ended.
+
+    Choked feed holes are looked at there, and not on the way.
+    """
+    found = passed(simulation.assembly, run.table)
+    if found is None and not run.ended and (why := choked(simulation)):
+        found = len(run.table), why
+    if found is None:
+        return run
+    first, why = found
+    return replace(run, table=run.table[:first], rows=run.rows[:first], ended=why, at_limit=True)
 
 
 def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | None = None) -> Run:

@@ -19,7 +19,7 @@ import numpy as np
 from rotorsim.base.constants import KRPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import LimitError
 from rotorsim.control.law import Law
-from rotorsim.experiments.limits import choked, passed
+from rotorsim.experiments.limits import choked
 from rotorsim.machine.passed_limits import limits_of
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation
@@ -69,37 +69,32 @@ def safe_speed(
     law = None if law is None else as_law(law)
     if isinstance(law, Law):
         law.check_machine(plant.machine.name)
-    run = run_rows(plant, law, rows, seed)
-    limit = limit_of(plant, run, pressure)
-    if limit is not None:
-        run = replace(run, table=run.table[: limit[0]], rows=run.rows[: limit[0]], ended=limit[1])
+    run = until_choked(plant, run_rows(plant, law, rows, seed), pressure)
+    if run.at_limit and len(run.table) < run.count(REST):
+        raise LimitError(f"the run {run.ended}; begin lower or raise it")
     outside = _outside(run, radius, np.asarray(centre))
     speed = float(run.column("speed")[-1 if outside is None else outside])
     why = f"left the circle of {radius * TO_UM:g} um"
     if outside is None:
         why = run.ended or "reached the end of the ramp"
-    left = outside is not None or (bool(run.ended) and limit is None)
+    left = outside is not None or (bool(run.ended) and not run.at_limit)
     checked = None if plant.machine.checked is None else plant.machine.checked.highest_speed
     return SafeSpeed(speed, left, why, run, checked, beyond(plant.assembly, start, speed, pressure))
 
 
-def limit_of(plant: Plant, run: Run, pressure: float) -> tuple[int, str] | None:
-    """First sample of a run-up beyond a limit of the machine, and the sentence; None if there is none.
+def until_choked(plant: Plant, run: Run, pressure: float) -> Run:
+    """A run-up until more feed holes are choked than the machine allows, where it has that limit.
 
-    Feed holes are looked at in equilibria at a gauge pressure [Pa] and `PLACES` speeds of the run. Raises LimitError
-    where the run begins beyond a limit.
+    They are looked at in equilibria at a gauge pressure [Pa] and `PLACES` speeds of the run.
     """
-    found, speeds = passed(plant.assembly, run.table), run.column("speed")
-    if limits_of(plant.machine).choked_feeds is not None:
-        last = len(speeds) - 1 if found is None else found[0]
-        for k in np.linspace(0, last, PLACES).astype(int):
-            why = choked(Simulation.at_equilibrium(plant.assembly, float(speeds[k]), pressure))
-            if why:
-                found = int(k), why
-                break
-    if found is not None and found[0] < run.count(REST):
-        raise LimitError(f"the run {found[1]}; begin lower or raise it")
-    return found
+    if limits_of(plant.machine).choked_feeds is None or not len(run.table):
+        return run
+    speeds = run.column("speed")
+    for k in np.linspace(0, len(speeds) - 1, PLACES).astype(int):
+        why = choked(Simulation.at_equilibrium(plant.assembly, float(speeds[k]), pressure))
+        if why:
+            return replace(run, table=run.table[:k], rows=run.rows[:k], ended=why, at_limit=True)
+    return run
 
 
 def _outside(run: Run, radius: float, centre: np.ndarray) -> int | None:

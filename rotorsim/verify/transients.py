@@ -61,9 +61,9 @@ def frozen_sensor(plant: Plant, law: AnyLaw | None, channel: int) -> Run:
 
 
 def noise(plant: Plant, law: AnyLaw, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
-    """Standard deviation (2,) [V] of the reference when nothing happens."""
+    """Standard deviation (2,) [V] of the reference when nothing happens; infinite where the run ended."""
     run = run_rows(plant, law, steady_rows(speed, pressure, 0.8, plant.machine.sampling_time))
-    return run.reference[run.count(REST) :].std(axis=0)
+    return np.full(2, np.inf) if run.ended else run.reference[run.count(REST) :].std(axis=0)
 
 
 def runup(plant: Plant, law: AnyLaw | None, rate: float, pressure: float, stop: float, down: bool = True) -> Run:
@@ -89,7 +89,9 @@ def amplitudes(run: Run, first: int, last: int, name: str = "disc") -> np.ndarra
 
 
 def excursion(run: Run) -> float:
-    """Largest distance [m] of the disc from a moving mean over 0.1 s."""
+    """Largest distance [m] of the disc from a moving mean over 0.1 s; infinite where the run ended."""
+    if run.ended:
+        return float("inf")
     window = run.count(0.1)
     kernel = np.ones(window) / window
     padded = np.pad(run.disc, ((window // 2, window - window // 2 - 1), (0, 0)), mode="edge")

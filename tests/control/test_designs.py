@@ -9,7 +9,7 @@ from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
-from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, p, placement, youla
+from rotorsim.control.designs import h2_plant, h2_scheduled, hinf, lead, lpv, lqr, mixed, mpc, p, placement, youla
 from rotorsim.control.designs.interpolation import held_out
 from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.loop.sampled_loop import (  # fmt: skip
@@ -214,6 +214,14 @@ def test_every_number_of_a_specification_is_declared():
         for one in (spec, getattr(spec, "weights", spec)):
             loose = [f.name for f in fields(one) if f.name not in quantities(one)]
             assert all(isinstance(getattr(one, f), bool) or is_dataclass(getattr(one, f)) for f in loose)
+
+
+def test_the_documentation_of_a_specification_states_the_unit_of_every_number():
+    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, mixed.Weights, h2_plant.Weights):
+        for name, quantity in quantities(spec).items():
+            entry = spec.__doc__.partition(f"\n{name} : ")[2].split("\n")
+            assert entry[1].startswith("    ") and entry[1].endswith(f"[{quantity.unit}]."), (spec, name)
+    assert "film : float, default 5\n    Least film thickness [um]." in mpc.Spec.__doc__
 
 
 def test_every_design_has_a_name_and_text_changes_its_specification():

@@ -1,6 +1,7 @@
 """Models and laws as MATLAB files: round trips bit for bit, files of other programs, bad files."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,21 @@ def test_a_linear_model_comes_back_bit_for_bit_and_names_its_signals(lpv, tmp_pa
     raw = loadmat(tmp_path / "model.mat")
     assert [str(one[0]) for one in raw["InputName"][0]] == ["reference_x", "reference_y"]
     assert rs.load_model(tmp_path / "model.mat").to_dict() == model.to_dict()
+
+
+def test_models_keep_the_machine_that_they_are_of(lpv, tmp_path):
+    """The name of a linear one was lost, and with it the warning on another machine."""
+    for model in (replace(lpv, machine="my_rig 0123"), replace(lpv.at(300.0, 5e5), machine="my_rig 0123")):
+        model.save(tmp_path / "model.mat")
+        back = rs.load_model(tmp_path / "model.mat")
+        assert back.machine == "my_rig 0123" and back.to_dict() == model.to_dict()
+        assert lqr.design(back, lqr.Spec(300.0, 5e5)).about["machine"] == "my_rig 0123"
+
+
+def test_a_machine_that_is_no_text_is_refused(tmp_path):
+    savemat(tmp_path / "mine.mat", GOOD | {"machine": 3.0})
+    with pytest.raises(ModelError, match="machine is not a text"):
+        rs.load_model(tmp_path / "mine.mat")
 
 
 def test_the_frozen_models_lie_along_the_third_dimension(lpv, tmp_path):

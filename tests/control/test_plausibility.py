@@ -82,6 +82,8 @@ def test_a_displacement_out_of_range_fades_out_at_once_and_quickly(law):
     u, codes = run(law, measured)
     first, code = begin(codes)[0]
     assert code == guard.RANGE and not u[first + 11 : 3300].any() and codes[-1] == 0
+    steps = np.diff(u[first - 1 : first + 10], axis=0)
+    np.testing.assert_allclose(steps, np.broadcast_to(-u[first - 1] / 10, (10, 2)), atol=1e-12)
 
 
 def test_missing_samples_again_and_again_suspend_the_law(law):

@@ -16,6 +16,7 @@ from rotorsim.verify.criteria import at_most
 from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
 from rotorsim.verify.running import Frozen, run_rows, steady_rows
 from rotorsim.verify.safe_speed import comparison
+from rotorsim.verify.transients import changing, excursion
 
 POINT = (314.0, 0.5e6)
 
@@ -135,6 +136,39 @@ def test_a_run_up_ends_where_equilibria_have_more_choked_feed_holes_than_the_mac
     narrow = plant.machine.replace("injection.curtain_discharge", 0.01).replace("limits.choked_feeds", 0.5)
     with pytest.raises(LimitError, match="100 % of the feed holes of bearing 1 are choked"):
         safe_speed(Plant(narrow), None, start=300.0, stop=310.0, rate=300.0, radius=1e-3)
+
+
+def test_a_run_of_a_verification_ends_at_a_limit_of_the_machine(plant, model):
+    """The rim passes 22 m/s at 314.3 rad/s, half-way up the ramp; until then the run is that without the limit."""
+    law, rows = lqr.design(model), changing((300.0, 330.0), (0.5e6, 0.5e6), 0.1)
+    held, free = run_rows(limited(plant, tip_speed="22 m/s"), law, rows), run_rows(plant, law, rows)
+    assert held.at_limit and held.ended.startswith("ended at 3002 rpm: the rim of discs.0") and not free.at_limit
+    assert 2000 < len(held.table) < len(free.table) == len(rows)
+    np.testing.assert_array_equal(held.table, free.table[: len(held.table)])
+    assert excursion(held) == np.inf > excursion(free)
+
+
+def test_a_run_that_begins_with_choked_feed_holes_has_no_samples(plant):
+    narrow = Plant(plant.machine.replace("injection.curtain_discharge", 0.01).replace("limits.choked_feeds", 0.5))
+    run = run_rows(narrow, None, steady_rows(*POINT, 0.1))
+    assert run.at_limit and len(run.table) == 0 and "100 % of the feed holes of bearing 1 are choked" in run.ended
+
+
+def test_a_verification_beyond_a_limit_of_the_machine_is_not_passed_and_states_it(model):
+    """30 m/s, 4093 rpm: hits at 6000 rpm, run-up and speed ramp pass it; what stays at 3000 rpm is judged as ever."""
+    coarse = Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
+    result = closed_loop(lqr.design(model), limited(coarse, tip_speed="30 m/s"), quick=True)
+    rows = {row.check: row for row in result.rows}
+    assert not result.passed
+    for name in ("impact energy, worst point", "no contact in the hits", "run-up and coast-down",
+                 "speed ramp of 60 krpm/s"):  # fmt: skip
+        assert rows[name].passed is False and "above limits.tip_speed 30 m/s" in rows[name].remark, name
+    assert rows["pressure step 0.3 to 0.7 MPa"].passed and rows["sensor x hangs"].passed
+    assert rows["smallest damping ratio, closed"].measured > 0.1
+
+
+def limited(plant, **limits):
+    return Plant(plant.machine.with_({"limits": Limits(**limits)}))
 
 
 def made(speed, left=True, checked=628.3185, beyond=()):

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
+from rotorsim.bench.control import rig_model
+from rotorsim.control import plausibility_of
+from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.stability_check import Verdict, motion
 
 
@@ -16,6 +19,37 @@ def test_the_controller_acts_and_is_switched_off_again():
     assert np.abs(rig.advance(500)[:, -4]).max() > 0.05
     rig.set("controller", "off")
     assert np.abs(rig.advance(50)[:, -4:-2]).max() == 0.0
+
+
+def test_the_shipped_law_has_the_limits_of_a_design_on_its_model():
+    law = read_laws([])["hinf"]
+    designed = plausibility_of(rig_model(), law.Ts, law.limit, law.scheduled)
+    np.testing.assert_allclose(law.plausibility.table, designed.table, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [np.pi, np.pi / 2])
+def test_sensors_turned_on_the_page_alarm_and_the_law_comes_back(angle):
+    """Half a turn reverses both sensors, a quarter swaps them and reverses one; mean of y: -20 um."""
+    rig = make_rig(speed=3000 * RPM, pressure=0.5e6)
+    rig.set("controller", "hinf")
+    rig.advance(1000)
+    assert rig.alarm == ""
+    rig.set("sensor_ring.angle", angle)
+    rig.advance(10)
+    assert "jumped further" in rig.alarm
+    assert np.abs(rig.advance(300)[120:, -4:-2]).max() == 0.0
+    rig.set("sensor_ring.angle", 0.0)
+    rig.advance(2000)
+    assert rig.alarm == "" and rig.settings.positions["controller"] == "hinf"
+
+
+def test_without_a_fault_the_limits_of_the_shipped_law_change_no_bit():
+    rigs = [make_rig(speed=3000 * RPM, pressure=0.5e6) for _ in range(2)]
+    rigs[1].laws = {"hinf": rigs[1].laws["hinf"].with_(plausibility=None)}
+    for rig in rigs:
+        rig.set("controller", "hinf")
+        rig.strike(0)
+    np.testing.assert_array_equal(*(rig.advance(1000) for rig in rigs))
 
 
 def test_a_law_that_cannot_hold_the_point_is_refused_with_the_reason():

@@ -5,23 +5,49 @@ A number is kept in the unit in which its design computes (um, V, ms, Hz, ...), 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import Field, dataclass
+from inspect import cleandoc
 from typing import Any
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.quantity import Quantity, check_fields, declared, quantities
+from rotorsim.base.quantity import Quantity, check_fields, declared, quantities, quantity_of
 from rotorsim.control.errors import DesignError
 
 
 @dataclass(frozen=True)
 class Specification:
-    """Base of specifications; raises DesignError with one sentence for a number beyond its limits."""
+    """Base of specifications; raises DesignError with one sentence for a number beyond its limits.
+
+    The documentation of a specification lists its numbers with their units, from their declarations.
+    """
+
+    def __init_subclass__(cls) -> None:
+        cls.__doc__ = f"{cleandoc(cls.__doc__ or '')}\n\n{_listed(cls)}"
 
     def __post_init__(self) -> None:
         kind = type(self)
         name = kind.__module__.rpartition(".")[2] if kind.__name__ == "Spec" else kind.__name__.lower()
         for field, sentence in check_fields(self):
             raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
+
+
+def _listed(kind: type) -> str:
+    """Section of a specification's documentation: its numbers with type, unit, default and meaning."""
+    own = {name: value for name, value in vars(kind).items() if isinstance(value, Field)}
+    known = {name: found for name, value in own.items() if (found := quantity_of(value)) is not None}
+    lines = (
+        f"{name} : {kind.__annotations__[name]}, default {_shown(own[name].default)}\n"
+        f"    {one.doc.removesuffix('.')} [{one.unit}]."
+        for name, one in known.items()
+    )
+    return "\n".join(("Parameters", "----------", *lines))
+
+
+def _shown(default: Any) -> str:
+    """A default for people."""
+    if isinstance(default, tuple):
+        return f"({', '.join(map(_shown, default))})"
+    return str(default) if default is None else f"{default:.6g}"
 
 
 def explained(spec: Any, field: str, sentence: str) -> str:

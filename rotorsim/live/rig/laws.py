@@ -3,6 +3,8 @@
 The shipped law `hinf` was designed on the identified Model 2 of the shipped rig:
 
     rotorsim design hinf rotorsim/bench/data/rig_model_2.json --preset rig --out rotorsim/live/rig/shipped/hinf.json
+
+It has the limits of plausibility of that design, so sensors that are turned or reversed on the page give an alarm.
 """
 
 from __future__ import annotations
