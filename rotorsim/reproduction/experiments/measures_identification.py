@@ -1,6 +1,7 @@
 """Figures of the claims on identification, measured on short records of one plant.
 
-Records are those of the study (PRBS of 1 V, the thesis' prefilter), shorter and at fewer points: `DURATION`, and the
+Records and models are those of the study (PRBS of 1 V, the thesis' prefilter, no dead time beyond that of the model's
+structure), shorter and at fewer points: `DURATION`, and the
 points named in each function. So a figure here may differ a little from the study's.
 """
 
@@ -47,7 +48,7 @@ def local(
 ) -> idn.Identification:
     """A local model at a speed [rad/s] and gauge pressure [Pa]."""
     excited, quiet = record(plant, speed, pressure, duration=duration)
-    return idn.identify(excited, model, steady=quiet, settings=RECIPE)
+    return idn.identify(excited, model, steady=quiet, settings=RECIPE, dead_time=0.0)
 
 
 def actuators(plant: Plant, shipped: Plant) -> Figures:
@@ -82,7 +83,7 @@ def orders(plant: Plant, shipped: Plant) -> Figures:
 def _second_fit(plant: Plant, speed: float, pressure: float, model: str) -> np.ndarray:
     """Fit (2,) [%] of a second record by a local model."""
     excited, quiet = record(plant, speed, pressure)
-    found = idn.identify(excited, model, 6, steady=quiet, settings=RECIPE)
+    found = idn.identify(excited, model, 6, steady=quiet, settings=RECIPE, dead_time=0.0)
     second, _ = record(plant, speed, pressure, sequence=2)
     return np.asarray(100 * idn.fit_of(found.model, idn.filtered(second, quiet, RECIPE)))
 
