@@ -50,9 +50,15 @@ GRID, STEP = (32, 8), 2e-4
 FINE_GRID, FINE_STEP = (32, 16), 1e-4
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
+UNSETTLED = 5.0
+"""Solver's error with the effects at work, in floors (root mean square), from which on the motion is not settled."""
 SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
+NOT_SETTLED = (
+    "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors: the solver does not "
+    "settle the motion, and what is left may be that and not another effect"
+)
 COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
 STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
@@ -249,9 +255,12 @@ class Work:
         self.progress("show")
         best = verdict.best
         final = base if best is None else best.fit
-        proven, V = self._measured(final, best is not None)
+        comparison, again = self._proven(final) if best is not None else (self.fitted, final)
+        proven, V = self._measured(final, comparison, again)
+        if best is not None and (moved := self._moved_by_solver(comparison)) > UNSETTLED:
+            notes.append(NOT_SETTLED.format(" and ".join(best.keys), moved))
         # what is not written into the machine file must not have turned its calibration either
-        written = self._measured(base, False) if verdict.status == "partial" else (proven, V)
+        written = self._measured(base, self.fitted, base) if verdict.status == "partial" else (proven, V)
         unknown: dict[str, Any] = {}
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
@@ -331,9 +340,13 @@ class Work:
         classes = dict(zip(best.keys, verdict.classes, strict=False))
         return tuple(found_of(self.workshop.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
 
-    def _measured(self, fit: Fit, effects: bool) -> tuple[Fit, np.ndarray]:
-        """The fit whose numbers are reported, with `effects` proven once more, and their covariance (k, k)."""
-        comparison, proven = self._proven(fit) if effects else (self.fitted, fit)
+    def _moved_by_solver(self, comparison: Comparison) -> float:
+        """Solver's error with the effects at work beyond that without them, in floors: root mean square."""
+        moved = (comparison.correction - self.fitted.correction) / self.fitted.sigma
+        return float(np.sqrt(np.mean(moved**2)))
+
+    def _measured(self, fit: Fit, comparison: Comparison, proven: Fit) -> tuple[Fit, np.ndarray]:
+        """The fit whose numbers are reported, as it is `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
         done = finished(comparison, proven, lambda: self.progress("show"))
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
