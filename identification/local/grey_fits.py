@@ -109,7 +109,7 @@ def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: 
     found = spread(*scores_of(problem, fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
     if method == "pem" or kind == "actuator":
         return found, nothing(q)
-    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts)
+    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts, signals.noise)
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
