@@ -49,7 +49,7 @@ def test_unfit_samples_of_a_frequency_response_are_refused():
     with pytest.raises(UnfitError, match="10 samples"):
         idn.frequency_response(u[:10], y[:10], TS)
     for one, other in ((u[:, 0], y), (u, y[:5])):
-        with pytest.raises(UnfitError, match="row by sample"):
+        with pytest.raises(UnfitError, match="one row a sample"):
             idn.frequency_response(one, other, TS)
     with pytest.raises(UnfitError, match="cut them out by whole periods"):
         idn.periodic_response(u, np.nan * y, TS, 10 * TS)
