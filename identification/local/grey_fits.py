@@ -144,8 +144,8 @@ def two_steps(kind: str, signals: Signals, method: str, start: Any) -> Identific
     """Model 2: actuators from references to pins, then the rotor from pins to disc (thesis, figure 2.5)."""
     moved = actuator_signals(signals)
     rotor, count = ("rotor", 14) if kind == "2" else ("rotor-rate", 18)
-    begin = (None, None) if start is None else np.split(np.asarray(start, float), [count])
-    if rotor == "rotor-rate" and start is None:  # the record shows rates behind a Model 2 that fits
+    begin: Sequence[Any] = (None, None) if start is None else np.split(np.asarray(start, float), [count])
+    if kind != "2" and start is None:  # of a Model 2 without rates
         plain = _fitted("rotor", signals, moved.y, "first", "oe", None)[1]
         begin = (np.concatenate([plain.theta, np.zeros(4)]), None)
     one, first, calm = _solved(rotor, signals, moved.y, "first", method, begin[0])

@@ -75,6 +75,7 @@ def likely(name: str) -> str:
         return ""
     text = name.strip().lower()
     number, letter = _NUMBER.search(text), _LETTER.search(text)
+    labels: dict[tuple[str, ...], tuple[str, ...]]
     if number:
         labels = {("injector",): (f"_{int(number[0])}",) if int(number[0]) else ()}
     elif letter:
