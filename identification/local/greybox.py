@@ -177,12 +177,14 @@ def static_gain(kind: str, theta: np.ndarray) -> np.ndarray:
 
 
 def delays(kind: str, theta: np.ndarray) -> np.ndarray:
-    """Delay (2,) [s] of each axis: 1/p of Model 3 and its dead time, 2/r of Model 2, a1/a0 of actuators, none in
-    Model 1."""
+    """Delay (2,) [s] of each axis: 1/p of Model 3 and its dead time, 2/r of Model 2, with rates less R/B, a1/a0 of
+    actuators, none in Model 1."""
     if kind in ("3", DELAYED):
         return np.asarray(1 / theta[12:14] + dead_times(kind, theta))
-    if kind in ("2", "rotor", RATED, "rotor-rate"):
+    if kind in ("2", "rotor"):
         return np.asarray(2 / theta[12:14])
+    if kind in (RATED, "rotor-rate"):
+        return np.asarray(2 / theta[12:14] - theta[14:18:3] / theta[8:12:3])
     if kind == "actuator":
         return np.asarray(theta[1::3] / theta[0::3])
     return np.zeros(2)

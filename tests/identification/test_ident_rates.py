@@ -60,6 +60,7 @@ def test_modes_gains_and_rates_of_a_known_model_are_found_and_model_2_is_biased(
     np.testing.assert_allclose(found.static_gain, static_gain(RATED, RATES), rtol=5e-3, atol=1e-9)
     np.testing.assert_allclose(late(found.theta), late(RATES), atol=1.0)
     assert found.parameters["R_xy"][0] == pytest.approx(30.0, rel=0.05)
+    np.testing.assert_allclose(found.delay, np.diag(late(RATES)) / np.diag(split(RATES)[2]), rtol=0.02)
     assert np.abs(plain.zeta / zeta - 1).max() > 0.03
     assert found.model.order == 10
 
