@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.feedback import check_loop
+from identification.feedback import check_loop, method_for
 from identification.local.blackbox import observable, realised
 from identification.local.goodness import fit_of, project
 from identification.local.models import LinearModel
+from identification.local.prepare import fit_signals
 from identification.local.start import levy, peak_frequency
 from identification.records.checks import check_signals
 from identification.records.frf import FrequencyResponse, frequency_response
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 ORDERS = (2, 3, 4, 5, 6, 7, 8, 10)
 FIRST = 0.6
 """Share of the excited record that models are made of."""
+CLOSED = "closed loop: seen in two stages, behind what the external reference explains"
 ENOUGH = 0.005
 """Fit below the best that a lower order may cost."""
 DEAD_TIMES = np.arange(0.0, 3.01e-3, 1e-4)
@@ -92,7 +94,8 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     Parameters
     ----------
     ds : Dataset
-        Record of the schema with `reference` and `disc_measured`; of one with gaps the longest stretch is taken.
+        Record of the schema with `reference` and `disc_measured`; of one with gaps the longest stretch is taken. A
+        closed loop with `reference_external` is seen in two stages, as `identify` fits it.
     steady : Dataset or None
         Record without excitation at the same operating point, for the extended runout filter.
     settings : Prefilter or None
@@ -110,7 +113,8 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     6
     """
     ds, alone = longest_whole(ds)
-    signals = filtered(ds, steady, settings)
+    method = method_for(ds, "auto")
+    signals = fit_signals(ds, steady, settings) if method == "two-stage" else filtered(ds, steady, settings)
     check_signals(signals, 4 * max(ORDERS))
     values, fits = _orders(signals)
     best = int(np.argmax(fits.mean(axis=1) >= fits.mean(axis=1).max() - ENOUGH))
@@ -120,7 +124,9 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     dead_time, lag = _delay(response, peak, signals.Ts)
     model = "2" if signals.pins is not None else "1" if peak * (dead_time + lag) < EARLY else "3"
     sentences = _sentences(ORDERS[best], fits[best], peak, dead_time + lag, model) + alone
-    remarks = check_loop(chosen_output(ds, settings), "oe", refuse=False)
+    if method == "two-stage":
+        sentences += (CLOSED,)
+    remarks = check_loop(chosen_output(ds, settings), method, refuse=False)
     return Advice(ORDERS, values, fits, ORDERS[best], peak, dead_time, lag, model, (*sentences, *remarks))
 
 

@@ -21,7 +21,7 @@ from scipy.signal import fftconvolve, welch
 
 from identification.errors import UnfitError
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
-from identification.local.greybox import DELAYED
+from identification.local.greybox import DELAYED, RATED
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import peak_frequency
@@ -198,4 +198,6 @@ def judged(found: Identification, signals: Signals, external: np.ndarray) -> Ide
 
 def _remarks(kind: str) -> tuple[str, ...]:
     """What comes of the two stages where an open loop states a bias."""
-    return {"1": (NO_BIAS,), "2": (NO_BIAS,), "3": (NO_BIAS, COARSE), DELAYED: (NO_BIAS, COARSE)}.get(kind, ())
+    if kind in ("3", DELAYED):
+        return NO_BIAS, COARSE
+    return (NO_BIAS,) if kind in ("1", "2", RATED) else ()

@@ -109,7 +109,7 @@ def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: 
     found = spread(*scores_of(problem, fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
     if method == "pem" or kind == "actuator":
         return found, nothing(q)
-    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts)
+    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts, signals.noise)
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -140,14 +140,18 @@ def _best_start(problem: Problem, signals: Signals, candidates: Sequence[np.ndar
     return best
 
 
-def two_steps(signals: Signals, method: str, start: Any) -> Identification:
+def two_steps(kind: str, signals: Signals, method: str, start: Any) -> Identification:
     """Model 2: actuators from references to pins, then the rotor from pins to disc (thesis, figure 2.5)."""
     moved = actuator_signals(signals)
-    begin = (None, None) if start is None else np.split(np.asarray(start, float), [14])
-    one, first, calm = _solved("rotor", signals, moved.y, "first", method, begin[0])
+    rotor, count = ("rotor", 14) if kind == "2" else ("rotor-rate", 18)
+    begin: Sequence[Any] = (None, None) if start is None else np.split(np.asarray(start, float), [count])
+    if kind != "2" and start is None:  # of a Model 2 without rates
+        plain = _fitted("rotor", signals, moved.y, "first", "oe", None)[1]
+        begin = (np.concatenate([plain.theta, np.zeros(4)]), None)
+    one, first, calm = _solved(rotor, signals, moved.y, "first", method, begin[0])
     two, second, _ = _solved("actuator", moved, moved.u, "zero", method, begin[1])
-    theta = np.concatenate([one.theta[:14], two.theta[:6]])
-    result = _grey_result("2", method, signals, theta, first.joined(second), calm.joined(6), one)
+    theta = np.concatenate([one.theta[:count], two.theta[:6]])
+    result = _grey_result(kind, method, signals, theta, first.joined(second), calm.joined(6), one)
     return replace(result, information=np.zeros((0, 0)))
 
 

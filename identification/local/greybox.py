@@ -9,6 +9,9 @@ Its references may act later by a dead time 2/r on each axis, (r - s)/(r + s) in
 approximation). The lag then stands for the slowest of what lies between reference and force, the dead time for what
 is left.
 
+Model 2 takes the film's force to be a delayed copy of the pins' motion. With rates it is B u(t - 2/r) + R u'(t), for a
+film follows a pin over a range of times and passes part of it across; then x' = v + R u.
+
 K, D, B are divided by the mass; K and D are negative definite, as in the thesis. In every structure A and B_u are
 affine in each parameter alone, hence the difference of two values is the exact derivative.
 
@@ -18,6 +21,7 @@ Cites: theisen_2016, thesis.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -29,13 +33,14 @@ UNITS = {
     "K": "1/s^2",
     "D": "1/s",
     "B": "m/(s^2 V)",
+    "R": "m/(s V)",
     "p": "rad/s",
     "r": "1/s",
     "a0": "1/s^2",
     "a1": "1/s",
     "b": "m/(s^2 V)",
 }
-"""Unit by the first part of a parameter's name; B of Model 2 is per metre of pin and not per volt."""
+"""Unit by the first part of a parameter's name; B and R of Model 2 are per metre of pin and not per volt."""
 
 
 def split(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -67,6 +72,15 @@ def model_2(theta: np.ndarray) -> Matrices:
     return A, B, C, D
 
 
+def model_2_rated(theta: np.ndarray) -> Matrices:
+    """Model 2 whose force follows the rates of the pins too, by R (2, 2) behind its fourteen parameters: 6 states."""
+    A, B, C, D = model_2(theta[:14])
+    rates = theta[14:18].reshape(2, 2)
+    B[:2] = rates
+    B[2:4] += split(theta)[1] @ rates
+    return A, B, C, D
+
+
 def model_3(theta: np.ndarray) -> Matrices:
     """Lags p_x, p_y that take actuators and film together: 6 states."""
     A, B, C, D = _rotor(theta, 6)
@@ -94,10 +108,10 @@ def actuator(theta: np.ndarray) -> Matrices:
     return A, B, C, np.zeros((2, 2))
 
 
-def cascade(theta: np.ndarray) -> Matrices:
-    """Model 2 from references to disc: the six actuator parameters after the fourteen of the rotor, 10 states."""
-    A, B, C, _ = model_2(theta[:14])
-    a, b, c, _ = actuator(theta[14:])
+def cascade(theta: np.ndarray, rotor: Callable[[np.ndarray], Matrices] = model_2) -> Matrices:
+    """Model 2 from references to disc: the six actuator parameters after those of the rotor, 10 states."""
+    A, B, C, _ = rotor(theta[:-6])
+    a, b, c, _ = actuator(theta[-6:])
     top, n, m = np.hstack([A, B @ c]), len(A), len(a)
     return (np.vstack([top, np.hstack([np.zeros((m, n)), a])]), np.vstack([np.zeros((n, 2)), b]),
             np.hstack([C, np.zeros((2, m))]), np.zeros((2, 2)))  # fmt: skip
@@ -105,6 +119,9 @@ def cascade(theta: np.ndarray) -> Matrices:
 
 ACTUATOR = tuple(f"{letter}_{axis}" for axis in "xy" for letter in ("a0", "a1", "b"))
 ROTOR_2 = (*KDB, "r_x", "r_y")
+RATES = tuple(f"R_{pair}" for pair in PAIRS)
+RATED = "2-rate"
+"""Model 2 with the rates of the pins, among STRUCTURES."""
 
 
 LATE_3 = (*KDB, "p_x", "p_y", "r_x", "r_y")
@@ -129,6 +146,8 @@ STRUCTURES = {
     "1": _built_in("Model 1", KDB, model_1),
     "rotor": _built_in("Model 2 behind its actuators", ROTOR_2, model_2),
     "2": _built_in("Model 2", (*ROTOR_2, *ACTUATOR), cascade),
+    "rotor-rate": _built_in("Model 2 with rates behind its actuators", (*ROTOR_2, *RATES), model_2_rated),
+    RATED: _built_in("Model 2 with rates", (*ROTOR_2, *RATES, *ACTUATOR), partial(cascade, rotor=model_2_rated)),
     "3": _built_in("Model 3", (*KDB, "p_x", "p_y"), model_3),
     DELAYED: _built_in("Model 3 with dead times", LATE_3, model_3_delayed, 2 / SHORTEST_DEAD),
     "actuator": _built_in("actuator", ACTUATOR, actuator),
@@ -154,16 +173,18 @@ def static_gain(kind: str, theta: np.ndarray) -> np.ndarray:
         return np.diag(theta[2::3] / theta[0::3])
     K, _, B = split(theta)
     gain = -np.linalg.solve(K, B)
-    return np.asarray(gain @ static_gain("actuator", theta[14:]) if kind == "2" else gain)
+    return np.asarray(gain @ static_gain("actuator", theta[-6:]) if kind in ("2", RATED) else gain)
 
 
 def delays(kind: str, theta: np.ndarray) -> np.ndarray:
-    """Delay (2,) [s] of each axis: 1/p of Model 3 and its dead time, 2/r of Model 2, a1/a0 of actuators, none in
-    Model 1."""
+    """Delay (2,) [s] of each axis: 1/p of Model 3 and its dead time, 2/r of Model 2, with rates less R/B, a1/a0 of
+    actuators, none in Model 1."""
     if kind in ("3", DELAYED):
         return np.asarray(1 / theta[12:14] + dead_times(kind, theta))
     if kind in ("2", "rotor"):
         return np.asarray(2 / theta[12:14])
+    if kind in (RATED, "rotor-rate"):
+        return np.asarray(2 / theta[12:14] - theta[14:18:3] / theta[8:12:3])
     if kind == "actuator":
         return np.asarray(theta[1::3] / theta[0::3])
     return np.zeros(2)

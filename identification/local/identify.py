@@ -12,7 +12,7 @@ from identification.local import dead_time as late
 from identification.local.blackbox_fit import black_box
 from identification.local.closed_loop import judged
 from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
-from identification.local.greybox import DELAYED, STRUCTURES
+from identification.local.greybox import DELAYED, RATED, STRUCTURES
 from identification.local.prepare import ready
 from identification.local.result import Identification
 from identification.local.structure import Structure
@@ -24,7 +24,7 @@ from identification.threads import one_thread
 if TYPE_CHECKING:
     import xarray as xr
 
-MODELS = ("1", "2", "3", "actuator", "blackbox")
+MODELS = ("1", "2", RATED, "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
 
 
@@ -45,10 +45,10 @@ def identify(
     Parameters
     ----------
     ds : Dataset or sequence of Dataset
-        Record of the schema with `reference` and `disc_measured`; for model 2 and 'actuator' also `pin`. Samples that
+        Record of the schema with `reference` and `disc_measured`; for models 2 and 'actuator' also `pin`. Samples that
         are not finite and leaps of time are left out; every stretch has its own initial state, every record its own
         offset.
-    model : 1, 2, 3, 'actuator', 'blackbox' or Structure
+    model : 1, 2, '2-rate', 3, 'actuator', 'blackbox' or Structure
         Structure, see `identification.local.greybox` and `identification.local.blackbox`, or one of your own.
     order : int
         Of the black-box model.
@@ -101,13 +101,13 @@ def identify(
     count = len(own.parameters) if own else count_of(kind, order)
     made = ready(records, method, steady, settings, check, count)
     signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
-    if kind in ("2", "actuator") and signals.pins is None:
+    if kind in ("2", RATED, "actuator") and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
     late.check_length(dead_time, (len(signals.u) - signals.rest) * signals.Ts)
     if own:
         found = own_structure(own, signals, method, start)
-    elif kind == "2":
-        found = two_steps(signals, method, start)
+    elif kind in ("2", RATED):
+        found = two_steps(kind, signals, method, start)
     elif kind == "blackbox":
         found = black_box(signals, order, method)
     elif kind == DELAYED:

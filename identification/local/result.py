@@ -19,9 +19,9 @@ SIGNIFICANT = 2.0
 class Identification:
     """Result of `identify`.
 
-    kind '1', '2', '3', '3-delay' (Model 3 with dead times), 'actuator', 'blackbox' or the name of your own structure;
-    parameters by name as (value, sd) in SI, sd NaN at a bound; covariance (q, q) of `theta`; fit, ceiling and
-    noise_free_fit (2,) as shares of one; wn [rad/s], zeta (2,), of your own structure (k,), and their standard
+    kind '1', '2', '2-rate', '3', '3-delay' (Model 3 with dead times), 'actuator', 'blackbox' or the name of your own
+    structure; parameters by name as (value, sd) in SI, sd NaN at a bound; covariance (q, q) of `theta`; fit, ceiling
+    and noise_free_fit (2,) as shares of one; wn [rad/s], zeta (2,), of your own structure (k,), and their standard
     deviations; gain (2, 2) [m/V]; delay (2,) [s]; speed [rad/s], pressure [Pa]; seconds it took; units of the
     parameters of your own structure; bias of modes and gains where one is stated.
     """

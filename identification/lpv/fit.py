@@ -10,7 +10,7 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local.blackbox import FullStateSpace
-from identification.local.greybox import DELAYED
+from identification.local.greybox import DELAYED, RATED
 from identification.local.result import Identification
 from identification.lpv.coherent import coherent_basis
 from identification.lpv.model import LpvModel
@@ -21,7 +21,7 @@ from identification.machine_name import common
 from identification.threads import one_thread
 
 REFINEMENTS = ("none", "frequency", "global")
-LPV_KINDS = ("1", "2", "3", DELAYED, "blackbox")
+LPV_KINDS = ("1", "2", RATED, "3", DELAYED, "blackbox")
 """Models that surfaces can be made of: a file of them names a structure that the package knows."""
 BETTER = 0.95
 """A higher order is taken only if its hold-out error is below this share of the lower one's."""
@@ -68,7 +68,8 @@ def fit_lpv(
     kinds = {(r.kind, r.model.order) for r in (*results, *hold_out)}
     if len(kinds) > 1 or results[0].kind not in LPV_KINDS:
         raise UnfitError(
-            f"fit_lpv: models {sorted(kinds)}; give results of one kind, 1, 2, 3, {DELAYED} or blackbox of one order"
+            f"fit_lpv: models {sorted(kinds)}; give results of one kind, 1, 2, {RATED}, 3, {DELAYED} or blackbox of "
+            "one order"
         )
     if refine not in REFINEMENTS:
         raise UnfitError(f"fit_lpv.refine: {refine!r}; choose of {', '.join(REFINEMENTS)}")
@@ -108,9 +109,9 @@ def _values(results: Sequence[Identification]) -> np.ndarray:
 def _surfaces(first: Identification, points: np.ndarray, values: np.ndarray, order: int) -> LpvModel:
     basis = make_basis(points, order)
     coefficients = fit_surfaces(basis, points, values)
-    if first.kind == "2":  # the actuators do not know the operating point
-        coefficients[14:] = 0
-        coefficients[14:, 0] = values[:, 14:].mean(axis=0)
+    if first.kind in ("2", RATED):  # the actuators do not know the operating point
+        coefficients[-6:] = 0
+        coefficients[-6:, 0] = values[:, -6:].mean(axis=0)
     names = tuple(first.parameters) or tuple(f"theta_{i}" for i in range(values.shape[1]))
     errors = rms(basis.at(points) @ coefficients.T - values)
     states = first.model.order if first.kind == "blackbox" else 0

@@ -18,6 +18,8 @@ from rotorsim.base.suggest import closest
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PROBE = re.compile(r"(probe_measured)_([A-Za-z]\w{0,39})", re.ASCII)
+_NUMBER = re.compile(r"\d{1,4}$", re.ASCII)
+_LETTER = re.compile(r"_([a-z])$", re.ASCII)
 _PIN = re.compile(r"[1-9]\d{0,3}", re.ASCII)
 
 
@@ -65,12 +67,25 @@ def meaning(name: str) -> tuple[str, str, str] | None:
 
 
 def likely(name: str) -> str:
-    """The schema's name that a column's is probably meant to be; empty where it is none of them."""
+    """The schema's name that a column's is probably meant to be; empty where it is none of them.
+
+    A number at its end is that of an injector, and an axis at its end stays.
+    """
     if meaning(name):
         return ""
-    labels = {(): ("",), ("axis",): tuple(f"_{axis}" for axis in AXES), ("injector",): ("_1",)}
+    text = name.strip().lower()
+    number, letter = _NUMBER.search(text), _LETTER.search(text)
+    labels: dict[tuple[str, ...], tuple[str, ...]]
+    if number:
+        labels = {("injector",): (f"_{int(number[0])}",) if int(number[0]) else ()}
+    elif letter:
+        labels = {("axis",): (f"_{letter[1]}",) if letter[1] in AXES else ()}
+    else:
+        labels = {(): ("",), ("axis",): tuple(f"_{axis}" for axis in AXES), ("injector",): ("_1",)}
+        if text[-1:] in AXES:  # 'pressurex' is none of the numbers, 'disc_measuredy' is one axis
+            labels |= {("axis",): (f"_{text[-1]}",), ("injector",): ()}
     names = [variable + label for variable, known in VARIABLES.items() for label in labels.get(known.dims, ())]
-    return closest(name, names)
+    return closest(text, names)
 
 
 def schema_unit(key: tuple[str, str, str]) -> str:

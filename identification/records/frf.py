@@ -25,6 +25,8 @@ RESOLUTION = 1.5
 """Aimed distance of the lines [Hz]."""
 OVERLAPPED = 18 / 19
 """Independent segments per Hann segment that overlaps its neighbours by half."""
+FEWEST = 16
+"""Samples of a stretch: four segments of four."""
 DRIVEN, ALONE = 1e-3, 1e-4
 """A line of periodic excitation has this share of the strongest line's power; of other inputs less than that of its."""
 
@@ -53,6 +55,12 @@ def frequency_response(
     """H1 estimate from inputs u (n, m) and outputs y (n, p) sampled every Ts [s], lines `resolution` [Hz] apart.
 
     Where the samples are those of several stretches, `parts` are these; no segment crosses from one to the next.
+    Samples that are not finite are gaps between stretches.
+
+    Raises
+    ------
+    UnfitError
+        If u and y are no tables of as many rows, or no stretch of FEWEST finite samples is left.
 
     Examples
     --------
@@ -60,7 +68,7 @@ def frequency_response(
     >>> u, y = record["reference"].values, record["disc"].values
     >>> found = rs.identification.frequency_response(u, y, 2e-4)
     """
-    parts = parts or [slice(0, len(u))]
+    parts = _finite_parts(u, y, parts or [slice(0, len(u))])
     length = int(min(1 / (resolution * Ts), max(at.stop - at.start for at in parts) // 4))
     window = ShortTimeFFT(hann(length, sym=False), max(length // 2, 1), 1 / Ts)
     long = [at for at in parts if at.stop - at.start >= length]
@@ -78,6 +86,24 @@ def frequency_response(
     free = max(segments * OVERLAPPED - u.shape[1], 0.5)
     variance = ((1 - coherence) * Syy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
     return FrequencyResponse(2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], segments, variance[1:], Ts)
+
+
+def _finite_parts(u: np.ndarray, y: np.ndarray, parts: Sequence[slice]) -> Sequence[slice]:
+    """Parts without the samples that are not finite."""
+    if np.ndim(u) != 2 or np.ndim(y) != 2 or len(u) != len(y):
+        raise UnfitError(
+            f"frequency_response: u {np.shape(u)}, y {np.shape(y)}; give (n, m) and (n, p), one row a sample"
+        )
+    whole = np.isfinite(u).all(axis=1) & np.isfinite(y).all(axis=1)
+    if not whole.all():
+        edges = [at.start + np.flatnonzero(np.diff(np.r_[False, whole[at], False])) for at in parts]
+        parts = [slice(int(a), int(b)) for one in edges for a, b in one.reshape(-1, 2)]
+    longest = max((at.stop - at.start for at in parts), default=0)
+    if longest < FEWEST:
+        raise UnfitError(
+            f"frequency_response: {longest} samples in the longest stretch of finite ones; give {FEWEST} or more"
+        )
+    return parts
 
 
 def _transforms(window: ShortTimeFFT, stretches: list[np.ndarray]) -> np.ndarray:
@@ -150,7 +176,8 @@ def periodic_response(u: np.ndarray, y: np.ndarray, Ts: float, period: float) ->
     Raises
     ------
     UnfitError
-        If the period is no whole number of samples, there are fewer than three, or no line belongs to one input alone.
+        If the period is no whole number of samples, there are fewer than three, a sample is not finite, or no line
+        belongs to one input alone.
 
     Examples
     --------
@@ -160,6 +187,8 @@ def periodic_response(u: np.ndarray, y: np.ndarray, Ts: float, period: float) ->
     >>> rs.identification.periodic_response(u, y, 2e-4, 0.1).segments
     3
     """
+    if not (np.isfinite(u).all() and np.isfinite(y).all()):
+        raise UnfitError("periodic_response: u or y holds NaN or infinite samples; cut them out by whole periods")
     length = round(period / Ts)
     count = len(u) // max(length, 1) - 1
     if abs(length * Ts - period) > 1e-6 * period or count < 2:

@@ -37,7 +37,7 @@ from rotorsim.reproduction.identify_records import identify_records
 )
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
-    model: Annotated[str, typer.Option("--model", help="1, 2, 3, actuator or blackbox.")] = "3",
+    model: Annotated[str, typer.Option("--model", help="1, 2, 2-rate, 3, actuator or blackbox.")] = "3",
     order: Annotated[int, typer.Option("--order", help="Order of a black-box model.")] = 6,
     method: Annotated[str, typer.Option("--method", help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
     surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from model3 import DELAYED, TRUTH, TS, model, record
+from model3 import DELAYED, TRUTH, TS, looped_model3, made, model, record
 
 import identification as idn
 from identification.local.greybox import delays, modes
@@ -39,6 +39,18 @@ def test_a_record_of_a_controller_is_remarked_and_a_short_one_refused():
     assert any("closed loop" in text for text in idn.advise(named).sentences)
     with pytest.raises(idn.UnfitError, match="with excitation"):
         idn.advise(record(0, seconds=1.0))
+
+
+def test_a_closed_loop_with_its_external_reference_is_seen_in_two_stages():
+    u, external, y = looped_model3(1, 1e5, n=30000)
+    data = made(u, y, reference_external=external).assign_attrs(law="p")
+    found = idn.advise(data)
+    assert "closed loop: seen in two stages" in found.report()
+    assert "may be far off" not in found.report()
+    assert found.order in (6, 7)
+    assert found.peak == pytest.approx(modes(TRUTH)[0].mean(), rel=0.1)
+    assert found.delay == pytest.approx(np.mean(1 / TRUTH[12:]), rel=0.15)
+    assert "may be far off" in idn.advise(data.drop_vars("reference_external")).report()
 
 
 def test_gaps_are_left_out_of_advice_and_comparison():

@@ -9,6 +9,7 @@ from identification.local.discretise import zero_order_hold
 from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.uncertainty.amplitude import _modulated
+from identification.local.uncertainty.bias import of_any_phase
 from identification.local.uncertainty.confidence import Spread, sandwich, spread
 from identification.local.uncertainty.model_error import model_error
 
@@ -112,6 +113,43 @@ def test_the_change_with_the_amplitude_is_that_of_the_simulation_whose_stiffness
             moved = (F + slope[:, :n]) @ moved + (G + slope[:, n:]) @ u[k]
         wanted = (outputs - y) / step
         np.testing.assert_allclose(found[..., i], wanted, atol=2e-3 * np.abs(wanted).max())
+
+
+def test_a_change_of_any_phase_keeps_the_size_of_the_poles_change():
+    wn, zeta = np.array([700.0, 800.0]), np.array([0.05, 0.6])
+    variance = np.array([9.0, 0.0, 0.0, 1e-4, 2.0])
+    found = of_any_phase(variance, wn, zeta)
+
+    def size(v):
+        return v[:2] / wn**2 + v[2:4] / (1 - zeta**2)  # |d lambda / lambda|^2
+
+    np.testing.assert_allclose(size(found), size(variance), rtol=1e-12)
+    np.testing.assert_allclose(found[:2] / wn**2, found[2:4] / (1 - zeta**2), rtol=1e-12)
+    assert found[4] == 2.0
+
+
+def dragged_record(seed=0, seconds=4.0, drag=0.2):
+    """A rotor of Model 3 whose damping and stiffness grow with the square of its lagged references."""
+    rng = np.random.default_rng(seed)
+    u = prbs(rng, round(seconds / TS))
+    plain = model()
+    pushed = np.zeros((6, 2))
+    pushed[2:4] = np.eye(2)
+    F, G = zero_order_hold(plain.A, np.hstack([plain.B, pushed]), TS)
+    x, y, D = np.zeros(6), np.empty(u.shape), TRUTH[4:8].reshape(2, 2)
+    for k in range(len(u)):
+        y[k] = x[:2]
+        x = F @ x + G @ np.r_[u[k], drag * (D @ x[2:4]) * x[4:6] ** 2]
+    return idn.from_arrays(np.arange(len(u)) * TS, u, y + 0.2e-6 * rng.normal(size=y.shape), speed=0.0, pressure=3e5)
+
+
+def test_damping_that_follows_the_square_of_a_binary_stroke_leaves_hardly_a_trace():
+    """A limit of what one record shows: the error goes with the square of the excitation, the interval misses it."""
+    wanted = modes(TRUTH)[1]
+    large, small = (idn.identify(dragged_record(drag=drag), dead_time=0) for drag in (0.2, 0.05))
+    assert np.all(large.zeta / wanted - 1 > 0.1)
+    np.testing.assert_allclose(large.zeta - wanted, 4 * (small.zeta - wanted), rtol=0.15)
+    assert np.all(large.bias.zeta < 0.3 * (large.zeta - wanted))
 
 
 def test_intervals_state_their_parts():

@@ -18,6 +18,7 @@ THETAS = {
     "1": TRUTH[:12],
     "rotor": np.r_[TRUTH[:12], 5e3, 6e3],
     "2": np.r_[TRUTH[:12], 5e3, 6e3, ACTUATOR],
+    "rotor-rate": np.r_[TRUTH[:12], 5e3, 6e3, 2e-4, -3e-5, 4e-5, 1e-4],
     "3": TRUTH,
     "3-delay": np.r_[TRUTH, 4e3, 2.5e3],
     "actuator": ACTUATOR,

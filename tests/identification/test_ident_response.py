@@ -30,6 +30,31 @@ def estimate(data):
     return idn.frequency_response(data.reference.values, data.disc_measured.values, TS)
 
 
+def test_samples_that_are_not_finite_are_gaps_of_a_frequency_response():
+    data = record(0)
+    u, y = data.reference.values, data.disc_measured.values.copy()
+    parts, middle = [slice(0, 6000), slice(6003, len(u))], 6000
+    wanted = idn.frequency_response(u, y, TS, parts=parts)
+    y[middle : middle + 3, 1] = np.nan, np.inf, np.nan
+    for known in ((), [slice(0, len(u))]):
+        found = idn.frequency_response(u, y, TS, parts=known)
+        np.testing.assert_array_equal(found.G, wanted.G)
+        assert found.segments == wanted.segments
+
+
+def test_unfit_samples_of_a_frequency_response_are_refused():
+    u, y = np.ones((100, 2)), np.ones((100, 2))
+    with pytest.raises(UnfitError, match="0 samples in the longest stretch of finite ones"):
+        idn.frequency_response(u, np.nan * y, TS)
+    with pytest.raises(UnfitError, match="10 samples"):
+        idn.frequency_response(u[:10], y[:10], TS)
+    for one, other in ((u[:, 0], y), (u, y[:5])):
+        with pytest.raises(UnfitError, match="one row a sample"):
+            idn.frequency_response(one, other, TS)
+    with pytest.raises(UnfitError, match="cut them out by whole periods"):
+        idn.periodic_response(u, np.nan * y, TS, 10 * TS)
+
+
 @pytest.mark.parametrize("Ts", [0.0, TS])
 def test_derivatives_of_the_response_agree_with_central_differences(Ts):
     problem = response_problem(STRUCTURES["3"], noisy(0, Ts))

@@ -106,3 +106,14 @@ def test_misspelt_columns_are_likened_to_channels():
     assert likely("disc_mesured_x") == "disc_measured_x"
     assert likely("pressur") == "pressure"
     assert likely("disc_measured_x") == likely("temperature_7") == ""
+
+
+@pytest.mark.parametrize(
+    ("column", "channel"),
+    [
+        ("pin2", "pin_2"), ("pin_04", "pin_4"), ("Pin 3", "pin_3"), ("pins", "pin_1"), ("Refrence_Y", "reference_y"),
+        ("disc_measuredy", "disc_measured_y"), ("pin0", ""), ("disc_measured_z", ""), ("reference1", ""), ("", ""),
+    ],
+)  # fmt: skip
+def test_the_channel_of_a_misspelt_column_keeps_its_injector_and_axis(column, channel):
+    assert likely(column) == channel

@@ -32,30 +32,32 @@ CERTAIN = 0.99
 
 
 class AtRest(NamedTuple):
-    """Change (q,) of the parameters from the record's amplitude to none, and its covariance (q, q)."""
+    """Change (q,) of the parameters from the record's amplitude to none, its covariance (q, q), and the share of the
+    distortion (residual less noise) that dependence on the amplitude explains."""
 
     change: np.ndarray
     covariance: np.ndarray
+    share: float
 
     def first(self, count: int) -> AtRest:
         """Of the first parameters alone."""
-        return AtRest(self.change[:count], self.covariance[:count, :count])
+        return AtRest(self.change[:count], self.covariance[:count, :count], self.share)
 
     def joined(self, count: int) -> AtRest:
         """With so many more parameters that do not change."""
         q = len(self.change)
         covariance = np.zeros((q + count, q + count))
         covariance[:q, :q] = self.covariance
-        return AtRest(np.concatenate([self.change, np.zeros(count)]), covariance)
+        return AtRest(np.concatenate([self.change, np.zeros(count)]), covariance, self.share)
 
 
 def nothing(count: int) -> AtRest:
     """No change of so many parameters."""
-    return AtRest(np.zeros(count), np.zeros((count, count)))
+    return AtRest(np.zeros(count), np.zeros((count, count)), 0.0)
 
 
-def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> AtRest:
-    """Parameters at no amplitude, less those of an output-error fit that ended at theta (q,), x0."""
+def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float, noise: np.ndarray) -> AtRest:
+    """Parameters at no amplitude, less those of an output-error fit that ended at theta (q,), x0; noise (2,) [m]."""
     residual, J = scores_of(problem, theta, x0)
     columns = np.concatenate([J, _modulated(problem, theta, x0)], axis=-1)
     flat = columns.reshape(-1, columns.shape[-1])
@@ -68,7 +70,10 @@ def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> A
     size = float(step[beta] @ np.linalg.pinv(covariance[beta, beta], hermitian=True) @ step[beta])
     if not size > _limit(len(residual) * Ts):
         return nothing(q)
-    return AtRest((step / scale)[:q], (covariance / np.outer(scale, scale))[:q, :q])
+    distortion = np.sum(residual**2) - len(residual) * np.sum(noise**2)
+    explained = np.sum(residual**2) - np.sum(left**2)
+    share = min(float(explained / distortion), 1.0) if distortion > explained else 1.0
+    return AtRest((step / scale)[:q], (covariance / np.outer(scale, scale))[:q, :q], share)
 
 
 def _limit(lasting: float) -> float:

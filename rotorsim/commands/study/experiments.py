@@ -34,14 +34,19 @@ def experiments(
         Path, typer.Option("--out", callback=a_folder, help="Folder of the results, which are kept.")
     ] = Path("experiments"),
     only: Annotated[
-        list[str] | None, typer.Option("--only", help="A claim, or an experiment's name; may be repeated.")
+        list[str] | None,
+        typer.Option("--only", help="A claim, e.g. I9, or the name of an experiment on one; may be repeated."),
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes.")] = 2,
     *,
     page: PageOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Change one number of the machine at a time and measure the figures of claims that are not met."""
+    """Claims not met: change one number of the machine at a time and measure their figures again.
+
+    Each such series is an experiment on a claim. A single virtual test is 'rotorsim experiment', a plan of many
+    'rotorsim campaign'.
+    """
     from rotorsim.report.pages.study import save_study_page
 
     page.check()
