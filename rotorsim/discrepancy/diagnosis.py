@@ -218,10 +218,10 @@ class Work:
         return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
 
     def _name(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> tuple[Verdict, Search | None]:
-        """The verdict; where no group is flagged an effect may still show in all of them together."""
+        """The verdict; where no group is flagged an effect may still show in all of them, or in what is calibrated."""
         search = self._search(base, flags, apart)
         quiet = Verdict("unknown" if apart else "no_disagreement")
-        if len(flags) == len(apart) and (apart or search.promise() < CLEAR):
+        if len(flags) == len(apart) and (apart or (search.promise() < CLEAR and not strained(base))):
             return quiet, search
         verdict = judge(search)
         return (verdict if flags or verdict.status in ("named", "tie") else quiet), search

@@ -3,14 +3,17 @@
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy import diagnose, hide
+from rotorsim.discrepancy.blind_test.hide import Truth, truth_twin
 from rotorsim.discrepancy.fit.calibrate import strained
 from rotorsim.discrepancy.fit.least_squares import Fit
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.residuals.localise import Flag
 from rotorsim.discrepancy.search import second_effect
-from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.search.search import Search
+from rotorsim.machine import load_machine
 
 GAIN, SIZE = FitParameter("gain", 0.1, 1.0, -6.0, 6.0), FitParameter("size", 0.1)
 FORM = Form("runout", "runout.roughness", (SIZE,))
@@ -58,6 +61,31 @@ def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibr
     astray.base = Fit(astray.base.parameters, astray.base.point, astray.base.residual, astray.base.J, 0.0)
     astray.before = search(0.0, monkeypatch)
     assert [h.failed for h in astray.best_singles()] in ([], [True])
+
+
+@pytest.mark.parametrize(("excess", "goes_on"), [(0.0, True), (1.0, False)])
+def test_fits_go_on_where_the_calibration_has_taken_up_all_that_was_flagged(excess, goes_on, monkeypatch):
+    """What is within the form error ends a fit, but where nothing is flagged everything is within it."""
+    astray, rounds = search(1.0, monkeypatch), []
+    astray.before = search(0.0, monkeypatch)
+    astray.base_excess = astray.before.base_excess = excess
+    monkeypatch.setattr("rotorsim.discrepancy.search.search.within_form_error", lambda c, before, after: True)
+    monkeypatch.setattr("rotorsim.discrepancy.search.search.share_gone", lambda left, before: 1.0)
+    monkeypatch.setattr(Search, "polished", lambda self, h: rounds.append(h.keys) or h)
+    assert astray.best_singles()
+    assert bool(rounds) == goes_on
+
+
+@pytest.mark.slow
+def test_an_exponent_of_the_discharge_that_all_coefficients_together_take_up_is_named():
+    """Nothing is flagged then, and pins and actuators are calibrated to three to six standard deviations."""
+    rig = load_machine("dtu_gas_bearing")
+    twin = truth_twin(rig)
+    form = next(f for f in candidates(twin) if f.label == "discharge_drift.exponent")
+    truth = Truth((form,), ((-0.3,),), Point({form.parameters[0]: -0.3}), 3)
+    found = diagnose(rig, hide(rig, (form.key,), 3, truth=truth, twin=twin, tiled=True))
+    assert found.status == "named"
+    assert found.odds["discharge_drift.exponent"] > 0.95
 
 
 @pytest.mark.parametrize(

@@ -293,6 +293,8 @@ class Search:
             return found
         # the two that fit best; a large effect is not linear, and its fit takes more rounds
         started = [self._closer(h) if i < 2 else h for i, h in enumerate(self.before.singles())]
+        if self.base_excess <= 0:  # the calibration has taken up all of it
+            found = [self._closer(h) if i < 2 else h for i, h in enumerate(found)]
         best: dict[tuple[str, ...], Hypothesis] = {}
         for h in (*found, *(h for h in started if h.fit.cost < self.base.cost)):
             best[h.keys] = min(best.get(h.keys, h), h, key=lambda one: one.fit.cost)
@@ -301,7 +303,8 @@ class Search:
     def _closer(self, h: Hypothesis) -> Hypothesis:
         """A hypothesis fitted on with new sensitivities as long as that helps."""
         for _ in range(MOST_ROUNDS):
-            if h.failed or within_form_error(self.comparison, self.base.residual, h.fit.residual):
+            shown = self.base_excess > 0
+            if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
             if h.fit.cost > 0.95 * last:
