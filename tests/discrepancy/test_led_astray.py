@@ -64,15 +64,15 @@ def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibr
 
 
 @pytest.mark.parametrize(("excess", "goes_on"), [(0.0, True), (1.0, False)])
-def test_fits_go_on_where_the_calibration_has_taken_up_all_that_was_flagged(excess, goes_on, monkeypatch):
-    """What is within the form error ends a fit, but where nothing is flagged everything is within it."""
+def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged(excess, goes_on, monkeypatch):
+    """Where nothing is flagged everything is within the form error, which ends a fit elsewhere."""
     astray, rounds = search(1.0, monkeypatch), []
     astray.before = search(0.0, monkeypatch)
     astray.base_excess = astray.before.base_excess = excess
     monkeypatch.setattr("rotorsim.discrepancy.search.search.within_form_error", lambda c, before, after: True)
     monkeypatch.setattr("rotorsim.discrepancy.search.search.share_gone", lambda left, before: 1.0)
     monkeypatch.setattr(Search, "polished", lambda self, h: rounds.append(h.keys) or h)
-    assert astray.best_singles()
+    assert [h.keys for h in astray.best_singles()] == [(FORM.key,)]
     assert bool(rounds) == goes_on
 
 

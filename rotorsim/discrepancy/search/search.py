@@ -40,6 +40,8 @@ SURE = 5.0
 """Standard deviations by which the size of a further effect differs from none."""
 MOST_HALVINGS = 4
 MOST_ROUNDS = 8
+COARSE = 10.0
+"""Times by which the floor is raised where forms are ranked against a calibration that is not believed."""
 FINALISTS = 10
 """Forms whose sensitivities are updated at the re-fitted point."""
 
@@ -291,14 +293,24 @@ class Search:
         found = self.singles()
         if self.before is None:
             return found
+        if self.base_excess <= 0:
+            return _best_of([*found, *self.in_place_of_calibration()])
         # the two that fit best; a large effect is not linear, and its fit takes more rounds
         started = [self._closer(h) if i < 2 else h for i, h in enumerate(self.before.singles())]
-        if self.base_excess <= 0:  # the calibration has taken up all of it
-            found = [self._closer(h) if i < 2 else h for i, h in enumerate(found)]
-        best: dict[tuple[str, ...], Hypothesis] = {}
-        for h in (*found, *(h for h in started if h.fit.cost < self.base.cost)):
-            best[h.keys] = min(best.get(h.keys, h), h, key=lambda one: one.fit.cost)
-        return sorted(best.values(), key=lambda h: h.fit.cost)
+        return _best_of([*found, *(h for h in started if h.fit.cost < self.base.cost)])
+
+    def in_place_of_calibration(self) -> list[Hypothesis]:
+        """Single forms that may be what a calibration beyond its priors has taken up, fitted as long as that helps.
+
+        Ranked with the machine file's own sensitivities and a floor `COARSE` times as high: no tangent reaches as far
+        as the calibration has gone, so it is the priors that are to tell.
+        """
+        nominal, columns = self.nominal or self.base, (self.before or self).columns
+        coarse = replace(nominal, residual=nominal.residual / COARSE, J=nominal.J / COARSE)
+        view = screen(coarse, self.forms, [columns[f.label] / COARSE for f in self.forms])
+        order = sorted(range(len(self.forms)), key=lambda i: -view.drop(i)[0])
+        chosen = _distinct([(self.forms[i],) for i in order if view.drop(i)[0] > 0], REFITS)
+        return [self._closer(self.hypothesis(own, view.drop(self.forms.index(own[0]))[1])) for own in chosen]
 
     def _closer(self, h: Hypothesis) -> Hypothesis:
         """A hypothesis fitted on with new sensitivities as long as that helps."""
@@ -347,6 +359,14 @@ def _apart(forms: Sequence[Form]) -> bool:
         a.effect == b.effect or same_class(a.key, b.key) or of_one_force(a.key, b.key)
         for a, b in combinations(forms, 2)
     )
+
+
+def _best_of(found: Iterable[Hypothesis]) -> list[Hypothesis]:
+    """The best hypothesis of each set of effects, the best first."""
+    best: dict[tuple[str, ...], Hypothesis] = {}
+    for h in found:
+        best[h.keys] = min(best.get(h.keys, h), h, key=lambda one: one.fit.cost)
+    return sorted(best.values(), key=lambda h: h.fit.cost)
 
 
 def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, ...]]:
