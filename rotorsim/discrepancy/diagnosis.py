@@ -56,8 +56,8 @@ SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
 NOT_SETTLED = (
-    "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors: the solver does not "
-    "settle the motion, and what is left may be that and not another effect"
+    "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors more than without: the "
+    "solver does not settle the motion, and what is left may be that and not another effect"
 )
 COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
 STRAINED = (

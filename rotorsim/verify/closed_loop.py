@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -129,13 +129,13 @@ def closed_loop(
 
 
 def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], criteria: Criteria) -> Iterator[Row]:
-    with np.errstate(invalid="ignore"):  # runs that ended have no number, which passes nowhere
-        ratio = np.array([np.divide(c.response, o.response) for c, o in zip(after, before, strict=True)])
-    ended = [c.ended or o.ended for c, o in zip(after, before, strict=True)]
+    ratio = response_ratios(zip(before, after, strict=True))
+    ended = [c.ended or (o.ended and f"without control {o.ended}") for c, o in zip(after, before, strict=True)]
     for axis, name in enumerate("xy"):
         yield at_most(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean, "of open loop")
-    worst = int(ratio.max(axis=1).argmax())
-    where = ended[worst] or point_text(after[worst].speed, after[worst].pressure)
+    kept = [c for o, c in zip(before, after, strict=True) if c.ended or not o.ended]
+    worst = kept[int(ratio.max(axis=1).argmax())] if kept else after[0]
+    where = worst.ended or point_text(worst.speed, worst.pressure)
     yield at_most("impact energy, worst point", ratio.max(), criteria.worst, "of open loop", where)
     effort = np.array([c.effort for c in after])
     yield at_most("control energy, mean", effort.mean(), None, "V/N")
@@ -231,9 +231,21 @@ def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria) -> Row
     return at_most(f"impact energy on {name}", worst_ratio(pairs), criteria.disturbed, "of open loop", remark)
 
 
+def response_ratios(pairs: Iterable[tuple[Energies, Energies]]) -> np.ndarray:
+    """Closed over open response (n, 2) of pairs (open, closed).
+
+    Infinite where the run under the law ended; where the one without it did there is nothing to compare with, so those
+    points are left out. One row of NaN, which passes nowhere, where none is left.
+    """
+    with np.errstate(invalid="ignore"):
+        rows = [
+            np.full(2, np.inf) if closed.ended else np.divide(closed.response, alone.response)
+            for alone, closed in pairs
+            if closed.ended or not alone.ended
+        ]
+    return np.array(rows) if rows else np.full((1, 2), np.nan)
+
+
 def worst_ratio(pairs: Sequence[tuple[Energies, Energies]]) -> float:
     """Largest closed over open response of pairs (open, closed); NaN, which passes nowhere, where there is none."""
-    if not pairs:
-        return float("nan")
-    with np.errstate(invalid="ignore"):
-        return float(np.max([np.divide(closed.response, alone.response) for alone, closed in pairs]))
+    return float(response_ratios(pairs).max())

@@ -11,8 +11,8 @@ from rotorsim.machine import Limits, Machine
 from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import page
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
-from rotorsim.verify.closed_loop import other_machines, worst_ratio
-from rotorsim.verify.criteria import at_most
+from rotorsim.verify.closed_loop import _impact_rows, other_machines, worst_ratio
+from rotorsim.verify.criteria import Criteria, at_most
 from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
 from rotorsim.verify.running import Frozen, run_rows, steady_rows
 from rotorsim.verify.safe_speed import comparison
@@ -117,6 +117,22 @@ def test_a_machine_on_which_nothing_was_measured_passes_no_robustness():
     assert np.isnan(worst_ratio([(energies(2.0), energies(1.0)), ended]))
     assert at_most("", worst_ratio([ended]), 1.0).passed is False
     assert worst_ratio([(energies(2.0), energies(1.0)), (energies(1.0), energies(3.0))]) == 3.0
+
+
+def test_a_law_gains_nothing_from_a_run_without_control_that_ended():
+    """Such a point is left out; where the law's own run ended the ratio is infinite."""
+
+    def energies(value, ended=""):
+        return Energies(0.0, 3e5, (value, value), (0.0, 0.0), 0.0, bool(ended), 0.1, ended)
+
+    over, fine, lost = energies(2.0), energies(3.0), energies(np.inf, "ended at 3000 rpm")
+    assert worst_ratio([(lost, over), (over, fine)]) == 1.5
+    assert np.isnan(worst_ratio([(lost, over)])) and worst_ratio([(over, lost)]) == np.inf
+    rows = {row.check: row for row in _impact_rows((lost,), (over,), Criteria())}
+    assert not rows["impact energy along x, mean"].passed and not rows["impact energy, worst point"].passed
+    assert "without control ended at 3000 rpm" in rows["no contact in the hits"].remark
+    rows = {row.check: row for row in _impact_rows((lost, over), (over, fine), Criteria())}
+    assert rows["impact energy along x, mean"].measured == 1.5
 
 
 def test_a_run_up_to_a_limit_of_the_machine_is_safe_up_to_there(plant):

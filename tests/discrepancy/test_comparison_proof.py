@@ -1,8 +1,11 @@
 """Discretisation error of the solver, taken where the plant has a solution."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy.diagnosis import UNSETTLED, Work
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.search.candidates import NO_SOLUTION
@@ -32,3 +35,12 @@ def test_a_twin_without_solution_is_proven_at_the_machine_files_own_numbers(poin
     here = c._response(point, "own", False)
     assert c._error(point, "fine", here) == pytest.approx(np.full(LINES, 2e-6))
     assert c._law(point, "law", {FitParameter("own", 0.02): 0.1}, here) == pytest.approx(np.full(LINES, 6e-6))
+
+
+@pytest.mark.parametrize(("floors", "noted"), [(4.0, False), (6.0, True)])
+def test_a_motion_that_the_solver_does_not_settle_with_an_effect_at_work_is_noted(floors, noted):
+    made, sigma, without = object.__new__(Work), np.full(LINES, 2e-9), np.full(LINES, 1e-9)
+    made.parts = {"fit": SimpleNamespace(correction=without, sigma=sigma)}
+    moved = made._moved_by_solver(SimpleNamespace(correction=without + floors * sigma))
+    assert moved == pytest.approx(floors)
+    assert (moved > UNSETTLED) == noted
