@@ -257,8 +257,6 @@ class Work:
         final = base if best is None else best.fit
         comparison, again = self._proven(final) if best is not None else (self.fitted, final)
         proven, V = self._measured(final, comparison, again)
-        if best is not None and (moved := self._moved_by_solver(comparison)) > UNSETTLED:
-            notes.append(NOT_SETTLED.format(" and ".join(best.keys), moved))
         # what is not written into the machine file must not have turned its calibration either
         written = self._measured(base, self.fitted, base) if verdict.status == "partial" else (proven, V)
         unknown: dict[str, Any] = {}
@@ -279,6 +277,7 @@ class Work:
             gap=gap,
             notes=(
                 *notes,
+                *self._unsettled(comparison, best),
                 *missed_bands((one for part in shown.values() for one in part), _model(best)),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
@@ -290,16 +289,7 @@ class Work:
             planner=planner,
             data_hash=data_hash(self.trials),
             spectra=shown,
-            tried=tuple(
-                {
-                    "effects": list(h.keys),
-                    "gone": h.gone,
-                    "cost": h.fit.cost,
-                    "held_out": h.held_out,
-                    "failed": h.failed,
-                }
-                for h in verdict.tried
-            ),
+            tried=tuple(map(_row_of, verdict.tried)),
         )
 
     def _odds(
@@ -340,6 +330,11 @@ class Work:
         classes = dict(zip(best.keys, verdict.classes, strict=False))
         return tuple(found_of(self.workshop.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
 
+    def _unsettled(self, comparison: Comparison, best: Hypothesis | None) -> list[str]:
+        """The note on a motion that the solver does not settle with the named effects at work."""
+        moved = self._moved_by_solver(comparison)
+        return [] if best is None or moved <= UNSETTLED else [NOT_SETTLED.format(" and ".join(best.keys), moved)]
+
     def _moved_by_solver(self, comparison: Comparison) -> float:
         """Solver's error with the effects at work beyond that without them, in floors: root mean square."""
         moved = (comparison.correction - self.fitted.correction) / self.fitted.sigma
@@ -358,6 +353,11 @@ class Work:
             return self.fitted, fit
         comparison = self.fitted.proven(fit.point, fine)
         return comparison, refit(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
+
+
+def _row_of(h: Hypothesis) -> dict[str, Any]:
+    """What is stored of a hypothesis that was tried."""
+    return {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out, "failed": h.failed}
 
 
 __all__ = ["Workshop", "work_on"]
