@@ -304,5 +304,5 @@ def test_surfaces_through_structures_of_ones_own_are_refused(data):
 
 
 def test_an_unknown_model_is_refused_with_those_there_are(data):
-    with pytest.raises(UnfitError, match="choose of 1, 2, 3"):
+    with pytest.raises(UnfitError, match="choose of 1, 2, 2-rate, 3"):
         idn.identify(data, "isotropic")
