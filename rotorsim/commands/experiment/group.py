@@ -11,7 +11,7 @@ from rotorsim.commands.lazy_group import LazyGroup
 
 
 class Experiments(LazyGroup):
-    """Run one virtual test (PRBS, hit, run-up ...) and keep its record."""
+    """Run one virtual test (PRBS, impact ...) and keep its record."""
 
     epilog = "Example: rotorsim experiment prbs dtu_gas_bearing --amplitude '1 V' --duration '10 s'"
 
