@@ -92,6 +92,7 @@ def _fitted(
         first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
     else:
         first = np.asarray(start, float)
+        _check_start(first, len(grey.structure.parameters), grey.structure.name)
         if not problem.usable(first):
             raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
         first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
@@ -148,11 +149,20 @@ def two_steps(kind: str, signals: Signals, method: str, start: Any) -> Identific
     if kind != "2" and start is None:  # of a Model 2 without rates
         plain = _fitted("rotor", signals, moved.y, "first", "oe", None)[1]
         begin = (np.concatenate([plain.theta, np.zeros(4)]), None)
+    if start is not None:
+        _check_start(start, count + 6, f"Model {kind}")
     one, first, calm = _solved(rotor, signals, moved.y, "first", method, begin[0])
     two, second, _ = _solved("actuator", moved, moved.u, "zero", method, begin[1])
     theta = np.concatenate([one.theta[:count], two.theta[:6]])
     result = _grey_result(kind, method, signals, theta, first.joined(second), calm.joined(6), one)
     return replace(result, information=np.zeros((0, 0)))
+
+
+def _check_start(start: Any, wanted: int, name: str) -> None:
+    """Raise UnfitError where a start has another number of values than a model has parameters."""
+    given = np.size(start)
+    if given != wanted:
+        raise UnfitError(f"identify.start: {name} has {wanted} parameters, {given} are given; give its theta")
 
 
 def _grey_result(

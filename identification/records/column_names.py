@@ -85,7 +85,10 @@ def likely(name: str) -> str:
         if text[-1:] in AXES:  # 'pressurex' is none of the numbers, 'disc_measuredy' is one axis
             labels |= {("axis",): (f"_{text[-1]}",), ("injector",): ()}
     names = [variable + label for variable, known in VARIABLES.items() for label in labels.get(known.dims, ())]
-    return closest(text, names)
+    plain = [variable for variable, known in VARIABLES.items() if not known.dims]
+    label = number or letter
+    stem = text[: label.start()].rstrip("_ ") if label else ""  # 'speed_1', 'pressure_a'
+    return closest(text, names) or ("" if stem in {"", *VARIABLES.keys() - plain} else closest(stem, plain))
 
 
 def schema_unit(key: tuple[str, str, str]) -> str:

@@ -128,6 +128,17 @@ def test_a_change_of_any_phase_keeps_the_size_of_the_poles_change():
     assert found[4] == 2.0
 
 
+@pytest.mark.parametrize("zeta", [0.9, 0.98, 0.999])
+def test_a_well_damped_mode_has_no_wide_band_of_its_frequency(zeta):
+    found = of_any_phase(np.array([0.0, 0.0, 4e-4, 4e-4]), np.full(2, 700.0), np.full(2, zeta))
+    assert np.all(np.sqrt(found[:2]) / 700 < 0.03) and np.all(np.sqrt(found[2:4]) < 0.02)
+
+
+def test_modes_that_do_not_oscillate_keep_their_bands():
+    variance = np.array([9.0, 16.0, 1e-4, 4e-4])
+    np.testing.assert_array_equal(of_any_phase(variance, np.array([700.0, 800.0]), np.array([1.0, 1.4])), variance)
+
+
 def dragged_record(seed=0, seconds=4.0, drag=0.2):
     """A rotor of Model 3 whose damping and stiffness grow with the square of its lagged references."""
     rng = np.random.default_rng(seed)

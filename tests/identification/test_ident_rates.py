@@ -86,3 +86,9 @@ def test_surfaces_of_it_keep_one_actuator(tmp_path):
 def test_without_pins_it_is_refused():
     with pytest.raises(idn.UnfitError, match="no pin"):
         idn.identify(moved(RATES, RATED, seconds=2.0).drop_vars("pin"), RATED)
+
+
+@pytest.mark.parametrize(("model", "given", "wanted"), [("2-rate", 20, 24), ("2", 24, 20), ("1", 3, 12)])
+def test_a_start_of_another_model_is_refused_with_both_numbers(model, given, wanted):
+    with pytest.raises(idn.UnfitError, match=rf"has {wanted} parameters, {given} are given"):
+        idn.identify(moved(PLAIN, "2", seconds=3.0), model, start=np.ones(given))

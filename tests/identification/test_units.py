@@ -112,7 +112,9 @@ def test_misspelt_columns_are_likened_to_channels():
     ("column", "channel"),
     [
         ("pin2", "pin_2"), ("pin_04", "pin_4"), ("Pin 3", "pin_3"), ("pins", "pin_1"), ("Refrence_Y", "reference_y"),
-        ("disc_measuredy", "disc_measured_y"), ("pin0", ""), ("disc_measured_z", ""), ("reference1", ""), ("", ""),
+        ("disc_measuredy", "disc_measured_y"), ("pin0", ""), ("speed_1", "speed"),
+        ("presure1", "pressure"), ("pressure_a", "pressure"), ("angle_d", "angle"),
+        ("disc_measured_z", ""), ("reference1", ""), ("", ""),
     ],
 )  # fmt: skip
 def test_the_channel_of_a_misspelt_column_keeps_its_injector_and_axis(column, channel):

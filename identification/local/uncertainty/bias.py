@@ -64,6 +64,8 @@ TRIANGULAR = 1 / 6
 """Variance of a triangular distribution over its bound squared."""
 MAIN = 1 / 3
 """Share of the distortion from which on the dependence on the amplitude is what distorts."""
+LEAST_ANGLE = 0.5
+"""Least 1 - zeta^2 by which a change of a damping ratio is taken for one of the angle of its poles."""
 CERTAIN = 3.0
 """Distortion is there if the residual's variance is above the noise's by so many standard deviations of the latter."""
 
@@ -144,10 +146,16 @@ def bias(
 
 
 def of_any_phase(variance: np.ndarray, wn: np.ndarray, zeta: np.ndarray) -> np.ndarray:
-    """Variances of wn (2,), zeta (2,) and more, each pole's spread evenly over size and angle of the pole."""
-    size, angle = wn**2, np.maximum(1 - zeta**2, 0)
-    each = (variance[:2] / size + variance[2:4] / np.maximum(angle, 1e-12)) / 2
-    return np.concatenate([each * size, each * angle, variance[4:]])
+    """Variances of wn (2,), zeta (2,) and more, each pole's spread evenly over size and angle of the pole.
+
+    A damping ratio near 1 hardly changes with the angle of its poles, so what it changes by is spread no wider than at
+    0.7; modes that do not oscillate keep what they have.
+    """
+    size, angle = wn**2, np.maximum(1 - zeta**2, LEAST_ANGLE)
+    each = (variance[:2] / size + variance[2:4] / angle) / 2
+    oscillates = zeta < 1
+    spread = np.concatenate([each * size, each * angle])
+    return np.concatenate([np.where(np.tile(oscillates, 2), spread, variance[:4]), variance[4:]])
 
 
 def _distorted(residual: np.ndarray, signals: Signals) -> bool:

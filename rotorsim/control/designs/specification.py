@@ -13,6 +13,8 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantities, quantity_of
 from rotorsim.control.errors import DesignError
 
+FIELDS = "__dataclass_fields__"
+
 
 @dataclass(frozen=True)
 class Specification:
@@ -33,11 +35,12 @@ class Specification:
 
 def _listed(kind: type) -> str:
     """Section of a specification's documentation: its numbers with type, unit, default and meaning."""
-    own = {name: value for name, value in vars(kind).items() if isinstance(value, Field)}
+    parents = {name: value for base in kind.__mro__[:0:-1] for name, value in getattr(base, FIELDS, {}).items()}
+    own = parents | {name: value for name, value in vars(kind).items() if isinstance(value, Field)}
+    types = {name: text for base in kind.__mro__[::-1] for name, text in vars(base).get("__annotations__", {}).items()}
     known = {name: found for name, value in own.items() if (found := quantity_of(value)) is not None}
     lines = (
-        f"{name} : {kind.__annotations__[name]}, default {_shown(own[name].default)}\n"
-        f"    {one.doc.removesuffix('.')} [{one.unit}]."
+        f"{name} : {types[name]}, default {_shown(own[name].default)}\n    {one.doc.removesuffix('.')} [{one.unit}]."
         for name, one in known.items()
     )
     return "\n".join(("Parameters", "----------", *lines))
@@ -47,7 +50,7 @@ def _shown(default: Any) -> str:
     """A default for people."""
     if isinstance(default, tuple):
         return f"({', '.join(map(_shown, default))})"
-    return str(default) if default is None else f"{default:.6g}"
+    return f"{default:.6g}" if isinstance(default, float) else repr(default)
 
 
 def explained(spec: Any, field: str, sentence: str) -> str:
