@@ -16,7 +16,7 @@ from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import of_one_force, same_class
+from rotorsim.discrepancy.search.form_sets import apart, distinct
 from rotorsim.discrepancy.search.projection import Screen, screen
 from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
 
@@ -209,7 +209,7 @@ class Search:
 
     def onward(self, h: Hypothesis) -> Search:
         """A search for effects missing besides those of a hypothesis."""
-        forms = tuple(f for f in self.forms if all(_apart((f, taken)) for taken in h.forms))
+        forms = tuple(f for f in self.forms if all(apart((f, taken)) for taken in h.forms))
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
         return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
@@ -275,7 +275,7 @@ class Search:
         again = self.screened()
         ranked = sorted(range(len(self.forms)), key=lambda i: -again.drop(i)[0])
         ranked = [i for i in ranked if self.forms[i].label in (self.updated or set())]
-        chosen = _distinct([(self.forms[i],) for i in ranked], REFITS + 3)
+        chosen = distinct([(self.forms[i],) for i in ranked], REFITS + 3)
         best = max((again.drop(i)[0] for i in ranked), default=0.0)
         found: list[Hypothesis] = []
         for rank, forms in enumerate(chosen):
@@ -309,7 +309,7 @@ class Search:
         coarse = replace(nominal, residual=nominal.residual / COARSE, J=nominal.J / COARSE)
         view = screen(coarse, self.forms, [columns[f.label] / COARSE for f in self.forms])
         order = sorted(range(len(self.forms)), key=lambda i: -view.drop(i)[0])
-        chosen = _distinct([(self.forms[i],) for i in order if view.drop(i)[0] > 0], REFITS)
+        chosen = distinct([(self.forms[i],) for i in order if view.drop(i)[0] > 0], REFITS)
         return [self._closer(self.hypothesis(own, view.drop(self.forms.index(own[0]))[1])) for own in chosen]
 
     def _closer(self, h: Hypothesis) -> Hypothesis:
@@ -328,9 +328,9 @@ class Search:
         self.update_columns(self.forms)
         view = self.screened()
         pool = list(of) if of is not None else self._pool(view, 40 if size == 2 else 14)
-        combos = [c for c in combinations(pool, size) if _apart([self.forms[i] for i in c])]
+        combos = [c for c in combinations(pool, size) if apart([self.forms[i] for i in c])]
         drops = sorted(((view.drop(*c)[0], c) for c in combos), key=lambda d: -d[0])
-        top = _distinct([tuple(self.forms[i] for i in c) for d, c in drops[:200] if d > 0], REFITS)
+        top = distinct([tuple(self.forms[i] for i in c) for d, c in drops[:200] if d > 0], REFITS)
         found = []
         for forms in top:
             drop, start = view.drop(*(self.forms.index(f) for f in forms))
@@ -353,30 +353,12 @@ class Search:
         return sorted({*chosen, *list(own.values())[: most // 2]})
 
 
-def _apart(forms: Sequence[Form]) -> bool:
-    """Whether all forms are of different effects, classes and kinds of force."""
-    return not any(
-        a.effect == b.effect or same_class(a.key, b.key) or of_one_force(a.key, b.key)
-        for a, b in combinations(forms, 2)
-    )
-
-
 def _best_of(found: Iterable[Hypothesis]) -> list[Hypothesis]:
     """The best hypothesis of each set of effects, the best first."""
     best: dict[tuple[str, ...], Hypothesis] = {}
     for h in found:
         best[h.keys] = min(best.get(h.keys, h), h, key=lambda one: one.fit.cost)
     return sorted(best.values(), key=lambda h: h.fit.cost)
-
-
-def _distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, ...]]:
-    """The first sets with different keys."""
-    out: dict[tuple[str, ...], tuple[Form, ...]] = {}
-    for forms in sets:
-        out.setdefault(tuple(sorted(f.key for f in forms)), forms)
-        if len(out) >= most:
-            break
-    return list(out.values())
 
 
 def share_gone(left: float, before: float) -> float:
