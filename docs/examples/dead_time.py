@@ -1,7 +1,7 @@
 """Dead time and bias: what a record states about modes and static gain, and the plant's own values
 
 Model 3 of the thesis has one lag for two actuator poles and a film, which raises its static gain; a dead time on each
-axis sets that right. The intervals hold variance and the bias that the record shows; crosses are the linearised plant.
+axis sets that right. The intervals hold variance and the bias that the record shows, about the value less that bias; crosses are the plant.
 """
 
 import matplotlib.pyplot as plt
@@ -27,13 +27,13 @@ figure, axes = plt.subplots(2, 3, figsize=(9, 5), layout="constrained")
 for axis, (title, place) in zip(axes.ravel(), shown.items(), strict=True):
     for k, one in enumerate(found.values()):
         interval = one.intervals[place]
-        axis.errorbar(k, interval.value, interval.half_width, fmt="o", capsize=4, label="90 %" if k == 0 else None)
-        axis.errorbar(k, interval.value, 1.645 * interval.sd, elinewidth=4, alpha=0.5, color="black")
+        axis.errorbar(k, interval.value - interval.bias, interval.half_width, fmt="none", capsize=4)
+        axis.errorbar(k, interval.value, 1.645 * interval.sd, fmt="o", elinewidth=4, alpha=0.5, color="black")
     axis.axhline(values[place], color="tab:red", lw=1)
     axis.plot(range(3), [values[place]] * 3, "x", color="tab:red")
     axis.set(title=title, xticks=range(3), xlim=(-0.5, 2.5), xticklabels=["3 late", "3", "2"])
     axis.grid(alpha=0.3)
-figure.suptitle("90 % intervals: variance alone (thick), with bias (thin); plant (red)")
+figure.suptitle("Values (dots) and 90 % intervals: variance alone (thick), less bias (thin); plant (red)")
 figure.savefig("dead_time.png", dpi=100)
 for name, one in found.items():
     held = sum(i.low <= v <= i.high for i, v in zip(one.intervals, values, strict=True))

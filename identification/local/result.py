@@ -68,15 +68,19 @@ class Identification:
         The bias is that which the record shows (see `identification.local.uncertainty.bias`); zero for black-box
         models, actuators and records of a closed loop, for which none is stated.
         """
-        none = Bias(np.zeros(len(self.wn)), np.zeros(len(self.wn)), np.zeros((2, 2)))
-        known, rows = self.bias or none, []
-        for k in range(len(self.wn)):
-            rows.append(_interval(f"f_{k + 1}", self.wn[k], self.wn_sd[k], known.wn[k], 0.5 / np.pi, "Hz"))
-            rows.append(_interval(f"zeta_{k + 1}", self.zeta[k], self.zeta_sd[k], known.zeta[k], 1.0, ""))
-        for i, j in np.ndindex(2, 2):
-            value, sd, bias = (float(M[i, j]) for M in (self.static_gain, self.static_gain_sd, known.static_gain))
-            rows.append(_interval(f"gain_{'xy'[i]}{'xy'[j]}", value, sd, bias, 1e6, "um/V"))
-        return tuple(rows)
+        values = np.concatenate([self.wn, self.zeta, self.static_gain.ravel()])
+        sds = np.concatenate([self.wn_sd, self.zeta_sd, self.static_gain_sd.ravel()])
+        known = self.bias or Bias(np.zeros(len(values)), np.zeros(len(values)))
+        count, rows = len(self.wn), []
+        for k in range(count):
+            rows += [(f"f_{k + 1}", k, 0.5 / np.pi, "Hz"), (f"zeta_{k + 1}", count + k, 1.0, "")]
+        rows += [(f"gain_{'xy'[i]}{'xy'[j]}", 2 * (count + i) + j, 1e6, "um/V") for i, j in np.ndindex(2, 2)]
+        four = np.array([values, sds, known.expected, known.sd]).T
+        return tuple(
+            Interval(name, float(v) * by, float(sd) * by, float(bias) * by, float(bias_sd) * by, unit)
+            for name, k, by, unit in rows
+            for v, sd, bias, bias_sd in [four[k]]
+        )
 
     def report(self) -> str:
         """The findings as a text that a person can read."""
@@ -88,7 +92,8 @@ class Identification:
             lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
         else:
             lines += [
-                f"{one.name:8s} {one.value: #.5g} +- {one.sd:.2g}, bias {one.bias:.2g} {one.unit}".rstrip()
+                f"{one.name:8s} {one.value: #.5g} +- {one.sd:.2g}, bias {one.bias:.2g} +- {one.bias_sd:.2g}"
+                + f" {one.unit}".rstrip()
                 + f"; 90 %: {one.low:#.5g} to {one.high:#.5g}"
                 for one in self.intervals
             ]
@@ -136,10 +141,6 @@ def parameter_lines(parameters: dict[str, tuple[float, float]], units: tuple[str
         f"{name:8s} {value: .6g} {'at its bound' if np.isnan(sd) else f'+- {sd:.2g}'} {unit}".rstrip()
         for (name, (value, sd)), unit in named
     ]
-
-
-def _interval(name: str, value: float, sd: float, bias: float, scale: float, unit: str) -> Interval:
-    return Interval(name, float(value) * scale, float(sd) * scale, float(bias) * scale, unit)
 
 
 def noted(found: Identification, text: str) -> Identification:

@@ -78,7 +78,7 @@ def test_the_noise_of_staged_signals_is_what_the_filter_leaves_of_it():
 @pytest.mark.parametrize(("kind", "coarse"), [(1, False), (3, True)])
 def test_a_closed_loop_states_no_bias_and_says_so(kind, coarse):
     found = idn.identify(loop(0, n=20000), kind)
-    assert found.bias is None and all(one.bias == 0 for one in found.intervals)
+    assert found.bias is None and all(one.bias == one.bias_sd == 0 for one in found.intervals)
     assert any("hold no bias" in text for text in found.warnings)
     assert any("take Model 2 where pins are measured" in text for text in found.warnings) == coarse
     assert not any("hold no bias" in text for text in idn.identify(record(0, seconds=2.0), kind).warnings)

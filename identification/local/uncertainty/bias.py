@@ -3,36 +3,49 @@ r"""Bias of modes and static gains of a grey-box model, as far as its record sho
 Three things bias a fitted model that the variance of its parameters does not hold:
 
 1. *Linear model error*: dynamics that the structure lacks. The record shows them as what the inputs explain of the
-   residual; `model_error` turns that into a change of modes and gains. There is none where the residual passes the
+   residual; `model_error` turns that into a change c_1 of modes and gains. There is none where the residual passes the
    test of independence of the inputs.
 2. *Amplitude*: K and D of a hardening or softening film depend on the amplitude of the record. The record shows that as
-   what their change with the simulated amplitude explains of the residual; `amplitude` takes them back to rest.
+   what their change with the simulated amplitude explains of the residual; `amplitude` takes them back to rest, which
+   changes modes and gains by c_2.
 3. *Distortion*: what is neither linear in the inputs nor noise. A nonlinear plant answers a random input with a linear
    part, which is the best linear approximation and not the plant's linearisation, and with a part that scatters
    (Pintelon and Schoukens 2012, chapter 3). Both come from the same terms, and at each frequency the first is off by
    about as much as the second scatters, whatever the length of the record: under Gaussian motion of standard deviation
-   s by 3 a s^3 against sqrt(6) a s^3 of a cubic term, and 0 against sqrt(2) a s^2 of a quadratic one. So the distortion
-   bounds the error; its main part being 2., values near the bound are unlikely, which leaves as standard uncertainty
+   r by 3 c r^3 against sqrt(6) c r^3 of a cubic term, and 0 against sqrt(2) c r^2 of a quadratic one. So the distortion
+   bounds the error; with quadratic terms in it values near the bound are unlikely, which leaves as standard uncertainty
    that of a triangular distribution, the bound over sqrt(6) (GUM, 4.3.9). It acts alike over the width of a resonance,
    2 zeta f, hence of the covariance that distortion makes in a record of length T, which averages over T times as many
    independent lines,
 
-.. math:: \Sigma_b = \tfrac16\, T\, \overline{2 \zeta f}\, (1 - s)\, \Sigma_d
+.. math:: \Sigma_3 = \tfrac16\, T\, \overline{2 \zeta f}\, (1 - s)(1 - a)\, \Sigma_d
 
-   with Sigma_d the part of the sandwich covariance that is not sensor noise (`confidence.spread`), and s the share of
-   the residual that 1. explains. Distortion that does not rise out of the noise counts as none.
+   with Sigma_d the part of the sandwich covariance that is not sensor noise (`confidence.spread`), s the share of the
+   residual that 1. explains and a the share of the rest that 2. explains. Distortion that does not rise out of the
+   noise counts as none. The bound holds for all inputs of an output together, and the cubic term shifts each response
+   by 3 c r^2 of itself: of a gain g_ij counts the part of its input in the motion of its output, g_ij^2 over the sum
+   over the inputs.
+
+How much of c_1 and c_2 is bias one record does not tell: the effects are correlated with each other and with what 3.
+scatters. It lies between none and all, so the middle is taken, and half of the change as standard uncertainty, which
+lets the interval reach both ends,
+
+.. math:: b = -\tfrac12 \big(c_1 + (1 + m)\, c_2\big), \qquad
+          \text{interval} = \text{value} - b \pm 1.645 \sqrt{sd^2 + \tfrac14 c_1^2 + \tfrac14 c_2^2 + \Sigma_3}
+
+with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where stroke and pressure matter as much as the orbit, it is 0.05
+to 0.15, of cubic springs, of which all is bias, 0.5 or more.
 
 2. and 3. show how far a pole lambda lies from that at rest better than in which direction. A binary reference has one
 size of stroke, so what depends on the square of the stroke is the same throughout and leaves no trace; a film answers
 with any phase, and the orbit's square, which 2. sees, moves mainly the frequencies, wide pins the damping. Hence 3. is
-shared by both directions. 2. stands as it is where it explains a third of the distortion or more: of cubic springs it
-explains 0.5 to 0.6, on the rig, where stroke and pressure matter as much as the orbit, 0.05 to 0.15. Else its change of
-a pole is the radius of a disc in which the pole lies anywhere,
+shared by both directions, and so is the share 1 - m of the uncertainty of 2.: the pole lies as far from the middle as
+none and all of the change do, in any direction,
 
 .. math:: \Big(\frac{\delta\omega}{\omega}\Big)^2 = \frac{\delta\zeta^2}{1 - \zeta^2}
-          = \frac{1}{4} \Big|\frac{\delta\lambda}{\lambda}\Big|^2
+          = \frac{1}{2} \Big|\frac{\delta\lambda}{\lambda}\Big|^2
 
-.. math:: \text{interval} = \text{value} \pm 1.645 \sqrt{sd^2 + b_1^2 + b_2^2 + b_3^2}
+Gains keep their value under 2., with all of their change as standard uncertainty.
 
 Limits: nothing that leaves no trace in the record is seen, e.g. a wrong scale of a sensor. Fits by prediction error
 have no second part.
@@ -44,7 +57,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -62,55 +75,58 @@ LEVEL = 0.9
 """Share of intervals that hold the truth."""
 TRIANGULAR = 1 / 6
 """Variance of a triangular distribution over its bound squared."""
-MAIN = 1 / 3
-"""Share of the distortion from which on the dependence on the amplitude is what distorts."""
+MAIN = (0.15, 0.5)
+"""Shares of the distortion that the dependence on the amplitude explains, from m = 0 to 1."""
 LEAST_ANGLE = 0.5
 """Least 1 - zeta^2 by which a change of a damping ratio is taken for one of the angle of its poles."""
+POLES = np.arange(8) < 4
+"""Of the eight values those that poles have."""
 CERTAIN = 3.0
 """Distortion is there if the residual's variance is above the noise's by so many standard deviations of the latter."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A value with standard deviation, bias (one standard uncertainty) and 90 % interval, in `unit`.
+    """A value with standard deviation, bias (what it is expected to be too high by), the standard uncertainty of the
+    bias, and the 90 % interval, in `unit`.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> one = rs.identification.Interval("f_1", 120.0, sd=0.3, bias=0.4, unit="Hz")
+    >>> one = rs.identification.Interval("f_1", 120.0, sd=0.3, bias=0.5, bias_sd=0.4, unit="Hz")
     >>> round(one.low, 2), round(one.high, 2)
-    (119.18, 120.82)
+    (118.68, 120.32)
     """
 
     name: str
     value: float
     sd: float
     bias: float
+    bias_sd: float
     unit: str
 
     @property
     def half_width(self) -> float:
         """Half of the interval."""
-        return NormalDist().inv_cdf(0.5 + LEVEL / 2) * float(np.hypot(self.sd, self.bias))
+        return NormalDist().inv_cdf(0.5 + LEVEL / 2) * float(np.hypot(self.sd, self.bias_sd))
 
     @property
     def low(self) -> float:
         """Lower end."""
-        return self.value - self.half_width
+        return self.value - self.bias - self.half_width
 
     @property
     def high(self) -> float:
         """Upper end."""
-        return self.value + self.half_width
+        return self.value - self.bias + self.half_width
 
 
-@dataclass(frozen=True, eq=False)
-class Bias:
-    """Standard uncertainties of wn (2,) [rad/s], zeta (2,), static gain (2, 2) [m/V] that their variance lacks."""
+class Bias(NamedTuple):
+    """Expected bias (value less truth) and its standard uncertainty, each (8,): wn [rad/s], zeta (2,), static gain
+    [m/V] row by row."""
 
-    wn: np.ndarray
-    zeta: np.ndarray
-    static_gain: np.ndarray
+    expected: np.ndarray
+    sd: np.ndarray
 
 
 def bias(
@@ -124,25 +140,33 @@ def bias(
     parts = list(parts_of([at - start for at in signals.breaks if at > start], len(excited)))
     error = model_error(model, wn, zeta, signals.u[start:], excited, signals.Ts, parts)
     if independent:
-        error = ModelError(np.zeros(2), np.zeros(2), np.zeros((2, 2)), 0.0)
+        error = ModelError(np.zeros(8), np.zeros(8), 0.0)
 
     def properties(values: np.ndarray) -> np.ndarray:
         return np.concatenate([*modes(values), static_gain(kind, values).ravel()])
 
+    follows = float(np.clip(calm.share / max(1 - error.share, 1e-9), 0, 1))
     third = np.zeros(8)
     if _distorted(excited, signals):
         lasting = len(excited) * signals.Ts
         width = float(np.mean(2 * zeta * wn)) / (2 * np.pi)
-        factor = lasting * width * (1 - error.share) * TRIANGULAR
+        factor = lasting * width * (1 - error.share) * (1 - follows) * TRIANGULAR
         third = factor * propagate(properties, theta, spread.distortion) ** 2
+        third[4:] *= _part_of_the_input(static_gain(kind, theta)).ravel()
     change = properties(theta + calm.change) - properties(theta)
-    second = np.maximum(change**2 - propagate(properties, theta, calm.covariance) ** 2, 0)
-    first = np.concatenate([error.wn, error.zeta, error.static_gain.ravel()])
-    if calm.share < MAIN:
-        second = of_any_phase(second, wn, zeta)
-        second[:4] /= 2  # a disc and no circle
-    whole = np.sqrt(first + second + of_any_phase(third, wn, zeta))
-    return Bias(whole[:2], whole[2:4], whole[4:].reshape(2, 2))
+    scatter = propagate(properties, theta, calm.covariance) ** 2
+    second = np.where(POLES, np.maximum(change**2, scatter) / 4, np.maximum(change**2 - scatter, 0))
+    main = float(np.interp(follows, MAIN, (0.0, 1.0)))
+    second = main * second + (1 - main) * of_any_phase(second, wn, zeta)
+    first = np.maximum(error.change**2, error.variance) / 4
+    expected = -(error.change + np.where(POLES, (1 + main) * change, 0.0)) / 2
+    return Bias(expected, np.sqrt(first + second + of_any_phase(third, wn, zeta)))
+
+
+def _part_of_the_input(gain: np.ndarray) -> np.ndarray:
+    """Part (2, 2) that each input has in the power of each output's motion, of equal inputs."""
+    power = gain**2
+    return np.asarray(power / np.maximum(power.sum(axis=1, keepdims=True), 1e-300))
 
 
 def of_any_phase(variance: np.ndarray, wn: np.ndarray, zeta: np.ndarray) -> np.ndarray:

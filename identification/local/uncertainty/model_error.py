@@ -6,8 +6,8 @@ model). Around the modes, least squares lets poles, residues and a remainder of 
 .. math:: E(j\omega) \approx \sum_k \Big( \frac{R_k + \delta R_k}{s - \lambda_k - \delta\lambda_k}
           - \frac{R_k}{s - \lambda_k} \Big) + \overline{(\cdot)} + P_0 + P_1 s
 
-as in modal analysis. What the estimate's own scatter makes of the change is taken off
-its square. The gain at rest changes by the mean of E well below the modes.
+as in modal analysis. The gain at rest changes by the mean of E well below the modes. The scatter of E makes the
+variances of both.
 
 Cites: ljung_1999.
 """
@@ -38,12 +38,11 @@ of the next two lines on either side (of white noise measured: 1.86)."""
 
 
 class ModelError(NamedTuple):
-    """Squares of the changes of wn (2,) [rad/s], zeta (2,) and static gain (2, 2) [m/V], less those that scatter makes;
-    share of the residual's power around the modes that the inputs explain linearly."""
+    """Changes (8,) of wn [rad/s], zeta, static gain [m/V] (row by row) that the model lacks, their variances (8,), and
+    the share of the residual's power around the modes that the inputs explain linearly."""
 
-    wn: np.ndarray
-    zeta: np.ndarray
-    static_gain: np.ndarray
+    change: np.ndarray
+    variance: np.ndarray
     share: float
 
 
@@ -55,16 +54,16 @@ def model_error(
     found = frequency_response(u, residual, Ts, parts=parts)
     assert found.variance is not None
     around = (found.omega > BAND[0] * wn.mean()) & (found.omega < BAND[1] * wn.mean())
-    modes = np.zeros((2, 2))
+    modes = spread = np.zeros((2, 2))
     if np.all(zeta < OSCILLATING) and np.count_nonzero(around) > FEWEST:
-        modes = _modes_moved(model, wn, zeta, found, around)
+        modes, spread = _modes_moved(model, wn, zeta, found, around)
     low = found.omega < BELOW * wn[0]
-    gain = np.zeros((2, 2))
+    gain = scatter = np.zeros((2, 2))
     if low.any():
         scatter = LEAKAGE * found.variance[low].mean(axis=0) / (2 * np.count_nonzero(low))
-        gain = found.G[low].real.mean(axis=0) ** 2 - scatter
-    modes, gain = np.maximum(modes, 0), np.maximum(gain, 0)
-    return ModelError(modes[0], modes[1], gain, _share(found, around, u.shape[1]))
+        gain = found.G[low].real.mean(axis=0)
+    change, variance = (np.concatenate([a.ravel(), b.ravel()]) for a, b in ((modes, gain), (spread, scatter)))
+    return ModelError(change, variance, _share(found, around, u.shape[1]))
 
 
 def _share(found: FrequencyResponse, around: np.ndarray, inputs: int) -> float:
@@ -77,8 +76,8 @@ def _share(found: FrequencyResponse, around: np.ndarray, inputs: int) -> float:
 
 def _modes_moved(
     model: LinearModel, wn: np.ndarray, zeta: np.ndarray, found: FrequencyResponse, at: np.ndarray
-) -> np.ndarray:
-    """Squares (2, 2) of the changes of wn and of zeta, less the variance of the step."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Changes (2, 2) of wn and of zeta, and their variances."""
     poles, residues = _rotor_modes(model, wn, zeta)
     s, rest = 1j * found.omega[at], np.zeros((2, *residues[0].shape))
     wanted = found.G[at] + _response(s, poles, residues, rest)
@@ -101,7 +100,7 @@ def _modes_moved(
     spread = (inverse[:4] ** 2 @ np.concatenate([variance, variance]) / 2 * LEAKAGE).reshape(2, 2)
     sigma, omega, size = poles.real, poles.imag, np.abs(poles)
     toward = np.array([[sigma / size, omega / size], [-(omega**2) / size**3, sigma * omega / size**3]])
-    return np.asarray(moved**2 - np.einsum("qpk,kp->qk", toward**2, spread))
+    return moved, np.asarray(np.einsum("qpk,kp->qk", toward**2, spread))
 
 
 def _response(s: np.ndarray, poles: np.ndarray, residues: np.ndarray, rest: np.ndarray) -> np.ndarray:
