@@ -1,7 +1,8 @@
 """Dead time and bias: what a record states about modes and static gain, and the plant's own values
 
 Model 3 of the thesis has one lag for two actuator poles and a film, which raises its static gain; a dead time on each
-axis sets that right. The intervals hold variance and the bias that the record shows, about the value less that bias; crosses are the plant.
+axis sets that right. The intervals hold variance and the bias that the record shows, about the value less that bias;
+crosses are the linearised plant.
 """
 
 import matplotlib.pyplot as plt
