@@ -32,7 +32,7 @@ for axis, (title, place) in zip(axes.ravel(), shown.items(), strict=True):
         axis.errorbar(k, interval.value, 1.645 * interval.sd, fmt="o", elinewidth=4, alpha=0.5, color="black")
     axis.axhline(values[place], color="tab:red", lw=1)
     axis.plot(range(3), [values[place]] * 3, "x", color="tab:red")
-    axis.set(title=title, xticks=range(3), xlim=(-0.5, 2.5), xticklabels=["3 late", "3", "2"])
+    axis.set(title=title, xticks=range(3), xlim=(-0.5, 2.5), xticklabels=["3-delay", "3", "2"])
     axis.grid(alpha=0.3)
 figure.suptitle("Values (dots) and 90 % intervals: variance alone (thick), less bias (thin); plant (red)")
 figure.savefig("dead_time.png", dpi=100)

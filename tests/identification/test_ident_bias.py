@@ -9,7 +9,7 @@ from identification.local.discretise import zero_order_hold
 from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.uncertainty.amplitude import _modulated
-from identification.local.uncertainty.bias import of_any_phase
+from identification.local.uncertainty.bias import _part_of_the_input, of_any_phase
 from identification.local.uncertainty.confidence import Spread, sandwich, spread
 from identification.local.uncertainty.model_error import model_error
 
@@ -129,6 +129,11 @@ def test_a_change_of_any_phase_keeps_the_size_of_the_poles_change():
     np.testing.assert_allclose(size(found), size(variance), rtol=1e-12)
     np.testing.assert_allclose(found[:2] / wn**2, found[2:4] / (1 - zeta**2), rtol=1e-12)
     assert found[4] == 2.0
+
+
+def test_a_gain_counts_by_the_part_of_its_input_in_the_motion_of_its_output():
+    np.testing.assert_allclose(_part_of_the_input(np.array([[3.0, -4.0], [0.0, 2.0]])), [[0.36, 0.64], [0, 1]])
+    np.testing.assert_array_equal(_part_of_the_input(np.zeros((2, 2))), np.zeros((2, 2)))
 
 
 @pytest.mark.parametrize("zeta", [0.9, 0.98, 0.999])

@@ -27,25 +27,28 @@ Three things bias a fitted model that the variance of its parameters does not ho
    over the inputs.
 
 How much of c_1 and c_2 is bias one record does not tell: the effects are correlated with each other and with what 3.
-scatters. It lies between none and all, so the middle is taken, and half of the change as standard uncertainty, which
-lets the interval reach both ends,
+scatters. It lies between none and all, the nearer to all the more of the residual the effect explains. So the middle is
+taken, or more, with a standard uncertainty whose 90 % interval has the width from none to all,
 
-.. math:: b = -\tfrac12 \big(c_1 + (1 + m)\, c_2\big), \qquad
-          \text{interval} = \text{value} - b \pm 1.645 \sqrt{sd^2 + \tfrac14 c_1^2 + \tfrac14 c_2^2 + \Sigma_3}
+.. math:: b = -\tfrac12 \big((1 + s)\, c_1 + (1 + m)\, c_2\big), \qquad
+          \text{interval} = \text{value} - b
+          \pm 1.645 \sqrt{sd^2 + \frac{c_1^2 + c_2^2}{(2 \cdot 1.645)^2} + u^2 + \Sigma_3}
 
 with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where stroke and pressure matter as much as the orbit, it is 0.05
-to 0.15, of cubic springs, of which all is bias, 0.5 or more.
+to 0.15, of cubic springs, of which all is bias, 0.5 or more. Gains keep their value under 2., with all of their change
+as standard uncertainty.
 
-2. and 3. show how far a pole lambda lies from that at rest better than in which direction. A binary reference has one
-size of stroke, so what depends on the square of the stroke is the same throughout and leaves no trace; a film answers
-with any phase, and the orbit's square, which 2. sees, moves mainly the frequencies, wide pins the damping. Hence 3. is
-shared by both directions, and so is the share 1 - m of the uncertainty of 2.: the pole lies as far from the middle as
-none and all of the change do, in any direction,
+A binary reference has one size of stroke, so what depends on the square of the stroke is the same throughout and leaves
+no trace. Wide pins move the damping and hardly the frequencies, the orbit's square, which 2. sees, mainly the
+frequencies. So damping ratios have one more part u, up to the size of the change of the pole in either direction, small
+ones likelier (triangular), where 2. is not what distorts,
 
-.. math:: \Big(\frac{\delta\omega}{\omega}\Big)^2 = \frac{\delta\zeta^2}{1 - \zeta^2}
-          = \frac{1}{2} \Big|\frac{\delta\lambda}{\lambda}\Big|^2
+.. math:: u^2 = \tfrac16 (1 - m) (1 - \zeta^2) \Big|\frac{\delta\lambda}{\lambda}\Big|^2, \qquad
+          \Big|\frac{\delta\lambda}{\lambda}\Big|^2 = \Big(\frac{\delta\omega}{\omega}\Big)^2
+          + \frac{\delta\zeta^2}{1 - \zeta^2}
 
-Gains keep their value under 2., with all of their change as standard uncertainty.
+A film answers with any phase, so 3. shows how far a pole is shifted better than in which direction and is shared by
+both.
 
 Limits: nothing that leaves no trace in the record is seen, e.g. a wrong scale of a sensor. Fits by prediction error
 have no second part.
@@ -73,6 +76,8 @@ if TYPE_CHECKING:
 
 LEVEL = 0.9
 """Share of intervals that hold the truth."""
+REACH = 0.5 / NormalDist().inv_cdf(0.5 + LEVEL / 2)
+"""Standard deviation over the range from none to all, which the interval of LEVEL holds."""
 TRIANGULAR = 1 / 6
 """Variance of a triangular distribution over its bound squared."""
 MAIN = (0.15, 0.5)
@@ -155,11 +160,12 @@ def bias(
         third[4:] *= _part_of_the_input(static_gain(kind, theta)).ravel()
     change = properties(theta + calm.change) - properties(theta)
     scatter = propagate(properties, theta, calm.covariance) ** 2
-    second = np.where(POLES, np.maximum(change**2, scatter) / 4, np.maximum(change**2 - scatter, 0))
+    first = REACH**2 * np.maximum(error.change**2, error.variance)
+    moved = np.maximum(change**2, scatter)
+    second = np.where(POLES, REACH**2 * moved, np.maximum(change**2 - scatter, 0))
     main = float(np.interp(follows, MAIN, (0.0, 1.0)))
-    second = main * second + (1 - main) * of_any_phase(second, wn, zeta)
-    first = np.maximum(error.change**2, error.variance) / 4
-    expected = -(error.change + np.where(POLES, (1 + main) * change, 0.0)) / 2
+    second[2:4] += TRIANGULAR * (1 - main) * 2 * of_any_phase(moved, wn, zeta)[2:4]
+    expected = -((1 + error.share) * error.change + np.where(POLES, (1 + main) * change, 0.0)) / 2
     return Bias(expected, np.sqrt(first + second + of_any_phase(third, wn, zeta)))
 
 
