@@ -204,12 +204,12 @@ def test_the_model_error_finds_the_change_of_modes_and_gain_that_a_wrong_model_l
     wrong[8:12] *= 1.02 * 1.05
     (wn, zeta), (true_wn, true_zeta) = modes(wrong), modes(TRUTH)
     residual = (model().simulate(u, TS) - model(wrong).simulate(u, TS))[2000:]
-    found = model_error(model(wrong), wn, zeta, u[2000:], residual, TS)
+    found = model_error(model(wrong), wn, zeta, u[2000:], residual, TS, np.zeros(2))
     np.testing.assert_allclose(found.change[:2], true_wn - wn, rtol=0.3)  # the estimate smears resonances
     np.testing.assert_allclose(found.change[2:4], true_zeta - zeta, rtol=0.3)
     gain = model().static_gain - model(wrong).static_gain
     np.testing.assert_allclose(found.change[[4, 7]], np.diag(gain), rtol=0.3)
     assert found.share > 0.9
     noise = 1e-6 * np.random.default_rng(2).normal(size=residual.shape)
-    nothing = model_error(model(), true_wn, true_zeta, u[2000:], noise, TS)
+    nothing = model_error(model(), true_wn, true_zeta, u[2000:], noise, TS, np.zeros(2))
     assert nothing.share < 0.15

@@ -21,29 +21,29 @@ Three things bias a fitted model that the variance of its parameters does not ho
 .. math:: \Sigma_3 = \tfrac16\, T\, \overline{2 \zeta f}\, (1 - s)(1 - a)\, \Sigma_d
 
    with Sigma_d the part of the sandwich covariance that is not sensor noise (`confidence.spread`), s the share of the
-   residual that 1. explains and a the share of the rest that 2. explains. Distortion that does not rise out of the
-   noise counts as none. The bound holds for all inputs of an output together, and the cubic term shifts each response
-   by 3 c r^2 of itself: of a gain g_ij counts the part of its input in the motion of its output, g_ij^2 over the sum
-   over the inputs.
+   residual without that noise that 1. explains and a the share of the rest that 2. explains. Distortion that does not
+   rise out of the noise counts as none. The bound holds for all inputs of an output together, and the cubic term shifts
+   each response by 3 c r^2 of itself: of a gain g_ij counts the part of its input in the motion of its output, g_ij^2
+   over the sum over the inputs.
 
 How much of c_1 and c_2 is bias one record does not tell: the effects are correlated with each other and with what 3.
 scatters. It lies between none and all, the nearer to all the more of the residual the effect explains. So the middle is
 taken, or more, with a standard uncertainty whose 90 % interval has the width from none to all,
 
-.. math:: b = -\tfrac12 \big((1 + s)\, c_1 + (1 + m)\, c_2\big), \qquad
+.. math:: b = -\tfrac12 \big((1 + s)\, c_1 + (1 - s)(1 + m)\, c_2\big), \qquad
           \text{interval} = \text{value} - b
-          \pm 1.645 \sqrt{sd^2 + \frac{c_1^2 + c_2^2}{(2 \cdot 1.645)^2} + u^2 + \Sigma_3}
+          \pm 1.645 \sqrt{sd^2 + \frac{c_1^2 + (1 - s)\, c_2^2}{(2 \cdot 1.645)^2} + u^2 + \Sigma_3}
 
-with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where stroke and pressure matter as much as the orbit, it is 0.05
-to 0.15, of cubic springs, of which all is bias, 0.5 or more. Gains keep their value under 2., with all of their change
-as standard uncertainty.
+(and what the scatter of c_1 makes of b) with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where stroke and
+pressure matter as much as the orbit, it is 0.05 to 0.15, of cubic springs, of which all is bias, 0.5 or more. Gains
+keep their value under 2., with all of their change as standard uncertainty.
 
 A binary reference has one size of stroke, so what depends on the square of the stroke is the same throughout and leaves
 no trace. Wide pins move the damping and hardly the frequencies, the orbit's square, which 2. sees, mainly the
 frequencies. So damping ratios have one more part u, up to the size of the change of the pole in either direction, small
 ones likelier (triangular), where 2. is not what distorts,
 
-.. math:: u^2 = \tfrac16 (1 - m) (1 - \zeta^2) \Big|\frac{\delta\lambda}{\lambda}\Big|^2, \qquad
+.. math:: u^2 = \tfrac16 (1 - s)(1 - m) (1 - \zeta^2) \Big|\frac{\delta\lambda}{\lambda}\Big|^2, \qquad
           \Big|\frac{\delta\lambda}{\lambda}\Big|^2 = \Big(\frac{\delta\omega}{\omega}\Big)^2
           + \frac{\delta\zeta^2}{1 - \zeta^2}
 
@@ -143,7 +143,7 @@ def bias(
     start = min(signals.rest, len(residual) // 2)
     excited = residual[start:]
     parts = list(parts_of([at - start for at in signals.breaks if at > start], len(excited)))
-    error = model_error(model, wn, zeta, signals.u[start:], excited, signals.Ts, parts)
+    error = model_error(model, wn, zeta, signals.u[start:], excited, signals.Ts, signals.noise, parts)
     if independent:
         error = ModelError(np.zeros(8), np.zeros(8), 0.0)
 
@@ -153,19 +153,19 @@ def bias(
     follows = float(np.clip(calm.share / max(1 - error.share, 1e-9), 0, 1))
     third = np.zeros(8)
     if _distorted(excited, signals):
-        lasting = len(excited) * signals.Ts
-        width = float(np.mean(2 * zeta * wn)) / (2 * np.pi)
-        factor = lasting * width * (1 - error.share) * (1 - follows) * TRIANGULAR
-        third = factor * propagate(properties, theta, spread.distortion) ** 2
+        lines = len(excited) * signals.Ts * float(np.mean(2 * zeta * wn)) / (2 * np.pi)
+        rest = lines * (1 - error.share) * (1 - follows) * TRIANGULAR
+        third = rest * propagate(properties, theta, spread.distortion) ** 2
         third[4:] *= _part_of_the_input(static_gain(kind, theta)).ravel()
     change = properties(theta + calm.change) - properties(theta)
     scatter = propagate(properties, theta, calm.covariance) ** 2
-    first = REACH**2 * np.maximum(error.change**2, error.variance)
-    moved = np.maximum(change**2, scatter)
-    second = np.where(POLES, REACH**2 * moved, np.maximum(change**2 - scatter, 0))
     main = float(np.interp(follows, MAIN, (0.0, 1.0)))
+    linear, moving = (1 + error.share) / 2, np.where(POLES, (1 - error.share) * (1 + main) / 2, 0.0)
+    first = (REACH * error.change) ** 2 + linear**2 * error.variance
+    moved = (1 - error.share) * np.maximum(change**2, scatter)
+    second = np.where(POLES, REACH**2 * moved, np.maximum(change**2 - scatter, 0))
     second[2:4] += TRIANGULAR * (1 - main) * 2 * of_any_phase(moved, wn, zeta)[2:4]
-    expected = -((1 + error.share) * error.change + np.where(POLES, (1 + main) * change, 0.0)) / 2
+    expected = -(linear * error.change + moving * change)
     return Bias(expected, np.sqrt(first + second + of_any_phase(third, wn, zeta)))
 
 

@@ -39,7 +39,7 @@ of the next two lines on either side (of white noise measured: 1.86)."""
 
 class ModelError(NamedTuple):
     """Changes (8,) of wn [rad/s], zeta, static gain [m/V] (row by row) that the model lacks, their variances (8,), and
-    the share of the residual's power around the modes that the inputs explain linearly."""
+    the share that the inputs explain linearly of the residual's power around the modes, sensor noise left out."""
 
     change: np.ndarray
     variance: np.ndarray
@@ -48,9 +48,12 @@ class ModelError(NamedTuple):
 
 def model_error(
     model: LinearModel, wn: np.ndarray, zeta: np.ndarray, u: np.ndarray, residual: np.ndarray, Ts: float,
-    parts: Sequence[slice] = (),
+    noise: np.ndarray, parts: Sequence[slice] = (),
 ) -> ModelError:  # fmt: skip
-    """Error of a continuous model with modes wn (2,) [rad/s], zeta (2,), by inputs u (n, 2) and residual (n, 2)."""
+    """Error of a continuous model with modes wn (2,) [rad/s], zeta (2,), by inputs u (n, 2) and residual (n, 2).
+
+    noise (2,): standard deviations of the sensors' white noise [m].
+    """
     found = frequency_response(u, residual, Ts, parts=parts)
     assert found.variance is not None
     around = (found.omega > BAND[0] * wn.mean()) & (found.omega < BAND[1] * wn.mean())
@@ -63,15 +66,18 @@ def model_error(
         scatter = LEAKAGE * found.variance[low].mean(axis=0) / (2 * np.count_nonzero(low))
         gain = found.G[low].real.mean(axis=0)
     change, variance = (np.concatenate([a.ravel(), b.ravel()]) for a, b in ((modes, gain), (spread, scatter)))
-    return ModelError(change, variance, _share(found, around, u.shape[1]))
+    return ModelError(change, variance, _share(found, around, u.shape[1], noise / residual.std(axis=0)))
 
 
-def _share(found: FrequencyResponse, around: np.ndarray, inputs: int) -> float:
-    """Share of the power that the inputs explain, less what they explain by chance."""
-    explained, coherence = found.power[around], np.maximum(found.coherence[around], 1e-12)
+def _share(found: FrequencyResponse, around: np.ndarray, inputs: int, noise: np.ndarray) -> float:
+    """Share of the power that the inputs explain, less what they explain by chance; white noise, of so many standard
+    deviations of the residual (p,), left out."""
+    every = found.power / np.maximum(found.coherence, 1e-12)
+    total, explained = float(every[around].sum()), float(found.power[around].sum())
+    white = np.count_nonzero(around) * float(np.sum(np.minimum(noise, 1) ** 2 * every.mean(axis=0)))
     chance = min(inputs / found.segments, 0.5)
-    seen = float(explained.sum() / max((explained / coherence).sum(), 1e-300))
-    return float(np.clip((seen - chance) / (1 - chance), 0, 1))
+    linear = max(explained - chance * total, 0.0) / (1 - chance)
+    return linear / max(total - white, linear, 1e-300)
 
 
 def _modes_moved(
