@@ -63,6 +63,20 @@ def test_the_bias_of_a_missing_dead_time_shows_and_its_intervals_hold_the_gain()
         assert abs(one.value - one.bias - value) < 0.6 * abs(one.value - value)
 
 
+def test_intervals_of_a_system_behind_a_pure_delay_which_no_model_has_hold():
+    """Six samples late: standard deviations alone hold none of the 32 values."""
+    inside, alone = [], []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        u = prbs(rng, 20000)
+        y = model().simulate(np.vstack([np.zeros((6, 2)), u[:-6]]), TS) + 0.3e-6 * rng.normal(size=(20000, 2))
+        found = idn.identify(idn.from_arrays(np.arange(20000) * TS, u, y, speed=0.0, pressure=3e5))
+        inside.append(held(found, truth()))
+        alone += [abs(i.value - v) < 1.645 * i.sd for i, v in zip(found.intervals, truth(), strict=True)]
+    assert np.mean(inside) >= 0.8, (np.mean(inside), np.mean(alone))
+    assert np.mean(alone) < 0.3
+
+
 @pytest.mark.parametrize("hardening", [0.02, 0.005, -0.01])
 def test_the_linearisation_of_a_hardening_or_softening_spring_lies_in_the_intervals(hardening):
     """Far outside of the scatter, even where the distortion does not rise out of the noise (0.005)."""
