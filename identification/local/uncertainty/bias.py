@@ -34,9 +34,9 @@ taken, or more, with a standard uncertainty whose 90 % interval has the width fr
           \text{interval} = \text{value} - b
           \pm 1.645 \sqrt{sd^2 + \frac{c_1^2 + (1 - s)\, c_2^2}{(2 \cdot 1.645)^2} + u^2 + \Sigma_3}
 
-(and what the scatter of c_1 makes of b) with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where stroke and
-pressure matter as much as the orbit, it is 0.05 to 0.15, of cubic springs, of which all is bias, 0.5 or more. Gains
-keep their value under 2., with all of their change as standard uncertainty.
+and besides what the scatter of c_1 and c_2 makes of b, with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where
+stroke and pressure matter as much as the orbit, it is 0.05 to 0.15, of cubic springs, of which all is bias, 0.5 or
+more. Of gains m c_2 is taken, with half of c_2 as standard uncertainty: on the rig they do not follow it.
 
 A binary reference has one size of stroke, so what depends on the square of the stroke is the same throughout and leaves
 no trace. Wide pins move the damping and hardly the frequencies, the orbit's square, which 2. sees, mainly the
@@ -160,10 +160,10 @@ def bias(
     change = properties(theta + calm.change) - properties(theta)
     scatter = propagate(properties, theta, calm.covariance) ** 2
     main = float(np.interp(follows, MAIN, (0.0, 1.0)))
-    linear, moving = (1 + error.share) / 2, np.where(POLES, (1 - error.share) * (1 + main) / 2, 0.0)
-    first = (REACH * error.change) ** 2 + linear**2 * error.variance
-    moved = (1 - error.share) * np.maximum(change**2, scatter)
-    second = np.where(POLES, REACH**2 * moved, np.maximum(change**2 - scatter, 0))
+    linear, moving = (1 + error.share) / 2, (1 - error.share) * np.where(POLES, (1 + main) / 2, main)
+    first = REACH**2 * np.maximum(error.change**2 - error.variance, 0) + linear**2 * error.variance
+    moved = (1 - error.share) * np.maximum(change**2 - scatter, 0)
+    second = np.where(POLES, REACH**2, 0.25) * moved + moving**2 * scatter
     second[2:4] += TRIANGULAR * (1 - main) * 2 * of_any_phase(moved, wn, zeta)[2:4]
     expected = -(linear * error.change + moving * change)
     return Bias(expected, np.sqrt(first + second + of_any_phase(third, wn, zeta)))
