@@ -35,7 +35,8 @@ UNSTEADY = 12.0
 OUT, BEGIN, BAD, BACK, SPAN, ALARM, LAST, LOST, STEP, SIZE = 0, 2, 4, 5, 6, 7, 8, 9, 10, 11
 """Offsets: last output (2), output from which it fades or returns (2), bad samples in a row, samples until the law acts
 fully again (negative while the output still follows it), of how many (0: it does); alarm code now, last alarm code,
-number of bad samples since the start; largest step of an output [V] while the law acted fully."""
+number of bad samples since the start; largest step of an output [V] while the law acted fully,
+not that with which it began."""
 
 
 @inlined
@@ -72,6 +73,12 @@ def pace(w, g):
 
 
 @inlined
+def left(w, g):
+    """Part of the output that is left, and of the states where the law comes back."""
+    return max(1.0 - max(w[g + BAD] - HOLD, 0.0) / FADE, 0.0)
+
+
+@inlined
 def hold(w, g, fault, out):
     """A bad sample: `out` (2,) [V] is the last output, later a part of it; at once where that may be wrong itself."""
     if w[g + BAD] == 0.0:
@@ -81,14 +88,14 @@ def hold(w, g, fault, out):
     w[g + BAD] += pace(w, g) if fault >= RANGE else 1.0
     w[g + LOST] += 1.0
     w[g + ALARM] = w[g + LAST] = fault
-    part = max(1.0 - max(w[g + BAD] - HOLD, 0.0) / FADE, 0.0)
+    part = left(w, g)
     for axis in range(2):
         out[axis] = w[g + OUT + axis] = part * w[g + BEGIN + axis]
 
 
 @inlined
 def come_back(w, g, out):
-    """A sample on the way back: `out` (2,) [V], the law's, becomes a mean of it and the output then, a STEP away at most."""
+    """A sample on the way back: `out` (2,) [V], the law's, becomes a mean of it and the output then, within a step."""
     w[g + BACK] -= 1.0
     part = max(w[g + BACK], 0.0) / w[g + SPAN]
     late = max(w[g + SPAN] - w[g + BACK] - FADE - 1.0, 0.0)
@@ -111,7 +118,7 @@ def resume(w, g, out):
         w[g + BAD] = 0.0
     if w[g + SPAN] > 0.0:
         come_back(w, g, out)
-    else:
+    elif w[g + OUT] != 0.0 or w[g + OUT + 1] != 0.0:
         w[g + STEP] = max(w[g + STEP], abs(out[0] - w[g + OUT]), abs(out[1] - w[g + OUT + 1]))
     w[g + OUT], w[g + OUT + 1] = out[0], out[1]
 
