@@ -1,4 +1,4 @@
-r"""Guard against bad samples: controller states frozen, output held and then faded out, bumpless return.
+r"""Guard against bad samples: output held and then faded out with the states, bumpless return.
 
 .. math:: u = u_0 \max(0, 1 - \max(0, n - HOLD) / FADE)
 
@@ -8,7 +8,8 @@ STEP, the largest that the law has made itself, but in FADE / QUICK samples at l
 samples after bad ones the output goes linearly from where it was to that of the law, in as many samples as were bad and
 one more, FADE + 1 at most, and in no fewer than an earlier return has left. No step of it is larger than STEP: where
 the law has gone on further than that the output follows it at STEP a sample, after FADE + 1 samples faster and faster.
-The clock of the law (start, mean position, fade-in) stands still in bad samples.
+The clock of the law (start, mean position, fade-in) stands still in bad samples, and of its states as much is left
+when it comes back as of the output.
 
 Cites: astrom_1997.
 """
