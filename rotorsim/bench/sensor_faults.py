@@ -168,7 +168,8 @@ def excess(outputs: np.ndarray, alarms: np.ndarray, bad: np.ndarray) -> tuple[fl
     steps = np.append(0.0, np.abs(np.diff(outputs, axis=0)).max(axis=1))
     alarm_before = np.append(False, alarms[:-1] > 0)
     own = max(float(steps[~bad & ~alarm_before].max(initial=0.0)), LEAST)
-    return tuple(float(steps[which].max(initial=0.0)) - own for which in (~bad & alarm_before, bad))
+    returning, leaving = (float(steps[which].max(initial=0.0)) for which in (~bad & alarm_before, bad))
+    return returning - own, leaving - own
 
 
 def latency(alarms: np.ndarray, fault: Fault) -> int | None:
