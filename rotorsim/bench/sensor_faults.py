@@ -196,9 +196,9 @@ def sensor_faults() -> Iterator[Figure]:
     yield Figure("  with outputs that are not finite", sum(one.not_finite > 0 for one in outcomes), "1", 0)
     yield Figure("  in which the law is not back at the end", sum(one.alarm > 0 for one in outcomes), "1", 0)
     returning, leaving = [[getattr(one, name) for one in outcomes] for name in ("returning", "leaving")]
-    yield Figure("  with a step of the return larger than all of the law's own", above(returning), "1", 0)
-    yield Figure("  largest step of a return less the largest of the law's own", max(returning), "V", ROUNDING)
-    yield Figure("  with a step on the way out larger than all of the law's own", above(leaving), "1")
+    yield Figure("  with a larger step of a return than the law's own", above(returning), "1", 0)
+    yield Figure("  by, at most (below 0: all are smaller)", max(returning), "V", ROUNDING)
+    yield Figure("  with a larger step on the way out than the law's own", above(leaving), "1")
     yield Figure("  by, at most", max(0.0, *leaving), "V", LIMIT * SLOW / FADE)
     yield Figure("wrong signs of 80 ms or more", len(found), "1")
     yield Figure("  not found", len(found) - len(seen), "1", 0)
