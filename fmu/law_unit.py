@@ -113,10 +113,12 @@ def header(unit: LawUnit) -> str:
         "HOLD": HOLD,
         "FADE_OUT": FADE,
         "QUICK": guard.QUICK,
+        "SLOW": guard.SLOW,
+        "LEAST": guard.LEAST,
         "FARTHEST": FARTHEST,
     }
     defines |= {f"FAULT_{name}": getattr(guard, name) for name in FAULTS}
-    kept = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST")
+    kept = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST", "STEP")
     defines |= {f"G_{name}": getattr(guard, name) for name in kept}
     defines |= _plausibility(law)
     lines = [f"#define {name} {value}" for name, value in defines.items()]

@@ -121,19 +121,48 @@ static double overflow(double *w) {
     return FAULT_OVERFLOW;
 }
 
+static double most_of(double a, double b) { return a > b ? a : b; }
+
+/* So many times faster an output that may be wrong fades out. */
+static double pace(const double *g) {
+    double most = most_of(fabs(g[G_BEGIN]), fabs(g[G_BEGIN + 1])), usual = FADE_OUT * most_of(g[G_STEP], LEAST);
+    return QUICK * most <= usual ? QUICK : most_of(usual / most, SLOW);
+}
+
+/* Part of the output that is left, and of the states where the law comes back. */
+static double left(const double *g) { return most_of(1.0 - most_of(g[G_BAD] - HOLD, 0.0) / FADE_OUT, 0.0); }
+
+static void fade_states(double *w) {
+    double part = left(w + L_GUARD);
+    for (int k = 0; k < ORDER; k++) w[L_X + k] *= part;
+}
+
 /* A bad sample: the output is the last one, later a part of it; at once where that may be wrong itself. */
 static void hold(double *g, double fault, double out[2]) {
     if (g[G_BAD] == 0.0) memcpy(g + G_BEGIN, g + G_OUT, 2 * sizeof *g);
     if (g[G_BAD] < HOLD && fault >= FAULT_RANGE) g[G_BAD] = HOLD;
-    g[G_BAD] += fault >= FAULT_RANGE ? QUICK : 1.0;
+    g[G_BAD] += fault >= FAULT_RANGE ? pace(g) : 1.0;
     g[G_LOST] += 1.0;
     g[G_ALARM] = g[G_LAST] = fault;
-    double late = g[G_BAD] - HOLD > 0.0 ? g[G_BAD] - HOLD : 0.0;
-    double part = 1.0 - late / FADE_OUT > 0.0 ? 1.0 - late / FADE_OUT : 0.0;
+    double part = left(g);
     for (int k = 0; k < 2; k++) out[k] = g[G_OUT + k] = part * g[G_BEGIN + k];
 }
 
-/* A good sample: the output is the law's, and after bad ones a mean of it and the output then. */
+/* A sample on the way back: the law's output becomes a mean of it and the output then, a step away at most. */
+static void come_back(double *g, double out[2]) {
+    g[G_BACK] -= 1.0;
+    double part = most_of(g[G_BACK], 0.0) / g[G_SPAN], late = most_of(g[G_SPAN] - g[G_BACK] - FADE_OUT - 1.0, 0.0);
+    double most = most_of(g[G_STEP], LEAST) * (1.0 + late / QUICK);
+    bool behind = false;
+    for (int k = 0; k < 2; k++) {
+        double to = out[k] + part * (g[G_BEGIN + k] - out[k]), low = g[G_OUT + k] - most, high = g[G_OUT + k] + most;
+        out[k] = most_of(to, low) < high ? most_of(to, low) : high;
+        behind = behind || out[k] != to;
+    }
+    if (g[G_BACK] <= 0.0 && !behind) g[G_SPAN] = g[G_ALARM] = 0.0;
+}
+
+/* A good sample: the output is the law's, and after bad ones on the way from the output then to it. */
 static void resume(double *g, double out[2]) {
     if (g[G_BAD] > 0.0) {
         memcpy(g + G_BEGIN, g + G_OUT, 2 * sizeof *g);
@@ -141,12 +170,10 @@ static void resume(double *g, double out[2]) {
         g[G_SPAN] = g[G_BACK] = back > g[G_BACK] ? back : g[G_BACK];
         g[G_BAD] = 0.0;
     }
-    if (g[G_BACK] > 0.0) {
-        g[G_BACK] -= 1.0;
-        double part = g[G_BACK] / g[G_SPAN];
-        for (int k = 0; k < 2; k++) out[k] += part * (g[G_BEGIN + k] - out[k]);
-        if (g[G_BACK] == 0.0) g[G_ALARM] = 0.0;
-    }
+    if (g[G_SPAN] > 0.0)
+        come_back(g, out);
+    else if (g[G_OUT] != 0.0 || g[G_OUT + 1] != 0.0)
+        for (int k = 0; k < 2; k++) g[G_STEP] = most_of(g[G_STEP], fabs(out[k] - g[G_OUT + k]));
     memcpy(g + G_OUT, out, 2 * sizeof *g);
 }
 
@@ -157,6 +184,7 @@ static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
     fault = check(w, fault, in);
 #endif
     if (fault == 0.0) {
+        if (w[L_GUARD + G_BAD] > 0.0) fade_states(w);
         answer(w, in, out);
         fault = overflow(w);
     }

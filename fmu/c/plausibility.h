@@ -128,9 +128,10 @@ static double displacement(double *w, double x, double y, bool centred) {
     m[M_COUNT] += 1.0;
     double away = larger(fabs(x - m[M_GOOD]), fabs(y - m[M_GOOD + 1]));
     bool paused = m[M_REST] > 0.0;
-    if (!paused && m[M_FRESH] > 0.0 && away > limits[T_JUMP]) {
+    bool jumped = m[M_FRESH] > 0.0 && away > limits[T_JUMP];
+    if (jumped) w[L_EVIDENCE] = 0.0;
+    if (jumped && !paused) {
         m[M_AWAY] += 1.0;
-        w[L_EVIDENCE] = 0.0;
         return m[M_AWAY] <= GLITCH ? FAULT_JUMP : suspend(m, FAULT_JUMP);
     }
     m[M_AWAY] = 0.0;

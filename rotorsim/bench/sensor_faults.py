@@ -17,6 +17,8 @@ from rotorsim.bench.control import rig_model
 from rotorsim.bench.result import Figure
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, placement
+from rotorsim.control.law import LIMIT
+from rotorsim.control.runtime.guard import BAD, FADE, LEAST, SLOW
 from rotorsim.plant import Plant
 
 SEQUENCES, SAMPLES = 200, 12_500
@@ -24,6 +26,8 @@ FIRST, LAST = 1500, 9000
 """Samples between which faults begin and hits come; the law finds its centre before."""
 RANGES = ((30.0, 600.0), (0.3e6, 0.7e6))
 """Speeds [rad/s] and pressures [Pa]; scheduled H2 laws begin at 26 rad/s."""
+ROUNDING = 1e-9
+"""Steps [V] that differ by less are the same: a part of an output is a rounded product."""
 WRONG = ("reversed_x", "reversed_y", "both_reversed", "swapped")
 KINDS = (
     "nan", "infinite", "stuck_x", "stuck_y", "both_stuck", *WRONG, "offset", "at_the_rail", "speed_lost",
@@ -50,6 +54,7 @@ class Faulty:
     rng: np.random.Generator
     outputs: list[np.ndarray] = field(default_factory=list)
     alarms: list[int] = field(default_factory=list)
+    bad: list[bool] = field(default_factory=list)
     held: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
     def applied(self, reference: np.ndarray) -> None:
@@ -67,6 +72,7 @@ class Faulty:
             self.held = np.array(measured)
         self.outputs.append(self.law.step(*seen))
         self.alarms.append(self.law.alarm_code)
+        self.bad.append(bool(self.law.memory[self.law.layout.guard + BAD] > 0))
         return self.outputs[-1]
 
 
@@ -97,14 +103,16 @@ def shown(
 @dataclass(frozen=True)
 class Outcome:
     """A sequence: samples with contact, outputs that are not finite, largest departure of the disc [m] before the first
-    alarm of a wrong connection, largest at all, the same of the output's step [V] while an alarm lasts less the largest
-    without, alarm at the end, samples until a wrong connection of 80 ms or more was found (None: not found)."""
+    alarm of a wrong connection, largest at all; largest step of the output [V] in a return and on the way out, each
+    less the largest of the law itself (`excess`); alarm at the end, samples until a wrong connection of 80 ms or more
+    was found (None: not found)."""
 
     contact: int
     not_finite: int
     before_alarm: float
     departure: float
-    jump: float
+    returning: float
+    leaving: float
     alarm: int
     found_after: tuple[int | None, ...]
 
@@ -143,19 +151,36 @@ def sequence(plant: Plant, laws: dict[str, Law], seed: int) -> Outcome:
     disc = record["disc"].to_numpy()
     away = np.abs(disc - disc[1200:FIRST].mean(axis=0)).max(axis=1)
     alarms, outputs = np.array(faulty.alarms), np.array(faulty.outputs)
-    steps = np.append(0.0, np.abs(np.diff(outputs, axis=0)).max(axis=1))
     found = tuple(latency(alarms, one) for one in faults if one.kind in WRONG and one.last - one.first >= 400)
     wrong = [away[one.first : one.first + n + 1].max() for one in faults if one.kind in WRONG
              for n in [latency(alarms, one)] if n is not None]  # fmt: skip
-    jump = steps[alarms > 0].max(initial=0.0) - steps[alarms == 0].max()
+    returning, leaving = excess(outputs, alarms, np.array(faulty.bad))
     return Outcome(int(record["contact"].sum()), int(np.sum(~np.isfinite(outputs))), max(wrong, default=0.0),
-                   float(away.max()), float(jump), int(alarms[-1]), found)  # fmt: skip
+                   float(away.max()), returning, leaving, int(alarms[-1]), found)  # fmt: skip
+
+
+def excess(outputs: np.ndarray, alarms: np.ndarray, bad: np.ndarray) -> tuple[float, float]:
+    """Largest step [V] of outputs (n, 2) in returns, and on ways out, less the largest where the law acted fully.
+
+    `alarms` (n,) are codes, `bad` (n,) whether a sample was bad. The last sample of a return has no alarm any more and
+    counts as one of it. A step of LEAST counts as the law's own.
+    """
+    steps = np.append(0.0, np.abs(np.diff(outputs, axis=0)).max(axis=1))
+    alarm_before = np.append(False, alarms[:-1] > 0)
+    own = max(float(steps[~bad & ~alarm_before].max(initial=0.0)), LEAST)
+    returning, leaving = (float(steps[which].max(initial=0.0)) for which in (~bad & alarm_before, bad))
+    return returning - own, leaving - own
 
 
 def latency(alarms: np.ndarray, fault: Fault) -> int | None:
     """Samples from a fault to the first alarm while it lasts."""
     during = np.flatnonzero(alarms[fault.first : fault.last])
     return int(during[0]) if len(during) else None
+
+
+def above(excesses: list[float]) -> int:
+    """How many are more than rounding."""
+    return sum(one > ROUNDING for one in excesses)
 
 
 def sensor_faults() -> Iterator[Figure]:
@@ -170,10 +195,11 @@ def sensor_faults() -> Iterator[Figure]:
     yield Figure(f"sequences of {SEQUENCES} with contact", sum(one.contact > 0 for one in outcomes), "1", 0)
     yield Figure("  with outputs that are not finite", sum(one.not_finite > 0 for one in outcomes), "1", 0)
     yield Figure("  in which the law is not back at the end", sum(one.alarm > 0 for one in outcomes), "1", 0)
-    yield Figure(
-        "  with a larger step of the output under an alarm than without", sum(one.jump > 0 for one in outcomes), "1"
-    )
-    yield Figure("  by, at most", max(one.jump for one in outcomes), "V")
+    returning, leaving = [[getattr(one, name) for one in outcomes] for name in ("returning", "leaving")]
+    yield Figure("  with a larger step of a return than the law's own", above(returning), "1", 0)
+    yield Figure("  by, at most (below 0: all are smaller)", max(returning), "V", ROUNDING)
+    yield Figure("  with a larger step on the way out than the law's own", above(leaving), "1")
+    yield Figure("  by, at most", max(0.0, *leaving), "V", LIMIT * SLOW / FADE)
     yield Figure("wrong signs of 80 ms or more", len(found), "1")
     yield Figure("  not found", len(found) - len(seen), "1", 0)
     yield Figure("  found after, at most", max(seen, default=0), "samples")

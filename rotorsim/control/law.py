@@ -206,8 +206,9 @@ class Law(Shown):
     def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample.
 
-        A sample that is NaN, infinite or beyond the limits of `plausibility` leaves the states as they are: the last
-        output is held for 5 samples and then fades out within 100; with good samples the law comes back without a jump.
+        A sample that is NaN, infinite or beyond the limits of `plausibility` does not reach the states: the last output
+        is held for 5 samples and then fades out within 100; with good samples the law comes back without a jump, after
+        a whole fade from rest.
         `alarm` is the reason.
         """
         if len(measured) != 2:

@@ -5,7 +5,7 @@ import pytest
 
 from rotorsim.control import Law
 from rotorsim.control.runtime.alarm import SENTENCES
-from rotorsim.control.runtime.guard import FADE, HOLD
+from rotorsim.control.runtime.guard import ALARM, BEGIN, FADE, HOLD, LEAST, RANGE, SENSOR, SIZE, STEP, guard
 from rotorsim.control.runtime.kernels import steps
 
 BAD = (np.nan, np.inf, -np.inf)
@@ -68,11 +68,76 @@ def test_the_return_is_without_a_jump_and_ends_in_what_the_law_would_give(lost):
     u, codes = run(law_of(), measured)
     without, _ = run(law_of(), np.vstack([wave(200), wave(400)]))
     back = min(lost, int(FADE)) + 1
-    np.testing.assert_array_equal(u[200 + lost + back :], without[200 + back :])
+    settled = 40 if lost > HOLD else 0  # what is left of the states after a fade settles
+    np.testing.assert_allclose(u[200 + lost + back + settled :], without[200 + back + settled :], rtol=0, atol=1e-12)
     own = np.abs(np.diff(without, axis=0)).max()
     away = np.abs(without).max() * 2
     assert np.abs(np.diff(u[199:], axis=0)).max() <= own + away / (back if lost > 1 else 2)
     assert codes.nonzero()[0].tolist() == list(range(200, 200 + lost + back - 1))
+
+
+def proportional(gain):
+    """A law without states: gain [V/m]."""
+    parts = {"A": (0, 0), "B": (0, 2), "C": (2, 0), "W": (0, 2)}
+    matrices = {name: np.zeros((1, 1, *shape)) for name, shape in parts.items()}
+    return Law("test", **matrices, D=gain * np.eye(2)[None, None], speeds=[0.0], pressures=[0.0])
+
+
+@pytest.mark.parametrize("phase", np.arange(0, 3, 0.5))
+@pytest.mark.parametrize("lost", [1, 2, 4, 8, 15, 30])
+def test_no_step_of_a_return_is_larger_than_the_largest_of_the_law(lost, phase):
+    """The output turns once in 40 samples and has gone on while samples were missing."""
+    measured = wave(600, phase)
+    measured[200 : 200 + lost] = np.nan
+    u, codes = run(proportional(200.0), measured)
+    own = np.abs(np.diff(u[1:200], axis=0)).max()
+    assert own > 4 * LEAST
+    assert np.abs(np.diff(u[199:], axis=0)).max() <= own * (1 + 1e-9)
+    assert not codes[200 + lost + 101 :].any()
+    np.testing.assert_array_equal(u[400:], 200.0 * measured[400:])
+
+
+def test_a_law_that_must_act_more_than_ever_before_comes_back_to_all_of_its_output():
+    """It was quiet before; afterwards its output moves by up to 0.47 V a sample."""
+    measured = np.vstack([1e-3 * wave(200), np.full((200, 2), np.nan), wave(600)])
+    u, codes = run(proportional(300.0), measured)
+    steps_ = np.abs(np.diff(u, axis=0)).max(axis=1)
+    back = np.flatnonzero(codes == 0)
+    assert steps_[399 : 399 + int(FADE) + 1].max() <= LEAST * (1 + 1e-9)
+    first = int(back[back > 400][0])
+    assert first < 400 + 2.5 * FADE and not codes[first:].any()
+    np.testing.assert_array_equal(u[first:], 300.0 * measured[first:])
+
+
+@pytest.mark.parametrize(("last", "own", "samples"), [(3.0, 0.1, 30), (5.0, 0.01, 40), (5.0, 1.0, 10), (0.2, 0.0, 10)])
+def test_an_output_that_may_be_wrong_fades_out_in_steps_of_the_law_or_within_40_samples(last, own, samples):
+    memory, out, given = np.zeros(SIZE), np.zeros(2), []
+    memory[:2], memory[STEP] = (last, -last / 2), own
+    for _ in range(50):
+        guard(memory, RANGE, out)
+        given.append(out.copy())
+    steps_ = np.abs(np.diff(np.vstack([[last, -last / 2], given]), axis=0)).max(axis=1)
+    np.testing.assert_allclose(steps_[: samples - 1], last / samples, rtol=1e-9)
+    assert np.abs(given[samples]).max() == 0.0 and memory[ALARM] == RANGE and memory[BEGIN] == last
+
+
+def test_a_law_that_has_faded_out_comes_back_from_rest():
+    """Its states were old: the outputs are those of a law that begins, times the part that has come back."""
+    measured = np.vstack([wave(200), np.full((300, 2), np.nan), wave(400, 1.0)])
+    slow = law_of().with_(A=0.98 * np.eye(4) * np.ones((3, 2, 1, 1)))
+    u, _ = run(slow, measured)
+    fresh, _ = run(slow, wave(400, 1.0))
+    part = np.minimum(np.arange(1, 401) / (FADE + 1), 1.0)
+    np.testing.assert_allclose(u[500:], part[:, None] * fresh, rtol=1e-9, atol=1e-15)
+
+
+def test_the_guard_alone_holds_and_returns_without_a_jump():
+    memory, out, given = np.zeros(SIZE), np.zeros(2), []
+    for k in range(300):
+        out[:] = np.sin(0.15 * k), np.cos(0.15 * k)
+        guard(memory, SENSOR if 100 <= k < 110 else 0.0, out)
+        given.append(out.copy())
+    assert np.abs(np.diff(given[1:], axis=0)).max() <= 0.15 and memory[ALARM] == 0.0
 
 
 @pytest.mark.parametrize("gap", [1, 3, 20])
@@ -85,7 +150,7 @@ def test_samples_lost_on_the_way_back_do_not_shorten_it(gap):
     u, codes = run(law_of(), measured)
     end = np.abs(u[199]).max()
     assert end > 1e-4 and not u[399].any()
-    assert np.abs(np.diff(u[399:], axis=0)).max() <= 1.01 * end / FADE
+    assert np.abs(np.diff(u[399:], axis=0)).max() <= 1.5 * end / FADE
     np.testing.assert_allclose(u[-1], u[199], rtol=1e-9)
     assert np.count_nonzero(codes[400:][~lost[400:]]) >= FADE and codes[-1] == 0
 

@@ -16,7 +16,7 @@ SENTENCES = {
     guard.STUCK: f"a sensor has shown one and the same value for long: {HELD}; check the sensors",
     guard.POINT_FAR: "speed or pressure, over which the law is scheduled, jumped or left its limits: "
     f"{HELD}; check its measurement",
-    guard.RANGE: "the measured displacement is out of its range about the centre: the output fades out within 10 "
+    guard.RANGE: "the measured displacement is out of its range about the centre: the output fades out within 40 "
     "samples and comes back with the samples; check the sensors",
     **{
         guard.CONNECTION + k: f"{way}, as the model the law was designed on shows: {TRIES}; check the wiring"

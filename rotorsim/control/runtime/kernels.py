@@ -12,7 +12,7 @@ Cites: astrom_1997.
 from __future__ import annotations
 
 from reynolds.jit import inlined, kernel
-from rotorsim.control.runtime.guard import POINT, fault_in, hold, overflow, resume
+from rotorsim.control.runtime.guard import BAD, POINT, fault_in, hold, left, overflow, resume
 from rotorsim.control.runtime.layout import FIRST_BLOCK
 from rotorsim.control.runtime.plausibility import AT, COUNT, FRESH, KNOWN, REFRESHED, implausible
 
@@ -121,6 +121,14 @@ def answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
     out[1] = clip(fade * v1, S.limit)
 
 
+@inlined
+def fade_states(w, L):
+    """As much of the states as is left of the output: what they were is old, and after a wrong connection wrong."""
+    part = left(w, L.guard)
+    for k in range(L.n):
+        w[L.x + k] *= part
+
+
 @kernel
 def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
     """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
@@ -131,6 +139,8 @@ def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
     if L.checks >= 0:
         fault = check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure)
     if fault == 0.0:
+        if w[L.guard + BAD] > 0.0:
+            fade_states(w, L)
         answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out)
         fault = overflow(w, L)
     if fault == 0.0:

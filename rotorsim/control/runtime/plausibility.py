@@ -180,16 +180,18 @@ def predict(w, L, x, y, acting):
 
 @inlined
 def displacement(w, table, L, m, x, y, centred):
-    """Fault of a finite displacement, or OK; predictors are advanced unless it has jumped."""
+    """Fault of a finite displacement, or OK; predictors are advanced, and begin again where it has jumped."""
     limits = L.checks
     count_repeats(w, m, 0, x)
     count_repeats(w, m, 1, y)
     w[m + COUNT] += 1.0
     away = max(abs(x - w[m + GOOD]), abs(y - w[m + GOOD + 1]))
     paused = w[m + REST] > 0.0
-    if not paused and w[m + FRESH] > 0.0 and away > table[limits + T_JUMP]:
-        w[m + AWAY] += 1.0
+    jumped = w[m + FRESH] > 0.0 and away > table[limits + T_JUMP]
+    if jumped:
         w[L.evidence] = 0.0
+    if jumped and not paused:
+        w[m + AWAY] += 1.0
         return JUMP if w[m + AWAY] <= GLITCH else suspend(w, m, JUMP)
     w[m + AWAY], w[m + FRESH] = 0.0, 1.0
     w[m + GOOD], w[m + GOOD + 1] = x, y
