@@ -83,10 +83,12 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
     H = _response(r, given, parts, taps, resting)
     known = np.vstack([_explained(r[at], H) for at in parts_of(signals.breaks, len(r))])
     L = _weight(r[excited], known[excited, :2], signals.Ts, taps)
-    both, index, breaks = _weighted(np.hstack([known, project(signals.y, signals.Q)]), L, parts, taps, resting)
+    every = np.hstack([known, project(signals.y, signals.Q), given])
+    both, index, breaks = _weighted(every, L, parts, taps, resting)
+    k = known.shape[1]
     staged = replace(
-        signals, u=np.ascontiguousarray(both[:, :2]), y=np.ascontiguousarray(both[:, -2:]), truth=None,
-        pins=None if signals.pins is None else np.ascontiguousarray(both[:, 2:-2]),
+        signals, u=np.ascontiguousarray(both[:, :2]), y=np.ascontiguousarray(both[:, k : k + 2]), truth=None,
+        pins=None if signals.pins is None else np.ascontiguousarray(both[:, 2:k]), acting=both[:, k + 2 :],
         Q=np.linalg.qr(signals.Q[index])[0], rest=max(resting - int(index[0]), 0), breaks=breaks,
         noise=signals.noise * float(np.linalg.norm(L)),
     )  # fmt: skip
@@ -95,6 +97,18 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
         f"two-stage: the external reference explains {100 * min(share, 1.0):.0f} % of the reference's power "
         f"({taps} coefficients an axis), the fit has the rest for noise"
     )
+
+
+def acted_of(signals: Signals) -> Signals | None:
+    """Staged signals with the reference and pins that acted in place of the explained ones; None in open loop.
+
+    The response H is off by what noise n in the loop adds to u, which feeds back the same n that y shows. So the error
+    of the fit is made not by y - G u^, where the law has damped the noise, but by y - G u.
+    """
+    if signals.acting is None:
+        return None
+    u, pins = np.ascontiguousarray(signals.acting[:, :2]), np.ascontiguousarray(signals.acting[:, 2:])
+    return replace(signals, u=u, pins=pins if signals.pins is not None else None, acting=None)
 
 
 def _memory(signals: Signals, r: np.ndarray, resting: int) -> int:

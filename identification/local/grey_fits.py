@@ -16,6 +16,7 @@ from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, sta
 from identification.local.joint import ahead_of, problem_of, scores_of
 from identification.local.models import LinearModel
 from identification.local.own import bound_remarks, box, covariance_of as own_covariance, prepared, properties, valued
+from identification.local.closed_loop import acted_of
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values
@@ -88,6 +89,7 @@ def _fitted(
     """Fit of a structure, and the problem that it solves."""
     grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
+    problem = _with_judge(problem, kind, signals, hold)
     if start is None:
         first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
     else:
@@ -111,6 +113,16 @@ def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: 
     if method == "pem" or kind == "actuator":
         return found, nothing(q)
     return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts, signals.noise)
+
+
+def _with_judge(problem: Problem, kind: str, signals: Signals, hold: str) -> Problem:
+    """The problem, judged by what acted where its inputs are only the explained part of that."""
+    if (acted := acted_of(signals)) is None:
+        return problem
+    moved = actuator_signals(acted) if acted.pins is not None else acted
+    chosen = moved if kind == "actuator" else acted
+    w = moved.y if kind in ("rotor", "rotor-rate") else acted.u
+    return replace(problem, judge=replace(problem, w=_inputs(w, hold), y=project(chosen.y, chosen.Q)))
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -199,6 +211,7 @@ def own_structure(structure: Structure, signals: Signals, method: str, start: An
     grey, q = GreyBox(made, signals.Ts), len(first)
     y = project(signals.y, signals.Q)
     problem = problem_of(grey, np.ascontiguousarray(signals.u), y, signals.Q, signals.breaks, box(made))
+    problem = _with_judge(problem, structure.name, signals, "zero")
     fitted = solve(problem, _best_start(problem, signals, [first]))
     if method == "pem":
         n = len(grey.sampled(first)[0])
