@@ -15,6 +15,7 @@ from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.impact import Impact
 from rotorsim.experiments.multisine import Multisine
+from rotorsim.experiments.orbit import WithHarmonics, harmonics_of, without_orbit
 from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.experiments.prbs import Prbs
 from rotorsim.experiments.running import Outcome, record, run
@@ -46,9 +47,11 @@ __all__ = [
     "SlowRoll",
     "Staircase",
     "Steady",
+    "WithHarmonics",
     "chirp",
     "coastdown",
     "controlled",
+    "harmonics_of",
     "impact",
     "multisine",
     "prbs",
@@ -59,6 +62,7 @@ __all__ = [
     "staircase",
     "static_gain_map",
     "steady",
+    "without_orbit",
 ]
 
 
