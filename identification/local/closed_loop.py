@@ -44,8 +44,8 @@ RAISED = 10.0
 """L stays within this factor of its median."""
 NO_BIAS = "record of a closed loop: intervals are those of the standard deviations alone and hold no bias"
 COARSE = (
-    "Model 3 of a closed loop: on the virtual rig its damping ratios were off by up to 27 %; take Model 2 where pins "
-    "are measured"
+    "Model 3 of a closed loop: on the virtual rig its damping ratios were off by up to 27 %; take Model 2-rate where "
+    "pins are measured"
 )
 """Warnings about results of the two stages."""
 
@@ -206,8 +206,22 @@ def judged(found: Identification, signals: Signals, external: np.ndarray) -> Ide
     return replace(
         found, method="two-stage", fit=fit_of(found.model, signals), ceiling=ceiling(y, signals.noise),
         noise_free_fit=noise_free_fit(found.model, signals), residuals=residual_tests(left, external),
-        rms_residual=left.std(axis=0), bias=None, warnings=(*found.warnings, *_remarks(found.kind)),
+        rms_residual=left.std(axis=0), bias=None,
+        warnings=(*found.warnings, *_remarks(found.kind), *orbit_remark(signals, external)),
     )  # fmt: skip
+
+
+def orbit_remark(signals: Signals, external: np.ndarray) -> tuple[str, ...]:
+    """A sentence where the references move more at harmonics of the shaft angle than external (n, 2) [V] ones do."""
+    moved = signals.u - signals.u.mean(axis=0)
+    orbit, added = float((moved - project(moved, signals.Q)).std()), float(np.std(external - external.mean(axis=0)))
+    if not orbit > added:
+        return ()
+    return (
+        f"the references follow the orbit with {orbit:.2g} V (RMS), more than the external ones' {added:.2g} V: a film "
+        "answers such strokes with another stiffness and damping; take them away by harmonics of the speed next to the "
+        "law, as rotorsim.experiments.without_orbit does",
+    )
 
 
 def _remarks(kind: str) -> tuple[str, ...]:

@@ -10,13 +10,13 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local import dead_time as late
+from identification.local.closed_loop import acted_of
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, static_gain
 from identification.local.joint import ahead_of, problem_of, scores_of
 from identification.local.models import LinearModel
 from identification.local.own import bound_remarks, box, covariance_of as own_covariance, prepared, properties, valued
-from identification.local.closed_loop import acted_of
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values

@@ -6,14 +6,15 @@ amplitude a_k next to the law's reference r_c,
 .. math:: r = r_c + \mathrm{Re} \sum_k a_k e^{i k \Omega t}
 
 those of the sum answer linearly as in balancing by influence coefficients: s_k = s_k0 + S_k a_k. Trials on either axis
-give S_k (2, 2), and a_k = -S_k^{-1} s_k0, repeated, takes s_k away. The disc keeps the orbit that it has without the
-law; the loop, its stability and its answer to other references stay.
+give S_k (2, 2), and a_k = -S_k^{-1} s_k0 takes s_k away; repeated, with S_k corrected by what a step did (Broyden
+1965). The disc keeps the orbit that it has without the law; the loop and its answer to other references stay.
 
-Cites: goodman_1964.
+Cites: broyden_1965, goodman_1964.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +32,10 @@ if TYPE_CHECKING:
 
 TURNS = 30
 """Least number of revolutions of a trial run, of which the second half is looked at."""
-ROUNDS = 3
+ROUNDS, ENOUGH = 6, 0.02
+"""Most steps; share of the first harmonics of the references at which they end."""
+FADE = 0.3
+"""Time [s] over which harmonics come in: a law with little margin may not stand their jump."""
 MORE = 2
 """Harmonics beyond those taken away that are fitted too, so that they do not disturb them."""
 LEFT = 0.1
@@ -45,8 +49,8 @@ class WithHarmonics:
     --------
     >>> import rotorsim as rs
     >>> law = rs.experiments.WithHarmonics(rs.experiments.ProportionalLaw(), 300.0, [[0.5, -0.5j]])
-    >>> law.step(np.zeros(2), 300.0, 0.5e6).tolist()
-    [0.5, 0.0]
+    >>> law.step(np.zeros(2), 300.0, 0.5e6).tolist()  # they come in over 0.3 s
+    [0.0, 0.0]
     """
 
     def __init__(self, controller: Controller | Any, speed: float, amplitudes: ArrayLike) -> None:
@@ -57,7 +61,7 @@ class WithHarmonics:
             raise DataError(f"amplitudes {self.amplitudes.shape}: give (k, 2) finite numbers, [V] of x and y")
         self.orders = np.arange(1, len(self.amplitudes) + 1)
         self.name = name_of(controller)
-        self.Ts, self.sample = float(getattr(controller, "Ts", 0.0)), 0
+        self.Ts, self.sample, self.now = float(getattr(controller, "Ts", 0.0)), 0, np.zeros(2)
 
     def check_sampling(self, Ts: float) -> None:
         """Take over the plant's sampling time [s], where the controller accepts it."""
@@ -70,18 +74,22 @@ class WithHarmonics:
 
     def reset(self) -> None:
         """Begin again."""
-        self.sample = 0
+        self.sample, self.now = 0, np.zeros(2)
         call(self.controller, "reset")
 
     def applied(self, reference: np.ndarray) -> None:
-        """Give the controller the reference (2,) [V] that acts."""
-        call(self.controller, "applied", reference)
+        """Give the controller the reference (2,) [V] that acts less the harmonics, which to it are as an imbalance.
+
+        With them a law's check of the signs takes the orbit, which its model has none of, for swapped sensors.
+        """
+        call(self.controller, "applied", reference - self.now)
 
     def step(self, measured: np.ndarray, speed: float, pressure: float) -> np.ndarray:
         """Reference (2,) [V]: the controller's and the harmonics of now."""
-        turn = np.exp(1j * self.orders * (self.speed * self.Ts * self.sample))
-        self.sample += 1
-        return np.asarray(self.controller.step(measured, speed, pressure), float) + (turn @ self.amplitudes).real
+        time = self.Ts * self.sample
+        turn = min(time / FADE, 1.0) * np.exp(1j * self.orders * self.speed * time)
+        self.sample, self.now = self.sample + 1, (turn @ self.amplitudes).real
+        return np.asarray(self.controller.step(measured, speed, pressure), float) + self.now
 
     @property
     def past_alarms(self) -> str:
@@ -108,7 +116,7 @@ def without_orbit(
 ) -> WithHarmonics:
     """The controller with the harmonics of the speed that keep its references from following the orbit.
 
-    Takes six short runs of the closed loop without excitation. For records to identify: the film answers strokes of the
+    Takes up to nine short runs of the closed loop without excitation. For records to identify: the film answers strokes of the
     pins at the shaft's speed with another stiffness and damping.
 
     Parameters
@@ -150,20 +158,37 @@ def without_orbit(
         record = controlled(plant, WithHarmonics(controller, speed, added), speed, pressure, lasting, seed=seed)
         return harmonics_of(record, speed, harmonics)
 
-    none = np.zeros((harmonics, 2), complex)
-    first = found = left(none)
-    units = [np.tile(row, (harmonics, 1)) for row in np.eye(2)]
-    S = np.stack([(left(none + trial * unit) - first) / trial for unit in units], axis=2)
-    added = none
-    for _ in range(ROUNDS):
-        added = added - np.linalg.solve(S, found[..., None])[..., 0]
-        found = left(added)
+    added, first, found = _solved(left, harmonics, trial)
     if not np.abs(found).max() <= LEFT * np.abs(first).max():
         raise DataError(
             f"controller {name_of(controller)}: {np.abs(found).max():.2g} V of {np.abs(first).max():.2g} V of its "
             f"references' harmonics are left after {ROUNDS} rounds; reduce its gain, or take it as it is"
         )
     return WithHarmonics(controller, speed, added)
+
+
+def _solved(
+    left: Callable[[np.ndarray], np.ndarray], harmonics: int, trial: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Amplitudes added, harmonics of the references before and with them, all (harmonics, 2) [V]."""
+    none = np.zeros((harmonics, 2), complex)
+    first = found = left(none)
+    units = [np.tile(row, (harmonics, 1)) for row in np.eye(2)]
+    S = np.stack([(left(none + trial * unit) - first) / trial for unit in units], axis=2)
+    added = none
+    for _ in range(ROUNDS):
+        step = -np.einsum("kij,kj->ki", np.linalg.pinv(S), found)
+        added, before = added + step, found
+        found = left(added)
+        if np.abs(found).max() <= ENOUGH * np.abs(first).max():
+            break
+        S = S + (found - before - np.einsum("kij,kj->ki", S, step))[:, :, None] * _dual(step)[:, None, :]
+    return added, first, found
+
+
+def _dual(step: np.ndarray) -> np.ndarray:
+    """Rows (k, 2) whose product with the steps (k, 2) is one."""
+    return np.asarray(step.conj() / np.maximum(np.sum(np.abs(step) ** 2, axis=1, keepdims=True), 1e-300))
 
 
 def harmonics_of(record: xr.Dataset, speed: float, count: int) -> np.ndarray:
