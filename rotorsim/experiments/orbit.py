@@ -116,8 +116,8 @@ def without_orbit(
 ) -> WithHarmonics:
     """The controller with the harmonics of the speed that keep its references from following the orbit.
 
-    Takes up to nine short runs of the closed loop without excitation. For records to identify: the film answers strokes of the
-    pins at the shaft's speed with another stiffness and damping.
+    Takes up to nine short runs of the closed loop without excitation. For records to identify: the film answers strokes
+    of the pins at the shaft's speed with another stiffness and damping.
 
     Parameters
     ----------
