@@ -14,9 +14,9 @@ from rotorsim.experiments.controlled import Controlled, controlled
 from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.laws.orbit import WithHarmonics, harmonics_of, without_orbit
+from rotorsim.experiments.laws.p_law import ProportionalLaw
 from rotorsim.experiments.multisine import Multisine
-from rotorsim.experiments.orbit import WithHarmonics, harmonics_of, without_orbit
-from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.experiments.prbs import Prbs
 from rotorsim.experiments.running import Outcome, record, run
 from rotorsim.experiments.runup import Runup, runup

@@ -23,7 +23,7 @@ def weak(plant):
     return ProportionalLaw(1e5, 0.9e5, centre=(float(centre[0]), float(centre[1])))
 
 
-def test_harmonics_of_a_made_record_are_found_beside_higher_ones():
+def test_harmonics_of_a_made_record_are_found_among_higher_ones():
     t = np.arange(10000) * 2e-4
     a = np.array([[0.5 - 0.2j, 0.1j], [-0.3, 0.05 + 0.4j], [0.2, 0.2j]])
     u = 0.7 + sum((row * np.exp(1j * k * SPEED * t)[:, None]).real for k, row in enumerate(a, 1))

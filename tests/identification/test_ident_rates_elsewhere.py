@@ -106,7 +106,7 @@ def test_a_closed_loop_with_pins_is_advised_to_take_it():
     assert advice.model == RATED and "take model 2-rate: pins are measured" in advice.report()
 
 
-def test_the_amplitude_of_motion_has_the_velocity_of_the_disc_and_not_the_state_beside_it():
+def test_the_amplitude_of_motion_has_the_velocity_of_the_disc_and_not_the_state_next_to_it():
     """x' = v + R u: by differences of the displacement; of Model 2 without rates it is v."""
     n, rng = 4000, np.random.default_rng(0)
     pins = np.cumsum(rng.normal(size=(n, 2)), axis=0) * 1e-8
