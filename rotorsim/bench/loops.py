@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 POINTS = ((0.0, 0.3e6), (1.5, 0.4e6), (3.0, 0.5e6), (4.5, 0.45e6), (5.5, 0.35e6), (6.0, 0.7e6))
 """Speeds [krpm] and pressures [Pa]."""
 SECONDS, SEEDS = 30.0, (601, 602)
-MODELS = {"2": "Model 2", RATED: "Model 2 with rates"}
+MODELS = {"3": "Model 3", "2": "Model 2", RATED: "Model 2 with rates"}
 CLOSE, DAMPED = 1.0, 15.0
 """Largest errors of a frequency and a damping ratio [%] that a record may have."""
 Design = Callable[[idn.LinearModel, float, float], "Law"]

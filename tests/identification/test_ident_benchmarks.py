@@ -31,7 +31,7 @@ def test_a_closed_loop_is_judged_by_the_plant_and_a_refused_record_counts_as_mis
     monkeypatch.setattr(loops, "SEEDS", (1,))
     monkeypatch.setattr(loops, "LAWS", {"lqr": loops.LAWS["lqr"]})
     off = {figure.name: figure for figure in loops.loops()}
-    assert len(off) == 6
+    assert len(off) == 9
     one = off["Model 2 with rates under lqr at 3 krpm, 0.5 MPa: largest error of a frequency"].value
     assert 0 < one < 1
     assert off["Model 2 with rates under lqr: records of 1 beyond 1 % or 15 %"].met
