@@ -242,7 +242,9 @@ def test_a_law_designed_on_model_2_with_rates_has_the_bits_of_the_law(gcc, tmp_p
     model = LinearModel(*STRUCTURES["2-rate"].matrices(np.array(RATED)), speed=0.0, pressure=3e5)
     unit = LawUnit(lqr.design(model, lqr.Spec(speed=0.0, pressure=3e5)))
     file = export(unit, tmp_path / "law.fmu", (3,), choose("host"))[3]
-    inputs = {name: unit.stimuli(400, unit.sample)[name] for name in INPUTS}
+    t = unit.sample * np.arange(4000)  # long enough for the law to come in
+    swing = 2e-6 * np.sin(750 * t)
+    inputs = dict(zip(INPUTS, (swing, np.roll(swing, 3), 0 * t, 3e5 + 0 * t), strict=True))
     with ImportedUnit(file) as loaded:
         instance = loaded.instance()
         instance.initialise()
@@ -250,4 +252,4 @@ def test_a_law_designed_on_model_2_with_rates_has_the_bits_of_the_law(gcc, tmp_p
         instance.close()
     truth = answered(unit.law, inputs)
     np.testing.assert_array_equal(rows, truth)
-    assert np.abs(truth).max() > 0
+    assert np.abs(truth[:, :2]).max() > 0.1
