@@ -61,6 +61,13 @@ def test_a_record_of_it_is_a_closed_loop_and_repeats_bit_by_bit(plant):
     assert set(np.unique(np.abs(one["reference_external"].values))) <= {0.0, 0.3}
 
 
+def test_a_function_is_a_law_too(plant):
+    centre = plant.equilibrium(SPEED, P).disc
+    calm = without_orbit(plant, lambda measured, speed, pressure: 1e5 * (measured - centre), SPEED, P, harmonics=1)
+    record = controlled(plant, calm, SPEED, P, 3.0, seed=5)
+    assert np.abs(harmonics_of(record, SPEED, 1)).max() < 0.05 and record.attrs["controller"] == "function"
+
+
 class Listening(ProportionalLaw):
     """A law that keeps the references that acted, as it hears of them."""
 

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.controlled import controlled
+from rotorsim.plant.control_systems import as_controller
 from rotorsim.plant.controller import call, check_controller, name_of, provenance
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def without_orbit(
     plant : Plant
         The machine.
     controller : object
-        As `controlled` takes it, with a method `step`.
+        As `controlled` takes it.
     speed, pressure : float
         Shaft speed [rad/s], constant, and gauge pressure [Pa].
     harmonics : int
@@ -153,18 +154,20 @@ def without_orbit(
     if not (isinstance(harmonics, int) and 1 <= harmonics <= 5) or not trial > 0:
         raise DataError(f"harmonics = {harmonics}, trial = {trial:g} V: give 1 to 5 harmonics and a positive trial")
 
+    law = as_controller(controller, lambda: plant.equilibrium(speed, pressure).disc, plant.machine.sampling_time)
+
     def left(added: np.ndarray) -> np.ndarray:
         lasting = max(3.0, TURNS * 2 * np.pi / speed)
-        record = controlled(plant, WithHarmonics(controller, speed, added), speed, pressure, lasting, seed=seed)
+        record = controlled(plant, WithHarmonics(law, speed, added), speed, pressure, lasting, seed=seed)
         return harmonics_of(record, speed, harmonics)
 
     added, first, found = _solved(left, harmonics, trial)
     if not np.abs(found).max() <= LEFT * np.abs(first).max():
         raise DataError(
-            f"controller {name_of(controller)}: {np.abs(found).max():.2g} V of {np.abs(first).max():.2g} V of its "
+            f"controller {name_of(law)}: {np.abs(found).max():.2g} V of {np.abs(first).max():.2g} V of its "
             f"references' harmonics are left after {ROUNDS} rounds; reduce its gain, or take it as it is"
         )
-    return WithHarmonics(controller, speed, added)
+    return WithHarmonics(law, speed, added)
 
 
 def _solved(
