@@ -61,6 +61,12 @@ def test_a_record_of_it_is_a_closed_loop_and_repeats_bit_by_bit(plant):
     assert set(np.unique(np.abs(one["reference_external"].values))) <= {0.0, 0.3}
 
 
+def test_a_slow_shaft_takes_longer_trials(plant):
+    """Thirty revolutions at 511 rpm are no whole number of samples."""
+    calm = without_orbit(plant, ProportionalLaw(1e5, 1e5), 53.5, P, harmonics=1)
+    assert 0 < np.abs(calm.amplitudes).max() < 5
+
+
 def test_a_function_is_a_law_too(plant):
     centre = plant.equilibrium(SPEED, P).disc
     calm = without_orbit(plant, lambda measured, speed, pressure: 1e5 * (measured - centre), SPEED, P, harmonics=1)
@@ -91,13 +97,15 @@ class Wrong:
 
 def test_what_makes_no_sense_is_refused_in_a_sentence(plant):
     law = ProportionalLaw()
-    with pytest.raises(DataError, match="the shaft does not turn and has no orbit"):
-        without_orbit(plant, law, 0.0, P)
-    for more in ({"harmonics": 0}, {"harmonics": 9}, {"trial": 0.0}, {"trial": np.nan}):
-        with pytest.raises(DataError, match="give 1 to 5 harmonics and a positive trial"):
+    for slow in (0.0, -300.0, np.nan, 1.0):
+        with pytest.raises(DataError, match="the shaft hardly turns and has no orbit"):
+            without_orbit(plant, law, slow, P)
+    wrong = [{"harmonics": one} for one in (0, 9, "2", True, 1.5)]
+    for more in (*wrong, {"trial": 0.0}, {"trial": np.nan}, {"trial": np.inf}, {"trial": 50.0}):
+        with pytest.raises(DataError, match="give 1 to 5 harmonics and a trial up to 5 V"):
             without_orbit(plant, law, SPEED, P, **more)
-    for wrong in ([0.1, 0.2], [[np.nan, 0.0]], [[0.1, 0.2, 0.3]]):
-        with pytest.raises(DataError, match=r"amplitudes .*give \(k, 2\) finite numbers"):
+    for wrong in ([0.1, 0.2], [[np.nan, 0.0]], [[0.1, 0.2, 0.3]], "abc", None):
+        with pytest.raises(DataError, match=r"amplitudes .*: give \(k, 2\) finite numbers"):
             WithHarmonics(law, SPEED, wrong)
     with pytest.raises(ControllerError, match="has no such method"):
         WithHarmonics(Wrong(), SPEED, [[0.1, 0.2]])

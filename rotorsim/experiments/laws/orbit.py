@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.controlled import controlled
+from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.plant.control_systems import as_controller
 from rotorsim.plant.controller import call, check_controller, name_of, provenance
 
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from rotorsim.plant.controller import Controller
     from rotorsim.plant.plant import Plant
 
-TURNS = 30
-"""Least number of revolutions of a trial run, of which the second half is looked at."""
+TURNS, SHORTEST, LONGEST = 30, 3.0, 60.0
+"""Least number of revolutions of a trial run, of which the second half is looked at; how long [s] it lasts."""
 ROUNDS, ENOUGH = 6, 0.02
 """Most steps; share of the first harmonics of the references at which they end."""
 FADE = 0.3
@@ -57,7 +58,10 @@ class WithHarmonics:
     def __init__(self, controller: Controller | Any, speed: float, amplitudes: ArrayLike) -> None:
         check_controller(controller)
         self.controller, self.speed = controller, float(speed)
-        self.amplitudes = np.array(amplitudes, complex)
+        try:
+            self.amplitudes = np.array(amplitudes, complex)
+        except (TypeError, ValueError) as error:
+            raise DataError(f"amplitudes {amplitudes!r}: give (k, 2) finite numbers, [V] of x and y") from error
         if self.amplitudes.ndim != 2 or self.amplitudes.shape[1] != 2 or not np.all(np.isfinite(self.amplitudes)):
             raise DataError(f"amplitudes {self.amplitudes.shape}: give (k, 2) finite numbers, [V] of x and y")
         self.orders = np.arange(1, len(self.amplitudes) + 1)
@@ -138,8 +142,8 @@ def without_orbit(
     Raises
     ------
     DataError
-        If the shaft stands still, or more than a tenth of the harmonics is left, as where the references are at their
-        range or the loop is unstable.
+        If the shaft turns slower than 30 rpm, or more than a tenth of the harmonics is left, as where the references
+        are at their range or the loop is unstable.
 
     Examples
     --------
@@ -149,15 +153,18 @@ def without_orbit(
     >>> calm.amplitudes.shape
     (2, 2)
     """
-    if not speed > 0:
-        raise DataError(f"speed = {speed:g} rad/s: the shaft does not turn and has no orbit; take the law as it is")
-    if not (isinstance(harmonics, int) and 1 <= harmonics <= 5) or not trial > 0:
-        raise DataError(f"harmonics = {harmonics}, trial = {trial:g} V: give 1 to 5 harmonics and a positive trial")
+    if not speed * LONGEST >= 2 * np.pi * TURNS:
+        raise DataError(f"speed = {speed:g} rad/s: the shaft hardly turns and has no orbit; take the law as it is")
+    if harmonics not in range(1, 6) or isinstance(harmonics, bool) or not 0 < trial <= REFERENCE_LIMIT:
+        raise DataError(
+            f"harmonics = {harmonics}, trial = {trial} V: give 1 to 5 harmonics and a trial up to {REFERENCE_LIMIT:g} V"
+        )
+    Ts = plant.machine.sampling_time
+    lasting = Ts * np.ceil(max(SHORTEST, TURNS * 2 * np.pi / speed) / Ts)
 
-    law = as_controller(controller, lambda: plant.equilibrium(speed, pressure).disc, plant.machine.sampling_time)
+    law = as_controller(controller, lambda: plant.equilibrium(speed, pressure).disc, Ts)
 
     def left(added: np.ndarray) -> np.ndarray:
-        lasting = max(3.0, TURNS * 2 * np.pi / speed)
         record = controlled(plant, WithHarmonics(law, speed, added), speed, pressure, lasting, seed=seed)
         return harmonics_of(record, speed, harmonics)
 
