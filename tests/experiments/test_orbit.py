@@ -1,5 +1,7 @@
 """Harmonics of the shaft's speed that keep a controller's references from following the orbit."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -67,6 +69,14 @@ def test_a_slow_shaft_takes_longer_trials(plant):
     assert 0 < np.abs(calm.amplitudes).max() < 5
 
 
+def test_where_nothing_follows_an_orbit_nothing_is_added(plant):
+    text = plant.machine.text
+    for name in ("unbalance", "coupling", "runout"):
+        text = re.sub(rf"\n\[effects\.{name}\][^\[]*", "\n", text)
+    round_one = Plant(rs.machine.Machine.from_text(text), n_theta=16, n_z=4, dt=2e-4)
+    assert not without_orbit(round_one, ProportionalLaw(1e5, 1e5), SPEED, P).amplitudes.any()
+
+
 def test_a_function_is_a_law_too(plant):
     centre = plant.equilibrium(SPEED, P).disc
     calm = without_orbit(plant, lambda measured, speed, pressure: 1e5 * (measured - centre), SPEED, P, harmonics=1)
@@ -115,5 +125,18 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(plant):
 
 def test_a_law_at_its_range_is_refused_with_what_is_left(plant):
     """So high a gain swings from one end of the range to the other."""
-    with pytest.raises(DataError, match=r"of its references' harmonics are left .* reduce its gain"):
-        without_orbit(plant, ProportionalLaw(5e7, 5e7), SPEED, P)
+    with pytest.raises(DataError, match=r"range of the references in \d+ % .*reduce its gain"):
+        without_orbit(plant, ProportionalLaw(2e6, 2e6), SPEED, P)
+
+
+class Fickle(ProportionalLaw):
+    """A law that is another one in every run."""
+
+    def reset(self):
+        super().reset()
+        self.gain_x = -self.gain_x
+
+
+def test_harmonics_that_stay_are_refused_with_what_is_left(plant):
+    with pytest.raises(DataError, match=r"V of its references' harmonics are left after 6 rounds; reduce its gain"):
+        without_orbit(plant, Fickle(2e4, 2e4, centre=tuple(plant.equilibrium(SPEED, P).disc)), SPEED, P)

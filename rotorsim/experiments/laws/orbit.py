@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from identification.feedback import SATURATED, saturated_share
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.controlled import controlled
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
@@ -40,8 +41,8 @@ FADE = 0.3
 """Time [s] over which harmonics come in: a law with little margin may not stand their jump."""
 MORE = 2
 """Harmonics beyond those taken away that are fitted too, so that they do not disturb them."""
-LEFT = 0.1
-"""Share of the harmonics of the references that may be left."""
+LEFT, SMALL = 0.1, 0.01
+"""Share of the harmonics of the references that may be left, and amplitude [V] that may be anyway."""
 
 
 class WithHarmonics:
@@ -161,15 +162,19 @@ def without_orbit(
         )
     Ts = plant.machine.sampling_time
     lasting = Ts * np.ceil(max(SHORTEST, TURNS * 2 * np.pi / speed) / Ts)
-
     law = as_controller(controller, lambda: plant.equilibrium(speed, pressure).disc, Ts)
 
     def left(added: np.ndarray) -> np.ndarray:
         record = controlled(plant, WithHarmonics(law, speed, added), speed, pressure, lasting, seed=seed)
+        if not added.any() and (share := saturated_share(record["reference"].values)) >= SATURATED:
+            raise DataError(
+                f"controller {name_of(law)}: stands at the range of the references in {100 * share:.3g} % of the "
+                "samples without any excitation; reduce its gain"
+            )
         return harmonics_of(record, speed, harmonics)
 
     added, first, found = _solved(left, harmonics, trial)
-    if not np.abs(found).max() <= LEFT * np.abs(first).max():
+    if not np.abs(found).max() <= max(LEFT * np.abs(first).max(), SMALL):
         raise DataError(
             f"controller {name_of(law)}: {np.abs(found).max():.2g} V of {np.abs(first).max():.2g} V of its "
             f"references' harmonics are left after {ROUNDS} rounds; reduce its gain, or take it as it is"
@@ -183,6 +188,8 @@ def _solved(
     """Amplitudes added, harmonics of the references before and with them, all (harmonics, 2) [V]."""
     none = np.zeros((harmonics, 2), complex)
     first = found = left(none)
+    if np.abs(first).max() <= SMALL:
+        return none, first, found
     units = [np.tile(row, (harmonics, 1)) for row in np.eye(2)]
     S = np.stack([(left(none + trial * unit) - first) / trial for unit in units], axis=2)
     added = none
