@@ -21,6 +21,7 @@ import numpy as np
 from identification.feedback import check_loop, method_for
 from identification.local.blackbox import observable, realised
 from identification.local.goodness import fit_of, project
+from identification.local.greybox import RATED
 from identification.local.models import LinearModel
 from identification.local.prepare import fit_signals
 from identification.local.start import levy, peak_frequency
@@ -52,7 +53,8 @@ class Advice:
     """Proposals before a fit.
 
     orders tried, singular_values of the first directions over their largest, fits (k, 2) by order of the second part
-    of the record; order; peak [rad/s]; dead_time, lag [s] and their sum delay [s]; model '1', '2' or '3'; sentences.
+    of the record; order; peak [rad/s]; dead_time, lag [s] and their sum delay [s]; model '1', '2', '2-rate' or '3';
+    sentences.
 
     Examples
     --------
@@ -122,9 +124,11 @@ def advise(ds: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter
     response = frequency_response(signals.u[excited], signals.y[excited], signals.Ts)
     peak = peak_frequency(response)
     dead_time, lag = _delay(response, peak, signals.Ts)
-    model = "2" if signals.pins is not None else "1" if peak * (dead_time + lag) < EARLY else "3"
+    closed = method == "two-stage"
+    pinned = (RATED if closed else "2") if signals.pins is not None else ""
+    model = pinned or ("1" if peak * (dead_time + lag) < EARLY else "3")
     sentences = _sentences(ORDERS[best], fits[best], peak, dead_time + lag, model) + alone
-    if method == "two-stage":
+    if closed:
         sentences += (CLOSED,)
     remarks = check_loop(chosen_output(ds, settings), method, refuse=False)
     return Advice(ORDERS, values, fits, ORDERS[best], peak, dead_time, lag, model, (*sentences, *remarks))
@@ -165,6 +169,7 @@ def _sentences(order: int, fit: np.ndarray, peak: float, delay: float, model: st
     turn = peak * delay
     reasons = {
         "1": "model 1: references act at once",
+        RATED: f"model {RATED}: pins are measured, and in a closed loop its damping ratios come closer than model 2's",
         "2": "model 2: pins are measured, which distinguishes actuators and film",
         "3": "model 3 with a free dead time: references act later and no pins are measured",
     }

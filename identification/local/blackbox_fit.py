@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.local.blackbox import FullStateSpace, balanced, subspace
+from identification.local.closed_loop import acted_of
 from identification.local.fit import Predictor, solve
 from identification.local.goodness import project
 from identification.local.grey_fits import result_of
@@ -28,6 +31,8 @@ def black_box(signals: Signals, order: int, method: str) -> Identification:
     at = longest_part(signals)
     A, B, C = balanced(*subspace(signals.u[at], y[at] / scale, order))
     problem = problem_of(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, signals.breaks)
+    if (acted := acted_of(signals)) is not None:
+        problem = replace(problem, judge=replace(problem, w=acted.u))
     fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
     if method == "pem":
         problem = ahead_of(problem, Predictor(full, order, 2))

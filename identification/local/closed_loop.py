@@ -44,8 +44,8 @@ RAISED = 10.0
 """L stays within this factor of its median."""
 NO_BIAS = "record of a closed loop: intervals are those of the standard deviations alone and hold no bias"
 COARSE = (
-    "Model 3 of a closed loop: on the virtual rig its damping ratios were off by up to 27 %; take Model 2 where pins "
-    "are measured"
+    "Model 3 of a closed loop: on the virtual rig its damping ratios were off by up to 27 %; take Model 2-rate where "
+    "pins are measured"
 )
 """Warnings about results of the two stages."""
 
@@ -83,10 +83,12 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
     H = _response(r, given, parts, taps, resting)
     known = np.vstack([_explained(r[at], H) for at in parts_of(signals.breaks, len(r))])
     L = _weight(r[excited], known[excited, :2], signals.Ts, taps)
-    both, index, breaks = _weighted(np.hstack([known, project(signals.y, signals.Q)]), L, parts, taps, resting)
+    every = np.hstack([known, project(signals.y, signals.Q), given])
+    both, index, breaks = _weighted(every, L, parts, taps, resting)
+    k = known.shape[1]
     staged = replace(
-        signals, u=np.ascontiguousarray(both[:, :2]), y=np.ascontiguousarray(both[:, -2:]), truth=None,
-        pins=None if signals.pins is None else np.ascontiguousarray(both[:, 2:-2]),
+        signals, u=np.ascontiguousarray(both[:, :2]), y=np.ascontiguousarray(both[:, k : k + 2]), truth=None,
+        pins=None if signals.pins is None else np.ascontiguousarray(both[:, 2:k]), acting=both[:, k + 2 :],
         Q=np.linalg.qr(signals.Q[index])[0], rest=max(resting - int(index[0]), 0), breaks=breaks,
         noise=signals.noise * float(np.linalg.norm(L)),
     )  # fmt: skip
@@ -95,6 +97,18 @@ def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
         f"two-stage: the external reference explains {100 * min(share, 1.0):.0f} % of the reference's power "
         f"({taps} coefficients an axis), the fit has the rest for noise"
     )
+
+
+def acted_of(signals: Signals) -> Signals | None:
+    """Staged signals with the reference and pins that acted in place of the explained ones; None in open loop.
+
+    The response H is off by what noise n in the loop adds to u, which feeds back the same n that y shows. So the error
+    of the fit is made not by y - G u^, where the law has damped the noise, but by y - G u.
+    """
+    if signals.acting is None:
+        return None
+    u, pins = np.ascontiguousarray(signals.acting[:, :2]), np.ascontiguousarray(signals.acting[:, 2:])
+    return replace(signals, u=u, pins=pins if signals.pins is not None else None, acting=None)
 
 
 def _memory(signals: Signals, r: np.ndarray, resting: int) -> int:
@@ -192,8 +206,22 @@ def judged(found: Identification, signals: Signals, external: np.ndarray) -> Ide
     return replace(
         found, method="two-stage", fit=fit_of(found.model, signals), ceiling=ceiling(y, signals.noise),
         noise_free_fit=noise_free_fit(found.model, signals), residuals=residual_tests(left, external),
-        rms_residual=left.std(axis=0), bias=None, warnings=(*found.warnings, *_remarks(found.kind)),
+        rms_residual=left.std(axis=0), bias=None,
+        warnings=(*found.warnings, *_remarks(found.kind), *orbit_remark(signals, external)),
     )  # fmt: skip
+
+
+def orbit_remark(signals: Signals, external: np.ndarray) -> tuple[str, ...]:
+    """A sentence where the references move more at harmonics of the shaft angle than external (n, 2) [V] ones do."""
+    moved = signals.u - signals.u.mean(axis=0)
+    orbit, added = float((moved - project(moved, signals.Q)).std()), float(np.std(external - external.mean(axis=0)))
+    if not orbit > added:
+        return ()
+    return (
+        f"the references follow the orbit with {orbit:.2g} V (RMS), more than the external ones' {added:.2g} V: a film "
+        "answers such strokes with another stiffness and damping; take them away by harmonics of the speed next to the "
+        "law, as rotorsim.experiments.without_orbit does",
+    )
 
 
 def _remarks(kind: str) -> tuple[str, ...]:

@@ -145,7 +145,8 @@ class Predictor:
 class Problem:
     """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out.
 
-    box: lowest and highest parameters (q,), where they have bounds.
+    box: lowest and highest parameters (q,), where they have bounds. judge: the same model with the inputs and outputs
+    whose residual is the error that the covariance is made of, where these are not the problem's own.
     """
 
     model: Parametrised
@@ -153,6 +154,7 @@ class Problem:
     y: np.ndarray
     Q: np.ndarray
     box: Box = None
+    judge: Problem | None = None
 
     def project(self, values: np.ndarray) -> np.ndarray:
         """Component of values (n, ...) orthogonal to the regressors."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local import dead_time as late
+from identification.local.closed_loop import acted_of
 from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, static_gain
@@ -88,6 +89,7 @@ def _fitted(
     """Fit of a structure, and the problem that it solves."""
     grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
+    problem = _with_judge(problem, kind, signals, hold)
     if start is None:
         first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
     else:
@@ -111,6 +113,16 @@ def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: 
     if method == "pem" or kind == "actuator":
         return found, nothing(q)
     return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts, signals.noise)
+
+
+def _with_judge(problem: Problem, kind: str, signals: Signals, hold: str) -> Problem:
+    """The problem, judged by what acted where its inputs are only the explained part of that."""
+    if (acted := acted_of(signals)) is None:
+        return problem
+    moved = actuator_signals(acted) if acted.pins is not None else acted
+    chosen = moved if kind == "actuator" else acted
+    w = moved.y if kind in ("rotor", "rotor-rate") else acted.u
+    return replace(problem, judge=replace(problem, w=_inputs(w, hold), y=project(chosen.y, chosen.Q)))
 
 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
@@ -199,6 +211,7 @@ def own_structure(structure: Structure, signals: Signals, method: str, start: An
     grey, q = GreyBox(made, signals.Ts), len(first)
     y = project(signals.y, signals.Q)
     problem = problem_of(grey, np.ascontiguousarray(signals.u), y, signals.Q, signals.breaks, box(made))
+    problem = _with_judge(problem, structure.name, signals, "zero")
     fitted = solve(problem, _best_start(problem, signals, [first]))
     if method == "pem":
         n = len(grey.sampled(first)[0])

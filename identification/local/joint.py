@@ -70,7 +70,7 @@ def problem_of(
     model: Parametrised, w: np.ndarray, y: np.ndarray, Q: np.ndarray, breaks: tuple[int, ...], box: Box = None
 ) -> Problem | Joint:
     """The problem of one stretch, or of several."""
-    return Joint(model, w, y, Q, box, breaks) if breaks else Problem(model, w, y, Q, box)
+    return Joint(model, w, y, Q, box, breaks=breaks) if breaks else Problem(model, w, y, Q, box)
 
 
 def ahead_of(problem: Problem, predictor: Parametrised) -> Problem:
@@ -84,5 +84,14 @@ def covariance_of(problem: Problem, fitted: Fit, q: int, Ts: float) -> np.ndarra
 
 
 def scores_of(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residual and negative derivative by parameters and initial state, of several stretches by parameters alone."""
-    return problem.scores(theta, x0) if isinstance(problem, Joint) else problem.residual(theta, x0)
+    """Residual and negative derivative by parameters and initial state, of several stretches by parameters alone.
+
+    The residual is that of the problem's judge, where it has one.
+    """
+    residual, J = problem.scores(theta, x0) if isinstance(problem, Joint) else problem.residual(theta, x0)
+    if problem.judge is not None:
+        q = len(theta)
+        N, g, _ = problem.judge.normal_equations(theta, x0)
+        root = normal_root(N[q:, q:])
+        residual = scores_of(problem.judge, theta, x0 + root @ (root.T @ g[q:]))[0]
+    return residual, J

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identification.local.greybox import DELAYED, dead_times
+from identification.local.greybox import DELAYED, RATED, dead_times
 from identification.local.models import LinearModel
 from identification.local.residuals import ResidualTests
 from identification.local.uncertainty.bias import Bias, Interval
@@ -118,6 +118,8 @@ def model_name(kind: str, model: LinearModel) -> str:
     """Displayed name of a model of a kind."""
     if kind == DELAYED:
         return "Model 3 with dead times"
+    if kind == RATED:
+        return "Model 2 with rates"
     return f"Model {kind}" if kind.isdigit() else f"{kind}, order {model.order}"
 
 

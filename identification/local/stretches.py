@@ -73,11 +73,19 @@ def joined(records: Sequence[Signals]) -> Signals:
         first, u=_stacked([one.u for one in records]), y=_stacked([one.y for one in records]), Q=Q,
         truth=None if any(one.truth is None for one in records) else _stacked([one.truth for one in records]),
         pins=None if any(one.pins is None for one in records) else _stacked([one.pins for one in records]),
+        acting=None if all(one.acting is None for one in records) else _stacked([_acting(one) for one in records]),
         noise=np.sqrt(np.average([one.noise**2 for one in records], axis=0, weights=lengths)),
         speed=float(np.average([one.speed for one in records], weights=lengths)),
         pressure=float(np.average([one.pressure for one in records], weights=lengths)),
         notes=(*notes, f"{len(records)} records in one fit"), breaks=tuple(breaks),
     )  # fmt: skip
+
+
+def _acting(one: Signals) -> np.ndarray:
+    """Reference and pins that acted: in open loop those of the fit."""
+    if one.acting is not None:
+        return one.acting
+    return one.u if one.pins is None else np.hstack([one.u, one.pins])
 
 
 def _stacked(values: Sequence[np.ndarray | None]) -> np.ndarray:

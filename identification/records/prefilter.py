@@ -66,7 +66,8 @@ class Signals:
     u (n, 2) [V], y (n, 2) [m], truth (n, 2) [m] and pins (n, injectors) [m] where they are known, Q (n, h) orthonormal
     regressors that the fit projects out (an offset, and harmonics of the angle where nothing else removed them), noise
     (2,) [m] one standard deviation of what no model can follow, the operating point, and what was done. `breaks` are
-    the samples at which later stretches begin, see `identification.local.stretches`.
+    the samples at which later stretches begin, see `identification.local.stretches`. Where u and pins are the part that
+    an external reference explains, `acting` (n, 2 + injectors) holds reference [V] and pins [m] that acted.
     """
 
     Ts: float
@@ -81,6 +82,7 @@ class Signals:
     pressure: float
     notes: tuple[str, ...]
     breaks: tuple[int, ...] = ()
+    acting: np.ndarray | None = None
 
 
 def measured(record: xr.Dataset, name: str) -> np.ndarray | None:

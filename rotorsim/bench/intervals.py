@@ -1,4 +1,4 @@
-"""Benchmark of intervals: the share of 90 % intervals of Models 3 and 2 that hold the values of the linearised plant.
+"""Benchmark of intervals: the share of 90 % intervals of Models 3, 2 and 2-rate that hold the linearised plant.
 
 Six operating points off the grid of the thesis, PRBS of 1 V, noise of the machine file.
 """
@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import identification as idn
+from identification.local.greybox import RATED
 from rotorsim.base.constants import RPM
 from rotorsim.bench.result import Figure
 from rotorsim.experiments import Prbs, run
@@ -27,7 +28,7 @@ MOST = 20.0
 def intervals() -> Iterator[Figure]:
     """Share of intervals that do not hold the plant's value, in all and by quantity."""
     plant = Plant("dtu_gas_bearing")
-    outside: dict[str, list[tuple[str, bool]]] = {"3": [], "2": []}
+    outside: dict[str, list[tuple[str, bool]]] = {"3": [], "2": [], RATED: []}
     for rpm, pressure in POINTS:
         wanted = values(physics(plant, rpm * RPM, pressure))
         for seed in range(FIRST, FIRST + SEEDS):

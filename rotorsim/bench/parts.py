@@ -51,13 +51,14 @@ PARTS: dict[str, Part] = {
     "accuracy": Part(("accuracy.rig", "accuracy.grids", "accuracy.decay", "accuracy.mass")),
     "linear": Part(("linear.points", "linear.maps", "linear.onsets", "linear.crossings", "linear.films")),
     "identification": Part(
-        ("identification.one_record", "identification.sensitivities"),
+        ("identification.one_record", "identification.sensitivities", "structures.structures"),
         full=(
             "identification.starts",
             "identification.truth",
             "identification.many_records",
             "identification.public",
             "intervals.intervals",
+            "loops.loops",
         ),
     ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),

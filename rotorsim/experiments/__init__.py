@@ -14,8 +14,9 @@ from rotorsim.experiments.controlled import Controlled, controlled
 from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.laws.orbit import WithHarmonics, harmonics_of, without_orbit
+from rotorsim.experiments.laws.p_law import ProportionalLaw
 from rotorsim.experiments.multisine import Multisine
-from rotorsim.experiments.p_law import ProportionalLaw
 from rotorsim.experiments.prbs import Prbs
 from rotorsim.experiments.running import Outcome, record, run
 from rotorsim.experiments.runup import Runup, runup
@@ -46,9 +47,11 @@ __all__ = [
     "SlowRoll",
     "Staircase",
     "Steady",
+    "WithHarmonics",
     "chirp",
     "coastdown",
     "controlled",
+    "harmonics_of",
     "impact",
     "multisine",
     "prbs",
@@ -59,6 +62,7 @@ __all__ = [
     "staircase",
     "static_gain_map",
     "steady",
+    "without_orbit",
 ]
 
 

@@ -58,7 +58,9 @@ speed, amplitude, phase = np.array([100.0, 200.0]), np.full((2, 3, 2), 1e-6), np
 """,
     "docs/identification.md": """
 import numpy as np
+import rotorsim as rs
 reference, speed, pressure = np.zeros((500, 2)), np.zeros(500), np.full(500, 0.5e6)
+plant, law = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8), rs.experiments.ProportionalLaw(1e5, 1e5)
 """,
     "docs/gap.md": "import numpy as np\n",
 }
@@ -67,7 +69,9 @@ OTHERS = 'rest = [idn.identify(idn.read(f"run{k}.csv", f"rig{k}.toml"), model=3)
 RECORD = 'record = idn.read("run1.csv", "rig.toml")\nfound'
 SHORTER = {
     "duration=3600.0": "duration=2.0",
+    "0.7e6, 30.0, excitations=[Prbs(amplitude=0.3, duration=30.0)]": "0.7e6, 2.0, excitations=[Prbs(amplitude=0.3)]",
     "[found, ...], order=2": "[found] * 3 + rest, order=1",
+    "[record, another]": "[record, record]",
     RECORD: OTHERS + RECORD,
 }
 """Text that a run replaces: an hour, and an ellipsis."""

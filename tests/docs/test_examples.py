@@ -16,7 +16,7 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 SCENES = ("film_pressure", "mode_shape")
 """Examples that draw in three dimensions."""
-SLOW = ("campaign", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure")
+SLOW = ("campaign", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure", "orbit_free_record")
 """Examples that take longer than 20 s."""
 MOST_LINES = 60
 PRINTED = {
@@ -49,6 +49,30 @@ PRINTED = {
     "mode_shape": (44.1, 0.0021),
     "mpc": ("Reference of 1 V", 30.5, 10, 22, 27.8, 24.0, 15.3, 28.6, 6.7, 13.6, 28.6, 7.6, 13.2),
     "notebook": (201,),
+    "orbit_free_record": (
+        0.9,
+        2,
+        0.53,
+        1.04,
+        -4.0,
+        2.3,
+        2,
+        0.54,
+        1.11,
+        -11.1,
+        9.2,
+        0.0,
+        2,
+        0.22,
+        0.10,
+        1.4,
+        -15.9,
+        2,
+        0.26,
+        0.15,
+        -5.9,
+        -10.3,
+    ),
     "own_effect": (-133.3, -77.7),
     "operating_map": (0.019, 0.069),
     "own_structure": (118.8, 0.0565, 3.08, 3, 118.3, 0.051, 3.5, 118.9, 0.0549, 3.11, 118.9, 0.0549, 3.09),

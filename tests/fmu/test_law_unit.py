@@ -7,8 +7,10 @@ import pytest
 from law_models import scheduled_law
 
 from fmu.law_unit import ALARM, INPUTS, OUTPUTS, LawUnit, answered
+from identification.local.greybox import STRUCTURES
+from identification.local.models import LinearModel
 from rotorsim.base.errors import DataError
-from rotorsim.control import LawError
+from rotorsim.control import LawError, lqr
 
 
 @pytest.fixture(scope="module")
@@ -225,3 +227,29 @@ def test_periods_that_differ_are_refused(model):
 
     with pytest.raises(DataError, match="the plant samples every"):
         check_periods(model, LawUnit(scheduled_law(Ts=1e-3)))
+
+
+RATED = [-5e5, -1.8e4, 2.4e4, -5.5e5, -110, -7, 7, -75, 3.6e5, -7e4, 6e4, 3.9e5, 5e3, 6e3, 25, 30, -20, 15,
+         2e7, 1.1e4, 84, 1.6e7, 9e3, 67.2]  # fmt: skip
+"""Parameters of Model 2 with rates of the pins near the rig's."""
+
+
+def test_a_law_designed_on_model_2_with_rates_has_the_bits_of_the_law(gcc, tmp_path):
+    from fmu.checks.importer import ImportedUnit
+    from fmu.export import export
+    from fmu.targets import choose
+
+    model = LinearModel(*STRUCTURES["2-rate"].matrices(np.array(RATED)), speed=0.0, pressure=3e5)
+    unit = LawUnit(lqr.design(model, lqr.Spec(speed=0.0, pressure=3e5)))
+    file = export(unit, tmp_path / "law.fmu", (3,), choose("host"))[3]
+    t = unit.sample * np.arange(4000)  # long enough for the law to come in
+    swing = 2e-6 * np.sin(750 * t)
+    inputs = dict(zip(INPUTS, (swing, np.roll(swing, 3), 0 * t, 3e5 + 0 * t), strict=True))
+    with ImportedUnit(file) as loaded:
+        instance = loaded.instance()
+        instance.initialise()
+        rows = instance.run(inputs, unit.sample, list(OUTPUTS))
+        instance.close()
+    truth = answered(unit.law, inputs)
+    np.testing.assert_array_equal(rows, truth)
+    assert np.abs(truth[:, :2]).max() > 0.1

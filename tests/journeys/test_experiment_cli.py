@@ -62,6 +62,14 @@ def test_the_table_names_what_came_out(run):
         assert label in out
 
 
+def test_a_closed_loop_without_the_orbit_states_its_harmonics(run):
+    weak = ["--gain-x", "0.1 V/um", "--gain-y", "0.1 V/um", "--duration", "0.5 s", "--without-orbit"]
+    code, out, err = run("experiment", "controlled", *RIG, *weak, "--speed", "6000 rpm", "--json")
+    assert code == 0 and json.loads(out)["parameters"]["harmonic_1_x"] > 0.05, err
+    code, _, err = run("experiment", "controlled", *RIG, *weak)
+    assert code == 2 and "the shaft hardly turns and has no orbit" in err
+
+
 def test_text_with_units_reaches_the_record_in_si(run, tmp_path):
     code, _, err = run("experiment", "chirp", *RIG, *SHORT["chirp"], "--speed", "3 krpm", "--out", "o")
     assert code == 0, err

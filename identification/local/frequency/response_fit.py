@@ -22,7 +22,7 @@ from identification.errors import ModelError, UnfitError
 from identification.local.fit import GreyBox, solve
 from identification.local.frequency.response import response_with_derivatives
 from identification.local.frequency.response_result import ResponseFit
-from identification.local.greybox import STRUCTURES
+from identification.local.greybox import RATED, STRUCTURES
 from identification.local.identifiable import without_nuisance
 from identification.local.models import LinearModel
 from identification.local.own import (
@@ -143,7 +143,8 @@ def fit_frequency_response(
     """
     began = perf_counter()
     if not isinstance(model, Structure) and str(model) not in KINDS:
-        raise UnfitError(f"fit_frequency_response: model {model!r}; choose 1, 3 or a Structure of your own")
+        pinned = ", which is found from pins to disc: such a response has none" if str(model) in ("2", RATED) else ""
+        raise UnfitError(f"fit_frequency_response: model {model!r}{pinned}; choose 1, 3 or a Structure of your own")
     structure = model if isinstance(model, Structure) else STRUCTURES[str(model)]
     kind = structure.name if isinstance(model, Structure) else str(model)
     used = in_band(response, band, len(structure.parameters))

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import f
 
-from identification.local.fit import Problem
+from identification.local.fit import GreyBox, Problem
 from identification.local.joint import Joint, scores_of
 from identification.local.simulation import respond
 from identification.local.stretches import parts_of
@@ -91,7 +91,7 @@ def _modulated(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> np.ndarra
     parts = list(parts_of(problem.breaks if isinstance(problem, Joint) else (), len(problem.w)))
     through, begin = np.zeros((n, problem.w.shape[1])), x0.reshape(-1, n)
     states = np.vstack([respond(F, G, np.eye(n), through, begin[k], problem.w[at]) for k, at in enumerate(parts)])
-    x, v = states[:, :2], states[:, 2:4]
+    x, v = states[:, :2], _velocity(problem, theta, states)
     frequency = np.linalg.norm(v) / max(float(np.linalg.norm(x)), 1e-300)
     square = np.sum(x**2 + (v / frequency) ** 2, axis=1)
     square = square / max(float(square.mean()), 1e-300)
@@ -102,3 +102,10 @@ def _modulated(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> np.ndarra
         moved = [respond(F, np.eye(n), H, none, zero, push[at]) for at in parts]
         found.append(problem.project(np.vstack(moved)))
     return np.stack(found, axis=-1)
+
+
+def _velocity(problem: Problem, theta: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Velocity x' (n, 2): the states v, and what the inputs add to them at once as the rates of the pins do."""
+    assert isinstance(problem.model, GreyBox)
+    B = problem.model.structure.matrices(theta)[1]
+    return np.asarray(states[:, 2:4] + problem.w[:, : B.shape[1]] @ B[:2].T)

@@ -15,4 +15,5 @@ def cut(signals: Signals, at: slice) -> Signals:
         signals, u=signals.u[at], y=signals.y[at], Q=np.linalg.qr(signals.Q[at])[0], rest=0,
         truth=None if signals.truth is None else signals.truth[at],
         pins=None if signals.pins is None else signals.pins[at],
+        acting=None if signals.acting is None else signals.acting[at],
     )  # fmt: skip

@@ -12,7 +12,7 @@ import typer
 
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import parse, show
-from rotorsim.commands.experiment.controlled import LawFile, Setup
+from rotorsim.commands.experiment.controlled import LawFile, Setup, WithoutOrbit
 from rotorsim.commands.experiment.run import run_experiment
 from rotorsim.commands.lazy_group import click_command, example, with_options
 from rotorsim.commands.options import AsJson, Force, MachineName, PlantOptions, WithReport, a_folder, quantity
@@ -51,7 +51,9 @@ COMMON: dict[str, tuple[Any, Any]] = {
     "report": (WithReport, True),
     "as_json": (AsJson, False),
 }
-FILES: dict[str, dict[str, tuple[Any, Any]]] = {"controlled": {"law": (LawFile, None)}}
+FILES: dict[str, dict[str, tuple[Any, Any]]] = {
+    "controlled": {"law": (LawFile, None), "without_orbit": (WithoutOrbit, False)}
+}
 """Options of an experiment that are no parameters."""
 
 

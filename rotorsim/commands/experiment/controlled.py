@@ -10,7 +10,7 @@ import typer
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw
+from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw, WithHarmonics, without_orbit
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.experiments.parameters import check_parameters, param
 from rotorsim.plant import Plant
@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 
 LawFile = Annotated[
     Path | None, typer.Option("--law", help="Law that 'rotorsim design' wrote, in place of controller and gains.")
+]
+WithoutOrbit = Annotated[
+    bool,
+    typer.Option(
+        "--without-orbit", help="Add harmonics of the speed that keep the references from following the orbit."
+    ),
 ]
 BUILT_IN = ("controller", "gain_x", "gain_y", "low_pass")
 """Parameters of the built-in law."""
@@ -42,6 +48,7 @@ class Setup:
     hit: float = param("N", "Peak of a hammer's hit on the disc every second; 0 for none.", 0.0, low=0)
     hit_angle: float = param("rad", "Direction of the hits.", 0.0)
     law: Path | None = None
+    without_orbit: bool = False
     Ts: float = RIG_SAMPLE
 
     def __post_init__(self) -> None:
@@ -56,7 +63,12 @@ class Setup:
         point = (self.speed, self.pressure, self.duration)
         return Controlled(*point, self.bias_x, self.bias_y, self.controlled_by(plant), self.excitations(), Ts=self.Ts)
 
-    def controlled_by(self, plant: Plant) -> Law | ProportionalLaw:
+    def controlled_by(self, plant: Plant) -> Law | ProportionalLaw | WithHarmonics:
+        """The law, with harmonics of the speed where these are asked for."""
+        law = self._law(plant)
+        return without_orbit(plant, law, self.speed, self.pressure) if self.without_orbit else law
+
+    def _law(self, plant: Plant) -> Law | ProportionalLaw:
         """The law of the file, or the built-in one."""
         if self.law is not None:
             from rotorsim.control import load_law

@@ -13,11 +13,15 @@ from rotorsim.experiments.parameters import parameters
 
 EXCITATION = re.compile(r"(excitation_\d+_)experiment")
 """Attribute with the name of an excitation in a closed loop; its parameters begin with the same words."""
+HARMONIC = re.compile(r"harmonic_\d+_[xy](_phase)?")
+"""Attributes of harmonics of the speed next to a law."""
+MAGNITUDE = Quantity("V", "Magnitude of a harmonic of the speed next to the law.")
+PHASE = Quantity("rad", "Its phase.")
 CENTRE = Quantity("m", "Position that asks the built-in law for no reference.")
 
 
 def quantities(attrs: Mapping[Any, Any]) -> dict[str, Quantity]:
-    """Quantity of every attribute that is a parameter of the experiment, its excitations or the built-in law."""
+    """Quantity of every attribute that is a parameter of the experiment, its excitations, harmonics or built-in law."""
     found = _of(EXPERIMENTS.get(str(attrs.get("experiment"))))
     if attrs.get("controller") == ProportionalLaw.__name__:
         found |= _of(ProportionalLaw) | dict.fromkeys(("centre_x", "centre_y"), CENTRE)
@@ -25,6 +29,8 @@ def quantities(attrs: Mapping[Any, Any]) -> dict[str, Quantity]:
         if named := EXCITATION.fullmatch(key):
             own = _of(EXPERIMENTS.get(str(attrs[key])))
             found |= {f"{named[1]}{name}": quantity for name, quantity in own.items()}
+        elif harmonic := HARMONIC.fullmatch(key):
+            found[key] = PHASE if harmonic[1] else MAGNITUDE
     return found
 
 

@@ -1,0 +1,1 @@
+"""Proportional law, and harmonics of the speed next to a law."""

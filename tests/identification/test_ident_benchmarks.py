@@ -1,0 +1,44 @@
+"""Benchmarks of structures and of closed loops: rows that can fail, and what they state."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import identification as idn
+from rotorsim.bench import structures
+
+pytestmark = pytest.mark.numerical
+loops = import_module("rotorsim.bench.loops")
+
+
+def test_rates_of_the_pins_take_the_error_of_the_structure_away(monkeypatch):
+    monkeypatch.setattr(structures, "POINTS", ((3000, 0.5e6),))
+    off = {figure.name: figure.value for figure in structures.structures()}
+    plain, rated = (next(v for k, v in off.items() if k.startswith(n) and "damping" in k) for n in names())
+    assert 3.0 < plain < 6.0 and rated < 0.6
+    assert all(value < 0.1 for name, value in off.items() if name.endswith("of a frequency"))
+
+
+def names():
+    """Beginnings of the rows without and with rates."""
+    return (f"{structures.NAMES[kind]}, lin" for kind in ("rotor", "rotor-rate"))
+
+
+def test_a_closed_loop_is_judged_by_the_plant_and_a_refused_record_counts_as_missed(monkeypatch):
+    monkeypatch.setattr(loops, "POINTS", ((3.0, 0.5e6),))
+    monkeypatch.setattr(loops, "SECONDS", 6.0)
+    monkeypatch.setattr(loops, "SEEDS", (1,))
+    monkeypatch.setattr(loops, "LAWS", {"lqr": loops.LAWS["lqr"]})
+    off = {figure.name: figure for figure in loops.loops()}
+    assert len(off) == 9
+    one = off["Model 2 with rates under lqr at 3 krpm, 0.5 MPa: largest error of a frequency"].value
+    assert 0 < one < 1
+    assert off["Model 2 with rates under lqr: records of 1 beyond 1 % or 15 %"].met
+    monkeypatch.setattr(loops.idn, "identify", refused)
+    assert loops._off(None, "2", np.ones(2), np.ones(2)) == (np.inf, np.inf)
+
+
+def refused(*_):
+    """As `identify` of a record that is unfit."""
+    raise idn.UnfitError("record: unfit")
