@@ -8,9 +8,10 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from identification.errors import UnfitError
+from identification.feedback import controller_of
 from identification.local import dead_time as late
 from identification.local.blackbox_fit import black_box
-from identification.local.closed_loop import judged
+from identification.local.closed_loop import NO_BIAS, judged
 from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
 from identification.local.greybox import DELAYED, RATED, STRUCTURES
 from identification.local.prepare import ready
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 MODELS = ("1", "2", RATED, "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
+LOST = 0.25
+"""Share of what noise allows that a prediction-error model explains at least."""
 
 
 @one_thread
@@ -116,8 +119,22 @@ def identify(
         found = grey_box(kind, signals, method, start)
     if made.external is not None:
         found = judged(found, actuator_signals(made.whole) if kind == "actuator" else made.whole, made.external)
+    elif controller_of(records[0]):
+        found = replace(found, bias=None, warnings=(*found.warnings, NO_BIAS))
+    if method == "pem":
+        _check_found(found)
     known = replace(found.model, machine=machine_of(records[0]))
     return replace(found, model=known, seconds=perf_counter() - began, warnings=(*made.remarks, *found.warnings))
+
+
+def _check_found(found: Identification) -> None:
+    """Raise UnfitError where prediction error has ended at no model of the record."""
+    fit, ceiling = 100 * float(found.fit.max()), 100 * float(found.ceiling.max())
+    if fit < LOST * ceiling:
+        raise UnfitError(
+            f"identify: method pem ended at a model that explains {fit:.0f} % of the record where its noise allows "
+            f"{ceiling:.0f} %; choose method 'auto', or another model"
+        )
 
 
 def count_of(kind: str, order: int) -> int:

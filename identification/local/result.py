@@ -65,22 +65,19 @@ class Identification:
     def intervals(self) -> tuple[Interval, ...]:
         """Frequencies [Hz], damping ratios and static gains [um/V] with standard deviation, bias and 90 % interval.
 
-        The bias is that which the record shows (see `identification.local.uncertainty.bias`); zero for black-box
-        models, actuators and records of a closed loop, for which none is stated.
+        The bias is that which the record shows (see `identification.local.uncertainty.bias`); None for black-box
+        models, structures of your own, actuators and records of a closed loop, for which none is stated.
         """
         values = np.concatenate([self.wn, self.zeta, self.static_gain.ravel()])
         sds = np.concatenate([self.wn_sd, self.zeta_sd, self.static_gain_sd.ravel()])
-        known = self.bias or Bias(np.zeros(len(values)), np.zeros(len(values)))
         count, rows = len(self.wn), []
         for k in range(count):
             rows += [(f"f_{k + 1}", k, 0.5 / np.pi, "Hz"), (f"zeta_{k + 1}", count + k, 1.0, "")]
         rows += [(f"gain_{'xy'[i]}{'xy'[j]}", 2 * (count + i) + j, 1e6, "um/V") for i, j in np.ndindex(2, 2)]
-        four = np.array([values, sds, known.expected, known.sd]).T
-        return tuple(
-            Interval(name, float(v) * by, float(sd) * by, float(bias) * by, float(bias_sd) * by, unit)
-            for name, k, by, unit in rows
-            for v, sd, bias, bias_sd in [four[k]]
-        )
+        if self.bias is None:
+            return tuple(Interval(n, float(values[k] * by), float(sds[k] * by), None, None, u) for n, k, by, u in rows)
+        four = np.array([values, sds, self.bias.expected, self.bias.sd]).T
+        return tuple(Interval(name, *_four(four[k] * by), unit) for name, k, by, unit in rows)
 
     def report(self) -> str:
         """The findings as a text that a person can read."""
@@ -90,6 +87,9 @@ class Identification:
             lines.append(f"noise-free fit {_percent(self.noise_free_fit)}")
         if self.bias is None:
             lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
+            lines += ["no bias stated: standard deviations know nothing of what the model's form lacks"] * bool(
+                lines[2:]
+            )
         else:
             lines += [
                 f"{one.name:8s} {one.value: #.5g} +- {one.sd:.2g}, bias {one.bias:.2g} +- {one.bias_sd:.2g}"
@@ -143,6 +143,11 @@ def parameter_lines(parameters: dict[str, tuple[float, float]], units: tuple[str
         f"{name:8s} {value: .6g} {'at its bound' if np.isnan(sd) else f'+- {sd:.2g}'} {unit}".rstrip()
         for (name, (value, sd)), unit in named
     ]
+
+
+def _four(values: np.ndarray) -> tuple[float, float, float, float]:
+    value, sd, bias, bias_sd = values.tolist()
+    return value, sd, bias, bias_sd
 
 
 def noted(found: Identification, text: str) -> Identification:

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from model3 import TRUTH, TS, looped_model3, made, model, prbs, record
+from scipy.signal import lfilter
 
 import identification as idn
+from identification.errors import UnfitError
 from identification.feedback import SATURATED, saturated_share
 from identification.local.closed_loop import _regressors, _response, acted_of, orbit_remark, two_stage
 from identification.local.goodness import project, simulated
@@ -110,10 +112,30 @@ def test_the_noise_of_staged_signals_is_what_the_filter_leaves_of_it():
 @pytest.mark.parametrize(("kind", "coarse"), [(1, False), (3, True)])
 def test_a_closed_loop_states_no_bias_and_says_so(kind, coarse):
     found = idn.identify(loop(0, n=20000), kind)
-    assert found.bias is None and all(one.bias == one.bias_sd == 0 for one in found.intervals)
+    assert found.bias is None and all(one.bias is one.bias_sd is None for one in found.intervals)
     assert any("hold no bias" in text for text in found.warnings)
     assert any("take Model 2-rate where pins are measured" in text for text in found.warnings) == coarse
     assert not any("hold no bias" in text for text in idn.identify(record(0, seconds=2.0), kind).warnings)
+
+
+def test_prediction_error_in_a_closed_loop_states_no_bias_either():
+    found = idn.identify(loop(0, n=20000), 1, method="pem")
+    assert found.bias is None
+    assert any("hold no bias" in text for text in found.warnings)
+    assert "no bias stated" in found.report()
+
+
+def test_prediction_error_that_ends_at_no_model_is_refused():
+    """A displacement that the references have no part in."""
+    rng = np.random.default_rng(0)
+    u = prbs(rng, 20000)
+    moved = lfilter([1.0], [1, -1.97, 0.98], rng.normal(size=u.shape), axis=0)
+    moved[:2000] = 0
+    y = 1e-5 * moved / moved.std() + 0.2e-6 * rng.normal(size=u.shape)
+    with pytest.raises(
+        UnfitError, match=r"explains .* % of the record where its noise allows 9\d %; choose method 'auto'"
+    ):
+        idn.identify(made(u, y), 1, method="pem")
 
 
 def test_gaps_and_several_records_of_closed_loops():

@@ -93,7 +93,7 @@ CERTAIN = 3.0
 @dataclass(frozen=True)
 class Interval:
     """A value with standard deviation, bias (what it is expected to be too high by), the standard uncertainty of the
-    bias, and the 90 % interval, in `unit`.
+    bias, and the 90 % interval, in `unit`. Where no bias is stated both are None, and the interval knows of none.
 
     Examples
     --------
@@ -106,24 +106,24 @@ class Interval:
     name: str
     value: float
     sd: float
-    bias: float
-    bias_sd: float
+    bias: float | None
+    bias_sd: float | None
     unit: str
 
     @property
     def half_width(self) -> float:
         """Half of the interval."""
-        return NormalDist().inv_cdf(0.5 + LEVEL / 2) * float(np.hypot(self.sd, self.bias_sd))
+        return NormalDist().inv_cdf(0.5 + LEVEL / 2) * float(np.hypot(self.sd, self.bias_sd or 0.0))
 
     @property
     def low(self) -> float:
         """Lower end."""
-        return self.value - self.bias - self.half_width
+        return self.value - (self.bias or 0.0) - self.half_width
 
     @property
     def high(self) -> float:
         """Upper end."""
-        return self.value - self.bias + self.half_width
+        return self.value - (self.bias or 0.0) + self.half_width
 
 
 class Bias(NamedTuple):
