@@ -24,6 +24,7 @@ from identification import (
     checked,
     columns,
     examine,
+    held,
     load,
     longest,
     mapping_template,
@@ -96,7 +97,7 @@ def convert(
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
     _not_itself(file, out, "convert")
     with files(out, force=force, another="name"):
-        record = read(file, mapping)
+        record = held(read(file, mapping), out)
         save(record, out)
     size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
     typer.echo(f"{out}: written, {size}: {', '.join(map(str, record.data_vars))}")
@@ -120,13 +121,13 @@ def cut(
     least = quantity("shortest", shortest, "s")
     with _faults_of(file):
         found = whole_stretches(load(file, mapping), least)
-        chosen = [checked(record) for record in (found if every else [longest(found)])]
+        chosen = [held(checked(record), out) for record in (found if every else [longest(found)])]
     names = [out.with_name(f"{out.stem}-{i + 1}{out.suffix}") for i in range(len(chosen))] if every else [out]
     with files(*names, force=force, another="name"):
         for name, record in zip(names, chosen, strict=True):
             save(record, name)
     for name, record in zip(names, chosen, strict=True):
-        typer.echo(f"{name}: written, {record.sizes['time']} samples, {record.attrs.get('notes', ['whole'])[-1]}")
+        typer.echo(f"{name}: written, {record.sizes['time']} samples, {'; '.join(notes_of(record)) or 'whole'}")
 
 
 @example(
@@ -146,7 +147,7 @@ def resample_command(
     new = quantity("rate", rate, "Hz")
     with files(out, force=force, another="name"):
         with _faults_of(file):
-            record = resample(read(file, mapping), new, order)
+            record = held(resample(read(file, mapping), new, order), out)
         save(record, out)
     typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
     _say_notes(record)
