@@ -127,7 +127,9 @@ def cut(
         for name, record in zip(names, chosen, strict=True):
             save(record, name)
     for name, record in zip(names, chosen, strict=True):
-        typer.echo(f"{name}: written, {record.sizes['time']} samples, {'; '.join(notes_of(record)) or 'whole'}")
+        was = next((text for text in notes_of(record) if text.startswith("cut: ")), "whole")
+        typer.echo(f"{name}: written, {record.sizes['time']} samples, {was}")
+    _say_notes(chosen[0], but="cut: ")
 
 
 @example(
@@ -190,11 +192,12 @@ def _propose(file: Path, out: Path, force: bool) -> None:
     """Write the proposed mapping, and print what is left to do."""
     _not_itself(file, out, "check")
     table = columns(file)
-    text, unknown = propose(table, file.name)
+    text, incomplete = propose(table, file.name)
     with files(out, force=force, another="name"):
         write_text(out, text)
     of = len(table.columns)
-    typer.echo(f"{out}: written, {of - unknown} of {of} columns proposed; check every line, then")
+    left = f" ({incomplete} left out or incomplete: see its comments)" if incomplete else ""
+    typer.echo(f"{out}: written, {of - incomplete} of {of} columns proposed{left}; check every line, then")
     typer.echo(f"rotorsim data check {file} --mapping {out}")
 
 
@@ -212,9 +215,11 @@ def _not_itself(file: Path, out: Path, verb: str) -> None:
         raise DataError(f"{out}: is the file to {verb}; choose another name")
 
 
-def _say_notes(record: xr.Dataset) -> None:
+def _say_notes(record: xr.Dataset, but: str = "") -> None:
+    """Print the notes on a record, but those that begin so."""
     for text in notes_of(record):
-        typer.echo(f"note: {text}")
+        if not but or not text.startswith(but):
+            typer.echo(f"note: {text}")
 
 
 def _numbers(found: Examination, record: xr.Dataset) -> dict[str, Any]:
