@@ -13,7 +13,7 @@ from identification.records.lab.whirl_hints import series_hints, vector_hints
 from identification.records.notes import notes_of
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import named_axes
-from identification.records.unit_suspicions import suspicions
+from identification.records.unit_suspicions import Suspicion, suspicions
 from identification.records.validate import validate
 from identification.records.vectors import VECTORS
 
@@ -57,7 +57,8 @@ class Channel:
 class Examination:
     """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to what it lacks, '' if nothing.
 
-    `problems` make the record unfit for any use, `warnings` do not. Rate [Hz] and duration [s] are NaN without a time.
+    `problems` make the record unfit for any use, as do those of the `warnings` that are `doubts`: values in a unit that
+    must be wrong. Rate [Hz] and duration [s] are NaN without a time.
     """
 
     kind: str
@@ -68,11 +69,12 @@ class Examination:
     problems: tuple[str, ...]
     warnings: tuple[str, ...]
     uses: dict[str, str]
+    doubts: tuple[str, ...] = ()
 
     @property
     def usable(self) -> bool:
         """Whether the record is fit for at least one use."""
-        return not self.problems and any(not missing for missing in self.uses.values())
+        return not self.problems and not self.doubts and any(not missing for missing in self.uses.values())
 
 
 def examine(record: xr.Dataset) -> Examination:
@@ -103,8 +105,10 @@ def _series(record: xr.Dataset) -> Examination:
     found += _bad_values(channels) or ([] if found else _misfit(record))
     warnings = [f"{c.name}: {remark}" for c in channels for remark in c.remarks if "NaN" not in remark]
     duration = float(time[-1] - time[0]) + step if time.size > 1 else np.nan
-    warnings += [*notes_of(record), *(suspicions(record, rate) + series_hints(record) if timed else [])]
-    return Examination("time series", time.size, rate, duration, channels, tuple(found), tuple(warnings), _uses(record))
+    suspected = suspicions(record, rate) if timed else []
+    warnings += [*notes_of(record), *(one.text for one in suspected), *(series_hints(record) if timed else [])]
+    said = (tuple(found), tuple(warnings), _uses(record), _doubts(suspected))
+    return Examination("time series", time.size, rate, duration, channels, *said)
 
 
 def _vectors(vectors: xr.Dataset) -> Examination:
@@ -116,9 +120,14 @@ def _vectors(vectors: xr.Dataset) -> Examination:
             channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False))
     uses = {"run-up analysis": "", **{use: "a time series" for use in USES if use != "run-up analysis"}}
     samples = vectors.sizes["speed"]
-    warnings = [*notes_of(vectors), *(suspicions(vectors[["amplitude"]], np.nan) if not found else [])]
-    warnings += vector_hints(vectors) if not found else []
-    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), tuple(found), tuple(warnings), uses)
+    suspected = suspicions(vectors[["amplitude"]], np.nan) if not found else []
+    warnings = [*notes_of(vectors), *(one.text for one in suspected), *(vector_hints(vectors) if not found else [])]
+    said = (tuple(found), tuple(warnings), uses, _doubts(suspected))
+    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), *said)
+
+
+def _doubts(found: list[Suspicion]) -> tuple[str, ...]:
+    return tuple(one.text for one in found if one.unfit)
 
 
 def _channels(record: xr.Dataset) -> tuple[Channel, ...]:

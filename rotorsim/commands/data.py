@@ -275,4 +275,6 @@ def _summary(found: Examination) -> str:
 def _verdict(found: Examination, missing: str) -> str:
     if missing:
         return f"lacks {missing}"
-    return "once the problems are corrected" if found.problems else "fit"
+    if found.problems:
+        return "once the problems are corrected"
+    return "once the unit or the angle is corrected" if found.doubts else "fit"

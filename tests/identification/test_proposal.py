@@ -68,6 +68,11 @@ def test_millivolts_of_a_name_are_no_volts(one, two):
     assert text.count('unit = "mV"    # from the name') == 2
 
 
+@pytest.mark.parametrize(("scale", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us")])
+def test_the_unit_of_a_time_is_guessed_by_its_step(scale, unit):
+    assert tomllib.loads(proposed(t=T * scale)[0])["time"]["unit"] == unit
+
+
 def test_entries_that_are_comments_or_lack_an_angle_are_not_counted_as_complete():
     names = ("time s", "drive A mV", "drive B mV", "probe A um", "probe B um", "shaft rpm", "supply bar")
     text, incomplete = proposed(**dict.fromkeys(names, T))

@@ -78,6 +78,16 @@ def test_data_that_is_fit_for_nothing_is_described_and_ends_with_3(run, tmp_path
     assert err.startswith(f"{path}: record.time: 1 gaps") and err.count("\n") == 1
 
 
+def test_a_unit_that_must_be_wrong_ends_with_3_and_one_that_few_rigs_have_with_0(run, rig):
+    file, mapping = rig
+    mapping.write_text(MAPPING.replace('"um"', '"mm"').replace('unit = "rpm"', 'unit = "Hz"'))
+    code, out, _ = run("check", file, "--mapping", mapping)
+    assert code == 3 and "identification: once the unit or the angle is corrected" in out
+    mapping.write_text(MAPPING.replace("0.3 MPa", "3 MPa"))
+    code, out, _ = run("check", file, "--mapping", mapping)
+    assert code == 0 and "perhaps bar or psi taken for MPa" in out and "identification: fit" in out
+
+
 def test_run_up_vectors_are_checked(run, tmp_path, vectors_file="v.csv"):
     path = tmp_path / vectors_file
     head = "speed [rpm],amplitude_1X_x [um],phase_1X_x [deg],amplitude_1X_y [um],phase_1X_y [deg]"

@@ -40,6 +40,7 @@ _CAPITAL = re.compile(r"(?<=[a-z])(?!(?<=\b[kmu])(?:V|Hz|Pa|N)\b)(?=[A-Z])")
 _PREFIXED = re.compile(r"(?:(?<![a-z])[ku]|m)(?:V|Hz|Pa|N)$")
 _ORDER = re.compile(r"\b(\d) ?x\b")
 _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
+    "s": ((0.05, "s"), (50.0, "ms"), (np.inf, "us")),
     "rad/s": ((200.0, "Hz"), (np.inf, "rpm")),
     "Pa": ((3.0, "MPa"), (20.0, "bar"), (500.0, "psi"), (np.inf, "Pa")),
     "rad": ((6.5, "rad"), (np.inf, "deg")),
@@ -47,7 +48,7 @@ _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
     "m/s": ((np.inf, "mm/s"),),
     "m/s^2": ((np.inf, "m/s^2"),),
 }
-"""Unit to guess by the largest absolute value, up to each limit."""
+"""Unit to guess by the largest absolute value, up to each limit; of a time by its step."""
 PAIRS = ("reference", "disc_force")
 """Kinds that need both axes."""
 GAP = (3.0, 22.0)
@@ -132,6 +133,8 @@ def _unit(column: Column, words: str, si: str, kind: str) -> tuple[str, str]:
     if kind == "probe" and -GAP[1] < mean < -GAP[0]:
         return "V", "the values, as a gap voltage"
     largest = float(np.abs(finite).max(initial=0.0))
+    if kind == "time" and finite.size > 1:
+        largest = float(np.median(np.abs(np.diff(finite))))
     guess = next((unit for limit, unit in _GUESSES.get(si, ()) if largest <= limit), si)
     return guess, "the values"
 
