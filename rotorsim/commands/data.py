@@ -258,7 +258,7 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     console.print(table)
     lines = [f"problem: {text}" for text in found.problems]
     lines += [f"warning: {text}" for text in found.warnings]
-    lines += [f"{use}: {_verdict(found, missing)}" for use, missing in found.uses.items()]
+    lines += [f"{use}: {_verdict(found, use)}" for use in found.uses]
     if unused := _unused(record):
         lines.append(f"columns not used: {', '.join(map(_with_likely, unused))}")
     for line in lines:
@@ -272,9 +272,9 @@ def _summary(found: Examination) -> str:
     return f"time series, {found.samples} samples, {rate}, {found.duration:.6g} s"
 
 
-def _verdict(found: Examination, missing: str) -> str:
-    if missing:
+def _verdict(found: Examination, use: str) -> str:
+    if missing := found.uses[use]:
         return f"lacks {missing}"
-    if found.problems:
-        return "once the problems are corrected"
-    return "once the unit or the angle is corrected" if found.doubts else "fit"
+    if found.fit(use):
+        return f"fit without its gaps: {found.left_out}" if found.problems else "fit"
+    return "once the problems are corrected" if found.problems else "once the unit or the angle is corrected"

@@ -74,6 +74,22 @@ def test_a_fault_is_a_problem_and_unfits_the_record(record, problem):
     assert not found.usable and any(problem in text for text in found.problems)
 
 
+def test_identification_is_fit_with_gaps_that_it_leaves_out():
+    time = np.arange(10000) / 5000
+    leap = np.where(time > 1, time + 0.5, time)
+    rng = np.random.default_rng(0)
+    plain = {"reference": rng.normal(size=(10000, 2)), "disc_measured": rng.normal(size=(10000, 2)) * 1e-6}
+    record = made(time=leap, angle=100 * leap, speed=None, pressure=None, **plain)
+    found = idn.examine(record)
+    assert found.problems and not found.doubts and found.usable and found.left_out.startswith("2500 of 12500 samples")
+    assert found.fit("identification") and not found.fit("runout filter")
+    record["disc_measured"][3] = np.nan
+    assert idn.examine(record).fit("identification")
+    for spoilt in (record.assign_attrs(clipped="x: rests at 1 um"), record.isel(time=slice(3000, 7000))):
+        found = idn.examine(spoilt)
+        assert not found.fit("identification") and not found.usable and not found.left_out
+
+
 def clipped(values):
     return np.clip(values, -1e-6, 1e-6)
 

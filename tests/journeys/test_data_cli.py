@@ -88,6 +88,21 @@ def test_a_unit_that_must_be_wrong_ends_with_3_and_one_that_few_rigs_have_with_0
     assert code == 0 and "perhaps bar or psi taken for MPa" in out and "identification: fit" in out
 
 
+def test_gaps_that_identify_leaves_out_are_fit_for_it_alone(run, tmp_path):
+    rng = np.random.default_rng(0)
+    table = np.column_stack([np.arange(3000) / 1000, rng.normal(size=(3000, 2)), 1e-6 * rng.normal(size=(3000, 3))])
+    table[700:720, 3] = np.nan
+    np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", comments="",
+               header="time,reference_x,reference_y,disc_measured_x,disc_measured_y,angle")  # fmt: skip
+    (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().replace("nan", ""))
+    code, out, _ = run("check", tmp_path / "a.csv")
+    assert code == 0 and "identification: fit without its gaps: 20 of 3000 samples (0.67 %) left out" in out
+    assert "runout filter: once the problems are corrected" in out
+    with pytest.raises(idn.SchemaError, match=r"cut it with 'rotorsim data cut', or read it with identification\.load"):
+        idn.read(tmp_path / "a.csv")
+    assert idn.load(tmp_path / "a.csv").sizes["time"] == 3000
+
+
 def test_run_up_vectors_are_checked(run, tmp_path, vectors_file="v.csv"):
     path = tmp_path / vectors_file
     head = "speed [rpm],amplitude_1X_x [um],phase_1X_x [deg],amplitude_1X_y [um],phase_1X_y [deg]"
