@@ -125,8 +125,8 @@ def _series(record: xr.Dataset) -> Examination:
     closed, left_out = _closed(record) if found and timed and not limits else (record, "")
     suspected = suspicions(closed, rate) if timed else []
     warnings += [*notes_of(record), *(one.text for one in suspected), *(series_hints(record) if timed else [])]
-    said = (tuple(found), tuple(warnings), _uses(record), _doubts(suspected), left_out)
-    return Examination("time series", time.size, rate, duration, channels, *said)
+    rest = (tuple(found), tuple(warnings), _uses(record), _doubts(suspected), left_out)
+    return Examination("time series", time.size, rate, duration, channels, *rest)
 
 
 def _vectors(vectors: xr.Dataset) -> Examination:
@@ -140,8 +140,8 @@ def _vectors(vectors: xr.Dataset) -> Examination:
     samples = vectors.sizes["speed"]
     suspected = suspicions(vectors[["amplitude"]], np.nan) if not found else []
     warnings = [*notes_of(vectors), *(one.text for one in suspected), *(vector_hints(vectors) if not found else [])]
-    said = (tuple(found), tuple(warnings), uses, _doubts(suspected))
-    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), *said)
+    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected))
+    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), *rest)
 
 
 def _doubts(found: list[Suspicion]) -> tuple[str, ...]:

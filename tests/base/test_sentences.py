@@ -1,4 +1,4 @@
-"""Names of files in tables: as short as tells them apart."""
+"""Names of files in tables: as short as is clear."""
 
 from pathlib import Path
 
