@@ -88,6 +88,11 @@ def test_a_unit_ends_the_names_of_both_axes(gap, unit):
     assert disc == {n.lower(): {"column": f"{n}{gap}{unit}", "unit": unit} for n in "xY"}
 
 
+def test_external_references_are_proposed_by_axis():
+    text, incomplete = proposed(reference_external_x=T, reference_external_y=T)
+    assert incomplete == 0 and set(tomllib.loads(text)["channels"]["reference_external"]) == {"x", "y"}
+
+
 def test_vectors_are_proposed_by_order_and_axis():
     speed = np.linspace(500, 3000, 50)
     x = {"X_1X_amp_mil": speed / 1e4, "X_1X_phase_deg": speed / 10}

@@ -51,6 +51,8 @@ _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
 """Unit to guess by the largest absolute value, up to each limit; of a time by its step."""
 PAIRS = ("reference", "disc_force")
 """Kinds that need both axes."""
+LABELLED = ("pin", "journal", "disc", "film_force", "probe_measured", "reference_external")
+"""Kinds that only the schema's names give, with an axis, a number or a name."""
 GAP = (3.0, 22.0)
 """Mean [V] below 0 of a proximity probe."""
 
@@ -168,7 +170,7 @@ def _series(known: Sequence[Guess]) -> list[str]:
             section = f"channels.{g.kind}.{g.axis or 'x'}"
         else:
             section = g.kind if g.kind in ("time", "keyphasor") else f"channels.{g.kind}"
-            section += f".{g.axis}" if g.kind in ("pin", "journal", "disc", "film_force", "probe_measured") else ""
+            section += f".{g.axis}" if g.kind in LABELLED else ""
         text = _entry(section, g, not plain)
         alone = g.kind in PAIRS and {"x", "y"} - {o.axis for o in known if o.kind == g.kind}
         why = "the second of its kind:" if section in seen else "the other axis is not known:" if alone else ""
