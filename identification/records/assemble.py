@@ -205,11 +205,12 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
 
 def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
     """Attributes of a record: those it was written with, or where foreign data came from."""
-    if table.header is not None:
-        return dict(table.header.attrs) | mapping.conditions
     taken = {id(table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)}
     left = [column.name for column in table.columns if id(column) not in taken]
+    unused = {"unused_columns": left} if left else {}
+    if table.header is not None:
+        return dict(table.header.attrs) | mapping.conditions | unused
     attrs: dict[str, Any] = {"source": str(path), "source_format": table.format, "source_sha256": digest}
     attrs |= {"mapping": mapping.text} if mapping.text else {}
     attrs |= mapping.conditions
-    return attrs | ({"unused_columns": left} if left else {})
+    return attrs | unused

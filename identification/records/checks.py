@@ -39,9 +39,8 @@ def check_record(record: xr.Dataset, Ts: float) -> None:
                     "excitation or widen the sensor's range"
                 )
             raise UnfitError(f"record.{channel.name}: {remark}; identification needs a displacement that moves")
-    for text in found.warnings:
-        if "perhaps" in text or "seems to be" in text or "jumps by" in text:
-            raise UnfitError(f"record.{text}; correct the mapping's unit")
+    for text in found.doubts:
+        raise UnfitError(f"record.{text}; correct the mapping's unit")
     _drop_outs(record, Ts)
     for name in DRIFT:
         _drift(record, name)

@@ -10,10 +10,11 @@ import numpy as np
 from identification.errors import SchemaError
 from identification.records.lab.column_faults import clipped
 from identification.records.lab.whirl_hints import series_hints, vector_hints
+from identification.records.lab.without_gaps import without_gaps
 from identification.records.notes import notes_of
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import named_axes
-from identification.records.unit_suspicions import suspicions
+from identification.records.unit_suspicions import Suspicion, suspicions
 from identification.records.validate import validate
 from identification.records.vectors import VECTORS
 
@@ -30,6 +31,8 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
 }
 """Variables that each use needs: at least one of every group, and always time."""
+FITS = ("identification", "scheduled models")
+"""Uses that leave gaps out."""
 CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
 """Channels of sensors; commands may well rest at their limits."""
 _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "reference", "contact", "disc_force")
@@ -57,7 +60,9 @@ class Channel:
 class Examination:
     """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to what it lacks, '' if nothing.
 
-    `problems` make the record unfit for any use, `warnings` do not. Rate [Hz] and duration [s] are NaN without a time.
+    `problems` make the record unfit for any use, as do those of the `warnings` that are `doubts`: values in a unit that
+    must be wrong. `left_out` is what identification leaves out of a record whose problems are gaps alone, '' of others.
+    Rate [Hz] and duration [s] are NaN without a time.
     """
 
     kind: str
@@ -68,11 +73,25 @@ class Examination:
     problems: tuple[str, ...]
     warnings: tuple[str, ...]
     uses: dict[str, str]
+    doubts: tuple[str, ...] = ()
+    left_out: str = ""
 
     @property
     def usable(self) -> bool:
         """Whether the record is fit for at least one use."""
-        return not self.problems and any(not missing for missing in self.uses.values())
+        return any(self.fit(use) for use in self.uses)
+
+    def fit(self, use: str) -> bool:
+        """Whether the record is fit for a use; gaps do not hinder identification.
+
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> rs.identification.examine(record).fit("scheduled models")
+        True
+        """
+        whole = not self.problems or (bool(self.left_out) and use in FITS)
+        return whole and not self.doubts and not self.uses[use]
 
 
 def examine(record: xr.Dataset) -> Examination:
@@ -103,8 +122,11 @@ def _series(record: xr.Dataset) -> Examination:
     found += _bad_values(channels) or ([] if found else _misfit(record))
     warnings = [f"{c.name}: {remark}" for c in channels for remark in c.remarks if "NaN" not in remark]
     duration = float(time[-1] - time[0]) + step if time.size > 1 else np.nan
-    warnings += [*notes_of(record), *(suspicions(record, rate) + series_hints(record) if timed else [])]
-    return Examination("time series", time.size, rate, duration, channels, tuple(found), tuple(warnings), _uses(record))
+    closed, left_out = _closed(record) if found and timed and not limits else (record, "")
+    suspected = suspicions(closed, rate) if timed else []
+    warnings += [*notes_of(record), *(one.text for one in suspected), *(series_hints(record) if timed else [])]
+    rest = (tuple(found), tuple(warnings), _uses(record), _doubts(suspected), left_out)
+    return Examination("time series", time.size, rate, duration, channels, *rest)
 
 
 def _vectors(vectors: xr.Dataset) -> Examination:
@@ -116,9 +138,23 @@ def _vectors(vectors: xr.Dataset) -> Examination:
             channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False))
     uses = {"run-up analysis": "", **{use: "a time series" for use in USES if use != "run-up analysis"}}
     samples = vectors.sizes["speed"]
-    warnings = [*notes_of(vectors), *(suspicions(vectors[["amplitude"]], np.nan) if not found else [])]
-    warnings += vector_hints(vectors) if not found else []
-    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), tuple(found), tuple(warnings), uses)
+    suspected = suspicions(vectors[["amplitude"]], np.nan) if not found else []
+    warnings = [*notes_of(vectors), *(one.text for one in suspected), *(vector_hints(vectors) if not found else [])]
+    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected))
+    return Examination("run-up vectors", samples, np.nan, np.nan, tuple(channels), *rest)
+
+
+def _doubts(found: list[Suspicion]) -> tuple[str, ...]:
+    return tuple(one.text for one in found if one.unfit)
+
+
+def _closed(record: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """A record without its gaps, and what identification leaves out so; the record and '' where that does not help."""
+    try:
+        closed, _, text = without_gaps(record)
+        return validate(closed), text
+    except SchemaError:
+        return record, ""
 
 
 def _channels(record: xr.Dataset) -> tuple[Channel, ...]:

@@ -20,6 +20,9 @@ JITTER, DRIFT, GAP = 0.1, 0.5, 1.5
 EXACT = 1e-9
 """Relative difference of rates that are the same."""
 
+WAY_OUT = "cut it with 'rotorsim data cut', or read it with identification.load: identify leaves its gaps out"
+"""Of records with gaps or without values somewhere."""
+
 
 def sampling_time(record: xr.Dataset) -> float:
     """Time from sample to sample [s]; raises SchemaError if the record is not sampled evenly.
@@ -84,7 +87,7 @@ def _evenness(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
     gaps = np.flatnonzero(steps > GAP * usual)
     if gaps.size:
         first = f"the first of {steps[gaps[0]]:.4g} s after {time[gaps[0]]:.6g} s"
-        return (f"{gaps.size} gaps in samples {usual:.4g} s apart, {first}; cut the record there",)
+        return (f"{gaps.size} gaps in samples {usual:.4g} s apart, {first}; {WAY_OUT}",)
     even = time[0] + np.arange(time.size) * ((time[-1] - time[0]) / (time.size - 1))
     # rounding of the stamps themselves must not count against a late start of a fast clock
     slack = 4 * float(np.spacing(np.abs(time).max()))

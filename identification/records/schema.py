@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import SchemaError
-from identification.records.sampling import sampling_time
+from identification.records.sampling import WAY_OUT, sampling_time
 from rotorsim.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -212,9 +212,7 @@ def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], *uni
     wrong = np.argwhere(~np.isfinite(variable.values))
     if len(wrong):
         place = ", ".join(f"{d} {variable[d].values[i]:.6g}" for d, i in zip(dims[:1], wrong[0], strict=False))
-        raise SchemaError(
-            f"record.{name}: {len(wrong)} NaN or infinite values, the first at {place}; cut the record there"
-        )
+        raise SchemaError(f"record.{name}: {len(wrong)} NaN or infinite values, the first at {place}; {WAY_OUT}")
 
 
 def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Hashable
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.errors import SchemaError
+from identification.records.notes import with_notes
 from identification.records.schema import PROBE_COORDINATES, known_variable
 from identification.records.vectors import VECTORS
 
@@ -15,6 +18,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _IMPLIED = ("units", "long_name")
+
+
+def over_time(record: xr.Dataset) -> xr.Dataset:
+    """The record without what is not over time, such as snapshots of the film, which its notes name."""
+    left = [str(name) for name in record.data_vars if "time" not in record[name].dims]
+    if "speed" in record.dims or not left:
+        return record
+    kept = record.drop_vars(left)
+    kept = kept.drop_vars([name for name in kept.coords if not set(kept[name].dims) <= _dims(kept)])
+    return with_notes(kept, [f"left out, not over time (a .nc file keeps it): {', '.join(left)}"])
+
+
+def _dims(record: xr.Dataset) -> set[Hashable]:
+    """Dimensions of the variables, and the axes, which every record has."""
+    return {dim for name in record.data_vars for dim in record[name].dims} | {"time", "axis"}
 
 
 def flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
@@ -46,6 +64,11 @@ def _series_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
         values = np.asarray(record[name].values, float)
         if not known.dims:
             columns[name] = (known.units, values)
+            continue
+        if len(known.dims) > 1:  # (bearing, axis)
+            pairs = product(*(record[dim].values for dim in known.dims))
+            flat = zip(pairs, values.reshape(len(values), -1).T, strict=True)
+            columns |= {f"{name}_{outer}_{inner}": (known.units, column) for (outer, inner), column in flat}
             continue
         labels = record[known.dims[0]].values
         units = record["probe_unit"].values.tolist() if known.dims == ("probe",) else [known.units] * len(labels)

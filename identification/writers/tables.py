@@ -13,7 +13,7 @@ import numpy as np
 from identification.records.sampling import sampling_time
 from identification.records.schema import named_axes
 from identification.records.validate import validate
-from identification.writers.flat import flat_columns
+from identification.writers.flat import flat_columns, over_time
 from rotorsim.base.exchange.mat import cells, write_mat
 
 if TYPE_CHECKING:
@@ -97,4 +97,4 @@ def save_timetable(record: xr.Dataset, path: str | Path) -> Path:
 
 
 def _columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    return flat_columns(named_axes(validate(record)))
+    return flat_columns(over_time(named_axes(validate(record))))

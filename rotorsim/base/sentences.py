@@ -1,8 +1,10 @@
-"""Values in the sentences of errors."""
+"""Values in the sentences of errors, and names of files in tables."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 
@@ -17,3 +19,11 @@ def listing(names: Iterable[Any], most: int = 6) -> str:
     names = list(names)
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(quote(name) for name in names[:most]) + more
+
+
+def told_apart(paths: Sequence[Path]) -> list[str]:
+    """Name of each file, after as many of its folders as tell it from the others."""
+    most = max((len(path.parts) for path in paths), default=0)
+    ends = [[str(Path(*path.parts[-k:])) for k in range(1, most + 1)] for path in paths]
+    counts = [Counter(column) for column in zip(*ends, strict=True)]
+    return [next((end for end, count in zip(own, counts, strict=True) if count[end] == 1), own[-1]) for own in ends]

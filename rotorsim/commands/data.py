@@ -24,6 +24,7 @@ from identification import (
     checked,
     columns,
     examine,
+    held,
     load,
     longest,
     mapping_template,
@@ -96,7 +97,7 @@ def convert(
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
     _not_itself(file, out, "convert")
     with files(out, force=force, another="name"):
-        record = read(file, mapping)
+        record = held(read(file, mapping), out)
         save(record, out)
     size = " x ".join(f"{n} {dim}" for dim, n in record.sizes.items())
     typer.echo(f"{out}: written, {size}: {', '.join(map(str, record.data_vars))}")
@@ -120,13 +121,15 @@ def cut(
     least = quantity("shortest", shortest, "s")
     with _faults_of(file):
         found = whole_stretches(load(file, mapping), least)
-        chosen = [checked(record) for record in (found if every else [longest(found)])]
+        chosen = [held(checked(record), out) for record in (found if every else [longest(found)])]
     names = [out.with_name(f"{out.stem}-{i + 1}{out.suffix}") for i in range(len(chosen))] if every else [out]
     with files(*names, force=force, another="name"):
         for name, record in zip(names, chosen, strict=True):
             save(record, name)
     for name, record in zip(names, chosen, strict=True):
-        typer.echo(f"{name}: written, {record.sizes['time']} samples, {record.attrs.get('notes', ['whole'])[-1]}")
+        was = next((text for text in notes_of(record) if text.startswith("cut: ")), "whole")
+        typer.echo(f"{name}: written, {record.sizes['time']} samples, {was}")
+    _say_notes(chosen[0], but="cut: ")
 
 
 @example(
@@ -146,7 +149,7 @@ def resample_command(
     new = quantity("rate", rate, "Hz")
     with files(out, force=force, another="name"):
         with _faults_of(file):
-            record = resample(read(file, mapping), new, order)
+            record = held(resample(read(file, mapping), new, order), out)
         save(record, out)
     typer.echo(f"{out}: written, {record.sizes['time']} samples, resampled {record.attrs['resampled']}")
     _say_notes(record)
@@ -189,11 +192,12 @@ def _propose(file: Path, out: Path, force: bool) -> None:
     """Write the proposed mapping, and print what is left to do."""
     _not_itself(file, out, "check")
     table = columns(file)
-    text, unknown = propose(table, file.name)
+    text, incomplete = propose(table, file.name)
     with files(out, force=force, another="name"):
         write_text(out, text)
     of = len(table.columns)
-    typer.echo(f"{out}: written, {of - unknown} of {of} columns proposed; check every line, then")
+    left = f" ({incomplete} left out or incomplete: see its comments)" if incomplete else ""
+    typer.echo(f"{out}: written, {of - incomplete} of {of} columns proposed{left}; check every line, then")
     typer.echo(f"rotorsim data check {file} --mapping {out}")
 
 
@@ -211,9 +215,11 @@ def _not_itself(file: Path, out: Path, verb: str) -> None:
         raise DataError(f"{out}: is the file to {verb}; choose another name")
 
 
-def _say_notes(record: xr.Dataset) -> None:
+def _say_notes(record: xr.Dataset, but: str = "") -> None:
+    """Print the notes on a record, but those that begin so."""
     for text in notes_of(record):
-        typer.echo(f"note: {text}")
+        if not but or not text.startswith(but):
+            typer.echo(f"note: {text}")
 
 
 def _numbers(found: Examination, record: xr.Dataset) -> dict[str, Any]:
@@ -252,7 +258,7 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     console.print(table)
     lines = [f"problem: {text}" for text in found.problems]
     lines += [f"warning: {text}" for text in found.warnings]
-    lines += [f"{use}: {_verdict(found, missing)}" for use, missing in found.uses.items()]
+    lines += [f"{use}: {_verdict(found, use)}" for use in found.uses]
     if unused := _unused(record):
         lines.append(f"columns not used: {', '.join(map(_with_likely, unused))}")
     for line in lines:
@@ -266,7 +272,9 @@ def _summary(found: Examination) -> str:
     return f"time series, {found.samples} samples, {rate}, {found.duration:.6g} s"
 
 
-def _verdict(found: Examination, missing: str) -> str:
-    if missing:
+def _verdict(found: Examination, use: str) -> str:
+    if missing := found.uses[use]:
         return f"lacks {missing}"
-    return "once the problems are corrected" if found.problems else "fit"
+    if found.fit(use):
+        return f"fit without its gaps: {found.left_out}" if found.problems else "fit"
+    return "once the problems are corrected" if found.problems else "once the unit or the angle is corrected"

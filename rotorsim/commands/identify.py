@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from identification import Prefilter
 from identification.campaign import Local
@@ -25,6 +25,7 @@ from identification.lpv.surfaces import ORDERS
 from identification.records.runout import KINDS
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import counter
+from rotorsim.base.sentences import told_apart
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
@@ -38,7 +39,7 @@ from rotorsim.reproduction.identify_records import identify_records
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
     model: Annotated[str, typer.Option("--model", help="1, 2, 2-rate, 3, actuator or blackbox.")] = "3",
-    order: Annotated[int, typer.Option("--order", help="Order of a black-box model.")] = 6,
+    order: Annotated[int | None, typer.Option("--order", help="Of a black-box model; 6 if not given.")] = None,
     method: Annotated[str, typer.Option("--method", help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
     surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
     refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
@@ -101,12 +102,12 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
 
 
 def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
-    rows = [_row(one) for one in found]
+    rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
         typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
         return
     console = Console(highlight=False)
-    heads = ("record", "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
+    heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
     table = Table(*heads, box=None, pad_edge=False)
     for row in rows:
         if "error" not in row:
@@ -121,15 +122,15 @@ def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
     console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
 
 
-def _row(one: Local) -> dict[str, Any]:
+def _row(one: Local, name: str) -> dict[str, Any]:
     if one.result is None:
-        return {"record": one.source.path.name, "error": one.error}
+        return {"record": name, "error": one.error}
     r = one.result
     numbers = {"speed": r.speed, "pressure": r.pressure, "fit": r.fit, "ceiling": r.ceiling, "wn": r.wn,
                "zeta": r.zeta, "delay": r.delay, "static_gain": r.static_gain, "parameters": r.parameters,
                "noise_free_fit": r.noise_free_fit, "seconds": r.seconds, "dead_time": r.dead_time,
                "intervals": [asdict(one) | {"low": one.low, "high": one.high} for one in r.intervals]}  # fmt: skip
-    return {"record": one.source.path.name, "warnings": list(r.warnings), "notes": list(r.notes)} | {
+    return {"record": name, "warnings": list(r.warnings), "notes": list(r.notes)} | {
         key: plain(value) for key, value in numbers.items()
     }
 

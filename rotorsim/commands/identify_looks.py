@@ -15,6 +15,7 @@ from identification.campaign import NO_EXCITATION
 from identification.errors import UnfitError
 from identification.local.models import plain
 from rotorsim.base.errors import DataError
+from rotorsim.base.sentences import told_apart
 from rotorsim.reproduction.sources import sources_of
 
 Made = Callable[[Any, Any], Any]
@@ -42,7 +43,8 @@ def _print(paths: Sequence[Path], mapping: Any, as_json: bool, make: Made) -> No
     sources = sources_of(paths, mapping)
     if not sources:
         raise UnfitError(f"{paths[0]}: {NO_EXCITATION}")
-    found = [(source.path.name, make(*open_pair(source, mapping))) for source in sources]
+    names = told_apart([source.path for source in sources])
+    found = [(name, make(*open_pair(source, mapping))) for name, source in zip(names, sources, strict=True)]
     if as_json:
         typer.echo(json.dumps({"records": [{"record": name, **_plain(one)} for name, one in found]}, indent=2))
         return

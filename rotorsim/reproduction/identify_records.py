@@ -11,11 +11,14 @@ from identification.campaign import NO_EXCITATION, Local, identify_sources
 from rotorsim.reproduction.plans import HELD
 from rotorsim.reproduction.sources import sources_of
 
+ORDER = 6
+"""Of a black-box model."""
+
 
 def identify_records(
     paths: Sequence[str | Path],
     model: int | str = 3,
-    order: int = 6,
+    order: int | None = None,
     method: str = "auto",
     settings: Prefilter | None = None,
     mapping: Any = None,
@@ -34,7 +37,8 @@ def identify_records(
     model : int or str
         1, 2, 3, "actuator" or "blackbox".
     order, method
-        Order of a black-box model; "auto", "oe" (output error), "two-stage" (closed loops) or "pem" (prediction error).
+        Order of a black-box model, 6 if None; "auto", "oe" (output error), "two-stage" (closed loops) or "pem"
+        (prediction error).
     settings : Prefilter, optional
         Runout, spike and low-pass filters, probes.
     mapping : path or Mapping, optional
@@ -59,7 +63,7 @@ def identify_records(
     Raises
     ------
     UnfitError
-        If no record gives a model.
+        If no record gives a model, or for an order of a model that has none.
 
     Examples
     --------
@@ -67,6 +71,9 @@ def identify_records(
     >>> model, found = rs.identify_records(["my_campaign"], model=2)  # doctest: +SKIP
     >>> model.save("model.json")  # doctest: +SKIP
     """
+    if order is not None and str(model) != "blackbox":
+        raise UnfitError(f"identify.order: {order} for model {model}; only model blackbox has an order")
+    order = ORDER if order is None else order
     sources = sources_of(paths, mapping)
     if not sources:
         raise UnfitError(f"{paths[0]}: {NO_EXCITATION}")

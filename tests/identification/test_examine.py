@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import identification as idn
+from identification.records.checks import check_record
 
 N = 1000
 T = np.arange(N) / 5000
@@ -73,34 +74,91 @@ def test_a_fault_is_a_problem_and_unfits_the_record(record, problem):
     assert not found.usable and any(problem in text for text in found.problems)
 
 
+def test_identification_is_fit_with_gaps_that_it_leaves_out():
+    time = np.arange(10000) / 5000
+    leap = np.where(time > 1, time + 0.5, time)
+    rng = np.random.default_rng(0)
+    plain = {"reference": rng.normal(size=(10000, 2)), "disc_measured": rng.normal(size=(10000, 2)) * 1e-6}
+    record = made(time=leap, angle=100 * leap, speed=None, pressure=None, **plain)
+    found = idn.examine(record)
+    assert found.problems and not found.doubts and found.usable and found.left_out.startswith("2500 of 12500 samples")
+    assert found.fit("identification") and not found.fit("runout filter")
+    record["disc_measured"][3] = np.nan
+    assert idn.examine(record).fit("identification")
+    for spoilt in (record.assign_attrs(clipped="x: rests at 1 um"), record.isel(time=slice(3000, 7000))):
+        found = idn.examine(spoilt)
+        assert not found.fit("identification") and not found.usable and not found.left_out
+
+
 def clipped(values):
     return np.clip(values, -1e-6, 1e-6)
 
 
 @pytest.mark.parametrize(
-    ("record", "warning"),
+    ("record", "warning", "doubted"),
     [
-        (made(disc_measured=np.zeros((N, 2))), "disc_measured x: flat; is the sensor connected?"),
+        (made(disc_measured=np.zeros((N, 2))), "disc_measured x: flat; is the sensor connected?", False),
         (
             made(disc_measured=clipped(2e-6 * np.sin(300 * np.stack([T, T], 1)))),
             "disc_measured x: saturated at -1e-06 m?",
+            False,
         ),
-        (made(disc_measured=made()["disc_measured"].values * 1e6), "perhaps um or mm taken for m"),
-        (made(disc_measured=made()["disc_measured"].values * 1e-6), "is small for a displacement of a rotor"),
-        (made(pressure=np.full(N, 3.0)), "perhaps bar or MPa taken for Pa"),
-        (made(pressure=np.full(N, 3e8)), "large for a supply pressure; perhaps Pa or kPa taken for MPa or GPa"),
-        (made(reference=made()["reference"].values * 1e4), "perhaps mV taken for V"),
-        (made(speed=np.full(N, 100 * 30 / np.pi)), "the speed seems to be in rpm"),
-        (made(speed=np.full(N, 100 / 2 / np.pi)), "the speed seems to be in Hz"),
-        (made(angle=np.degrees(100 * T)), "the angle seems to be in deg"),
-        (made(angle=150 * T), "turns 1.5 times as fast as the speed signal; check both units"),
-        (made(angle=(100 * T) % (2 * np.pi)), "if it wraps, unwrap it"),
-        (made(time=T * 1000, angle=None), "5 samples a second; perhaps ms or us taken for s"),
+        (made(disc_measured=made()["disc_measured"].values * 1e6), "perhaps um or mm taken for m", True),
+        (made(disc_measured=made()["disc_measured"].values * 1e-6), "is small for a displacement of a rotor", True),
+        (made(pressure=np.full(N, 3.0)), "perhaps bar or MPa taken for Pa", True),
+        (made(pressure=np.full(N, 3e8)), "large for a supply pressure; perhaps Pa or kPa taken for MPa or GPa", True),
+        (made(reference=made()["reference"].values * 1e4), "perhaps mV taken for V", True),
+        (made(speed=np.full(N, 100 * 30 / np.pi)), "the speed seems to be in rpm", True),
+        (made(speed=np.full(N, 100 / 2 / np.pi)), "the speed seems to be in Hz", True),
+        (made(angle=np.degrees(100 * T)), "the angle seems to be in deg", True),
+        (made(angle=150 * T), "turns 1.5 times as fast as the speed signal; check both units", False),
+        (made(angle=(100 * T) % (2 * np.pi)), "if it wraps, unwrap it", True),
+        (made(time=T * 1000, angle=None), "5 samples a second; perhaps ms or us taken for s", True),
     ],
 )
-def test_odd_values_are_suspected_but_never_changed(record, warning):
+def test_odd_values_are_suspected_but_never_changed(record, warning, doubted):
+    before, found = record.copy(deep=True), idn.examine(record)
+    assert any(warning in text for text in found.warnings), found.warnings
+    assert any(warning in text for text in found.doubts) is doubted and found.usable is not doubted
+    assert record.identical(before)
+
+
+@pytest.mark.parametrize(
+    ("change", "size", "likely"),
+    [
+        ({"reference": 300.0}, "large for an actuator voltage", "perhaps mV taken for V"),
+        ({"pressure": 4e6}, "large for a supply pressure", "perhaps bar or psi taken for MPa"),
+        ({"speed": 90000 * np.pi / 30, "angle": None}, "large for a shaft speed", "perhaps rpm taken for Hz or rad/s"),
+        ({"disc_measured": 4e-8}, "small for a displacement of a rotor", "perhaps um taken for nm"),
+        ({"disc_measured": 4e-3}, "large for a displacement of a rotor", "perhaps um taken for mm or mil"),
+    ],
+)
+def test_values_that_few_rigs_have_are_warned_of_and_still_fit(change, size, likely):
+    name, largest = next(iter(change.items()))
+    two = np.stack([np.sin(300 * T), np.cos(300 * T)], 1) if name in ("reference", "disc_measured") else np.ones(N)
+    found = idn.examine(made(**{name: two * largest / np.abs(two).max()}, **dict(list(change.items())[1:])))
+    assert len(found.warnings) == 1 and size in found.warnings[0] and likely in found.warnings[0]
+    assert found.usable and not found.doubts
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3, 1e6])
+def test_identification_refuses_what_the_examination_doubts_and_no_more(scale):
+    record = made(disc_measured=made()["disc_measured"].values * scale)
     found = idn.examine(record)
-    assert found.usable and any(warning in text for text in found.warnings), found.warnings
+    assert found.usable is (scale < 1e6)
+    if found.usable:
+        check_record(record, 2e-4)
+    else:
+        with pytest.raises(idn.UnfitError, match="perhaps um or mm taken for m"):
+            check_record(record, 2e-4)
+
+
+@pytest.mark.parametrize("name", ["disc_measured", "reference", "pressure", "speed"])
+def test_usual_values_of_rigs_give_no_warning(name):
+    usual = {"disc_measured": (2e-7, 5e-4), "reference": (0.05, 150.0), "pressure": (2e4, 1.6e6), "speed": (10.0, 6e3)}
+    for largest in usual[name]:
+        two = np.stack([np.sin(300 * T), np.cos(300 * T)], 1) if name in ("reference", "disc_measured") else np.ones(N)
+        assert not idn.examine(made(**{name: two * largest}, angle=None)).warnings
 
 
 def test_a_command_that_rests_at_its_limits_is_no_saturation():

@@ -30,9 +30,9 @@ def lab(tmp_path):
 
 
 def test_a_laboratorys_file_is_read_with_what_is_proposed(lab, tmp_path):
-    text, unknown = idn.propose(idn.columns(lab), "a.csv")
+    text, incomplete = idn.propose(idn.columns(lab), "a.csv")
     (tmp_path / "a.toml").write_text(text)
-    assert unknown == 1 and '# not known: column 7, "spare", from 0 to 0' in text
+    assert incomplete == 2 and '# not known: column 7, "spare", from 0 to 0' in text
     record = idn.read(lab, tmp_path / "a.toml")
     assert float(record["speed"].median()) == pytest.approx(W, rel=1e-3)
     assert float(record["pressure"][0]) == pytest.approx(3.1e5)
@@ -50,43 +50,68 @@ def test_a_laboratorys_file_is_read_with_what_is_proposed(lab, tmp_path):
     ("name", "kind", "unit"),
     [("time ms", "time", "ms"), ("t_ms", "time", "ms"), ("Time_s", "time", "s"), ("zeit us", "time", "us"),
      ("speed rpm", "speed", "rpm"), ("speed_rad_s", "speed", "rad/s"), ("n_rpm", "speed", "rpm"),
-     ("omega rad/s", "speed", "rad/s"), ("speed_Hz", "speed", "Hz"), ("p_MPa", "pressure", "MPa")],
+     ("omega rad/s", "speed", "rad/s"), ("speed_Hz", "speed", "Hz"), ("p_MPa", "pressure", "MPa"),
+     ("p_kPa", "pressure", "kPa"), ("supply kPa", "pressure", "kPa")],
 )  # fmt: skip
 def test_a_unit_may_end_the_name_without_brackets(name, kind, unit):
-    text, unknown = proposed(**{name: T * 1e3})
+    text, incomplete = proposed(**{name: T * 1e3})
     tables = tomllib.loads(text)
-    assert unknown == 0 and (tables | tables.get("channels", {}))[kind] == {"column": name, "unit": unit}
+    assert incomplete == 0 and (tables | tables.get("channels", {}))[kind] == {"column": name, "unit": unit}
     assert f'unit = "{unit}"    # from the name' in text
+
+
+@pytest.mark.parametrize(("one", "two"), [("drive x mV", "drive y mV"), ("refX_mV", "refY_mV")])
+def test_millivolts_of_a_name_are_no_volts(one, two):
+    text, incomplete = proposed(**{one: T * 1e3, two: T * 1e3})
+    assert incomplete == 0
+    assert [e["unit"] for e in tomllib.loads(text)["channels"]["reference"].values()] == ["mV", "mV"]
+    assert text.count('unit = "mV"    # from the name') == 2
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us")])
+def test_the_unit_of_a_time_is_guessed_by_its_step(scale, unit):
+    assert tomllib.loads(proposed(t=T * scale)[0])["time"]["unit"] == unit
+
+
+def test_entries_that_are_comments_or_lack_an_angle_are_not_counted_as_complete():
+    names = ("time s", "drive A mV", "drive B mV", "probe A um", "probe B um", "shaft rpm", "supply bar")
+    text, incomplete = proposed(**dict.fromkeys(names, T))
+    assert incomplete == 4 and text.count('# angle = "?"') == 2 and text.count("# [channels.reference.x]") == 2
 
 
 @pytest.mark.parametrize("unit", ["um", "mm", "mil", "m"])
 @pytest.mark.parametrize("gap", [" ", "_"])
 def test_a_unit_ends_the_names_of_both_axes(gap, unit):
-    text, unknown = proposed(**{f"x{gap}{unit}": T * 1e3, f"Y{gap}{unit}": T * 1e3})
+    text, incomplete = proposed(**{f"x{gap}{unit}": T * 1e3, f"Y{gap}{unit}": T * 1e3})
     disc = tomllib.loads(text)["channels"]["disc_measured"]
-    assert unknown == 0
+    assert incomplete == 0
     assert disc == {n.lower(): {"column": f"{n}{gap}{unit}", "unit": unit} for n in "xY"}
+
+
+def test_external_references_are_proposed_by_axis():
+    text, incomplete = proposed(reference_external_x=T, reference_external_y=T)
+    assert incomplete == 0 and set(tomllib.loads(text)["channels"]["reference_external"]) == {"x", "y"}
 
 
 def test_vectors_are_proposed_by_order_and_axis():
     speed = np.linspace(500, 3000, 50)
     x = {"X_1X_amp_mil": speed / 1e4, "X_1X_phase_deg": speed / 10}
     y = {"Y__1X__Amplitude": speed / 10, "Y__1X__Phase": speed / 9}
-    text, unknown = proposed(rpm=speed, **x, **y)
+    text, incomplete = proposed(rpm=speed, **x, **y)
     tables = tomllib.loads(text)
-    assert unknown == 0 and tables["speed"] == {"column": "rpm", "unit": "rpm"}
+    assert incomplete == 0 and tables["speed"] == {"column": "rpm", "unit": "rpm"}
     assert tables["vectors"]["1X"]["x"]["amplitude"] == {"column": "X_1X_amp_mil", "unit": "mil"}
     assert tables["vectors"]["1X"]["y"]["phase"] == {"column": "Y 1X Phase", "unit": "deg"}
     assert "a lag, else add sign = -1" in text and "0-pk unless" in text
 
 
 def test_what_is_missing_is_a_comment():
-    text, unknown = proposed(X=T * 1e3, Y=T * 1e3)
-    assert unknown == 0 and set(tomllib.loads(text)) == {"channels"}
+    text, incomplete = proposed(X=T * 1e3, Y=T * 1e3)
+    assert incomplete == 0 and set(tomllib.loads(text)) == {"channels"}
     for line in ("# No time was found", "# No speed, angle or keyphasor was found", '# pressure = "? MPa"'):
         assert line in text
-    text, unknown = proposed(foo=T, bar=T)
-    assert unknown == 2 and tomllib.loads(text) == {}
+    text, incomplete = proposed(foo=T, bar=T)
+    assert incomplete == 2 and tomllib.loads(text) == {}
 
 
 def test_names_of_any_kind_give_toml():

@@ -61,6 +61,30 @@ def test_a_foreign_record_keeps_its_provenance(written, tmp_path, suffix):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
+def test_snapshots_of_the_film_stay_in_netcdf_alone_and_are_named(record, tmp_path, suffix):
+    film = ("snapshot", "theta", "z"), np.ones((2, 4, 3)), {"units": "Pa"}
+    whole = record.assign(film_pressure=film, snapshot_time=("snapshot", [0.0, 0.1]))
+    whole = whole.assign_coords(theta=np.arange(4.0), z=np.arange(3.0))
+    back = idn.read(idn.save(whole, tmp_path / f"a{suffix}"))
+    assert back.identical(idn.held(whole, f"a{suffix}"))
+    if suffix == ".nc":
+        assert back.identical(whole)
+    else:
+        assert back.drop_attrs().identical(record.drop_attrs())
+        assert idn.notes_of(back) == ["left out, not over time (a .nc file keeps it): film_pressure, snapshot_time"]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat"])
+def test_channels_of_several_bearings_are_columns_that_reading_lists(tmp_path, suffix):
+    time, moves = np.arange(4) * 0.1, np.arange(16.0).reshape(4, 2, 2)
+    record = idn.make_record(time, {"disc": moves[:, 0], "journals": moves}, bearings=["front", "rear"])
+    assert idn.to_pandas(record)["journals_rear_x"].tolist() == moves[:, 1, 0].tolist()
+    back = idn.read(idn.save(record, tmp_path / f"a{suffix}"))
+    assert list(back) == ["disc"]
+    assert back.attrs["unused_columns"] == [f"journals_{b}_{a}" for b in ("front", "rear") for a in "xy"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_failed_write_leaves_the_old_file_as_it_was(record, tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     path.write_text("mine")

@@ -78,6 +78,31 @@ def test_data_that_is_fit_for_nothing_is_described_and_ends_with_3(run, tmp_path
     assert err.startswith(f"{path}: record.time: 1 gaps") and err.count("\n") == 1
 
 
+def test_a_unit_that_must_be_wrong_ends_with_3_and_one_that_few_rigs_have_with_0(run, rig):
+    file, mapping = rig
+    mapping.write_text(MAPPING.replace('"um"', '"mm"').replace('unit = "rpm"', 'unit = "Hz"'))
+    code, out, _ = run("check", file, "--mapping", mapping)
+    assert code == 3 and "identification: once the unit or the angle is corrected" in out
+    mapping.write_text(MAPPING.replace("0.3 MPa", "3 MPa"))
+    code, out, _ = run("check", file, "--mapping", mapping)
+    assert code == 0 and "perhaps bar or psi taken for MPa" in out and "identification: fit" in out
+
+
+def test_gaps_that_identify_leaves_out_are_fit_for_it_alone(run, tmp_path):
+    rng = np.random.default_rng(0)
+    table = np.column_stack([np.arange(3000) / 1000, rng.normal(size=(3000, 2)), 1e-6 * rng.normal(size=(3000, 3))])
+    table[700:720, 3] = np.nan
+    np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", comments="",
+               header="time,reference_x,reference_y,disc_measured_x,disc_measured_y,angle")  # fmt: skip
+    (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().replace("nan", ""))
+    code, out, _ = run("check", tmp_path / "a.csv")
+    assert code == 0 and "identification: fit without its gaps: 20 of 3000 samples (0.67 %) left out" in out
+    assert "runout filter: once the problems are corrected" in out
+    with pytest.raises(idn.SchemaError, match=r"cut it with 'rotorsim data cut', or read it with identification\.load"):
+        idn.read(tmp_path / "a.csv")
+    assert idn.load(tmp_path / "a.csv").sizes["time"] == 3000
+
+
 def test_run_up_vectors_are_checked(run, tmp_path, vectors_file="v.csv"):
     path = tmp_path / vectors_file
     head = "speed [rpm],amplitude_1X_x [um],phase_1X_x [deg],amplitude_1X_y [um],phase_1X_y [deg]"
@@ -115,7 +140,11 @@ def test_a_mapping_is_proposed_and_never_replaced_unasked(run, rig, tmp_path):
     file, _ = rig
     out = tmp_path / "proposed.toml"
     code, text, _ = run("check", file, "--propose", out)
-    assert code == 0 and "6 of 7 columns proposed" in text and f"rotorsim data check {file} --mapping {out}" in text
+    assert (
+        code == 0
+        and "6 of 7 columns proposed (1 left out or incomplete" in text
+        and f"rotorsim data check {file} --mapping {out}" in text
+    )
     assert run("check", file, "--mapping", out)[0] == 0
     code, _, err = run("check", file, "--propose", out)
     assert code == 2 and "is there already" in err

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 from identification import validate
+from rotorsim.experiments import Prbs
 
 RIG = ["--grid", "16x4", "--time-step", "0.2 ms", "--pressure", "0.6 MPa", "--no-report"]
 NAMES = ["runup", "coastdown", "steady", "slow_roll", "staircase", "prbs", "chirp", "multisine", "impact", "controlled"]
@@ -77,6 +78,25 @@ def test_text_with_units_reaches_the_record_in_si(run, tmp_path):
         a = record.attrs
         assert (a["amplitude"], a["low"], a["high"], a["pressure"]) == (0.5, 1.0, 300.0, 0.6e6)
         assert a["speed"] == pytest.approx(100 * np.pi)
+
+
+def test_dither_of_a_closed_loop_has_a_sequence_and_a_clock(run, tmp_path):
+    short = ["experiment", "controlled", *RIG, "--duration", "0.1 s", "--dither", "0.2 V", "--out"]
+    drawn = {}
+    for name, more in {"0": [], "same": ["--sequence", "0", "--hold", "5 ms"], "1": ["--sequence", "1"],
+                       "slow": ["--hold", "20 ms"]}.items():  # fmt: skip
+        code, _, err = run(*short, name, *more)
+        assert code == 0, err
+        with xr.open_dataset(tmp_path / name / "controlled.nc", engine="h5netcdf") as record:
+            drawn[name] = record["reference_external"].values
+            assert record.attrs["excitation_1_sequence"] == (name == "1")
+    plain = Prbs(amplitude=0.2, duration=0.1, bias=0.0).rows(0, 500)[:, 2:4]
+    assert np.array_equal(drawn["0"], plain) and np.array_equal(drawn["same"], plain)
+    assert not np.array_equal(drawn["1"], plain)
+    assert set(np.flatnonzero(np.diff(drawn["slow"], axis=0).any(axis=1)) + 1) <= set(range(100, 500, 100))
+    for option in (["--sequence", "1"], ["--hold", "20 ms"]):
+        code, _, err = run("experiment", "controlled", *RIG, *option, "--out", "none")
+        assert code == 2 and err.startswith(f"{option[0]}: is of the dither, which is 0; give e.g. --dither")
 
 
 def test_a_plain_rotor_can_be_hit(run):

@@ -76,6 +76,8 @@ def test_a_folder_of_records_becomes_a_parameter_varying_model(run, tmp_path):
         (["{folder}/short.csv", "--dead-time", "4"], "--dead-time"),
         (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--dead-time", "9 ms"], "give 1e-05 to 0.005 s"),
         (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--advice"], "with excitation"),
+        (["{folder}/short.csv", "--model", "2", "--order", "4"], "identify.order: 4 for model 2; only model blackbox"),
+        (["{folder}/short.csv", "--order", "6"], "identify.order: 6 for model 3; only model blackbox has an order"),
         (["{folder}/short.csv", "--advice", "--compare", "m.json"], "one at a time"),
         (["{folder}/short.csv", "--compare", "{folder}/none.json"], "is not there"),
     ],
@@ -110,6 +112,17 @@ def test_records_of_one_operating_point_become_one_model(run, tmp_path):
     sd = [row["parameters"]["K_xx"][1] for row in result["records"]]
     assert sd[2] < 0.8 * min(sd[:2])
     assert idn.load_model(out).wn == pytest.approx(result["records"][2]["wn"])
+
+
+def test_records_of_one_name_are_told_apart_by_their_folders(run, tmp_path):
+    for i in range(2):
+        (tmp_path / f"r{i}").mkdir()
+        idn.save(model3.record(i, seconds=2.0), tmp_path / f"r{i}" / "prbs.nc")
+    paths, names = [tmp_path / f"r{i}" / "prbs.nc" for i in range(2)], ["r0/prbs.nc", "r1/prbs.nc"]
+    code, text, err = run(*paths, "--model", "1", "--out", tmp_path / "model.json")
+    assert (code, err) == (0, "") and all(f"\n{name} " in text for name in names) and "\n2 together " in text
+    code, text, _ = run(*paths, "--advice", "--json")
+    assert code == 0 and [row["record"] for row in json.loads(text)["records"]] == names
 
 
 @pytest.mark.parametrize(("given", "found"), [("0", [0.0, 0.0]), ("0.6 ms", [6e-4, 6e-4])])

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,8 +35,12 @@ KINDS: tuple[tuple[str, str, str], ...] = (
 """Kind of a column, pattern of its name in plain words, SI unit of what it gives; the first that fits counts."""
 _AXIS = re.compile(r"(?:^|[ \d])([xy])(?:[ \d]|$)")
 _ANGLE = re.compile(r"(\d{1,3}) ?(?:deg)? ?(left|right|l|r)?\b")
+_CAPITAL = re.compile(r"(?<=[a-z])(?!(?<=\b[kmu])(?:V|Hz|Pa|N)\b)(?=[A-Z])")
+"""Where a word begins with a capital letter; the units mV, kHz, kPa and the like stay whole."""
+_PREFIXED = re.compile(r"(?:(?<![a-z])[ku]|m)(?:V|Hz|Pa|N)$")
 _ORDER = re.compile(r"\b(\d) ?x\b")
 _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
+    "s": ((0.05, "s"), (50.0, "ms"), (np.inf, "us")),
     "rad/s": ((200.0, "Hz"), (np.inf, "rpm")),
     "Pa": ((3.0, "MPa"), (20.0, "bar"), (500.0, "psi"), (np.inf, "Pa")),
     "rad": ((6.5, "rad"), (np.inf, "deg")),
@@ -42,9 +48,11 @@ _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
     "m/s": ((np.inf, "mm/s"),),
     "m/s^2": ((np.inf, "m/s^2"),),
 }
-"""Unit to guess by the largest absolute value, up to each limit."""
+"""Unit to guess by the largest absolute value, up to each limit; of a time by its step."""
 PAIRS = ("reference", "disc_force")
 """Kinds that need both axes."""
+LABELLED = ("pin", "journal", "disc", "film_force", "probe_measured", "reference_external")
+"""Kinds that only the schema's names give, with an axis, a number or a name."""
 GAP = (3.0, 22.0)
 """Mean [V] below 0 of a proximity probe."""
 
@@ -64,12 +72,12 @@ class Guess:
 
 
 def propose(table: Table, file: str) -> tuple[str, int]:
-    """TOML text of a mapping for a file's columns, and the number of columns that are not known.
+    """TOML text of a mapping for a file's columns, and the number of columns without a complete entry there.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> text, unknown = rs.identification.propose(rs.identification.columns("run.csv"), "run.csv")
+    >>> text, incomplete = rs.identification.propose(rs.identification.columns("run.csv"), "run.csv")
     """
     guesses = [_guess(column, number) for number, column in enumerate(table.columns, 1)]
     known = [guess for guess in guesses if guess.kind]
@@ -83,13 +91,21 @@ def propose(table: Table, file: str) -> tuple[str, int]:
     parts += [f"# not known: column {g.number}, {_text(g.column.name)}, {_extent(g.column)}\n" for g in unknown]
     if not vectors:
         parts += _missing({g.kind for g in known})
-    return "\n".join(parts), len(unknown)
+    text = "\n".join(parts)
+    return text, len(guesses) - sum(_complete(tomllib.loads(text)))
+
+
+def _complete(tables: dict[str, Any], angled: bool = False) -> Iterator[bool]:
+    """Of each entry of a column: whether it states a unit and, for a probe at some angle, the angle."""
+    for name, table in tables.items():
+        if isinstance(table, dict) and "column" in table:
+            yield "unit" in table and ("angle" in table or not angled)
+        elif isinstance(table, dict):
+            yield from _complete(table, name == "probes")
 
 
 def _guess(column: Column, number: int) -> Guess:
-    words = " ".join(
-        re.sub(r"([a-z])([A-Z])", r"\1 \2", column.name).replace("_", " ").replace("-", " ").lower().split()
-    )
+    words = " ".join(_CAPITAL.sub(" ", re.sub(r"[_-]", " ", column.name)).lower().split())
     if key := meaning(column.name):
         unit, source = (column.unit, "the file") if column.unit else (schema_unit(key), "the schema's name")
         kind = {"disc_measured": "probe", "time": "time"}.get(key[0], key[0])
@@ -119,6 +135,8 @@ def _unit(column: Column, words: str, si: str, kind: str) -> tuple[str, str]:
     if kind == "probe" and -GAP[1] < mean < -GAP[0]:
         return "V", "the values, as a gap voltage"
     largest = float(np.abs(finite).max(initial=0.0))
+    if kind == "time" and finite.size > 1:
+        largest = float(np.median(np.abs(np.diff(finite))))
     guess = next((unit for limit, unit in _GUESSES.get(si, ()) if largest <= limit), si)
     return guess, "the values"
 
@@ -130,6 +148,8 @@ def _named_unit(name: str, words: str, si: str) -> str:
     if rest[-2:] == ["rad", "s"]:
         last = "rad/s"
     plain = {"v": "V", "mv": "mV", "hz": "Hz", "khz": "kHz", "pa": "Pa", "kpa": "kPa", "mpa": "MPa"}.get(last, last)
+    if prefixed := _PREFIXED.search(name.rstrip()):
+        plain = prefixed[0]
     if plain in ("1", "-") or (plain in ("m", "s", "g") and not (rest and name.rstrip().endswith(plain))):
         return ""  # a letter alone, or a capital one, is a name
     return plain if is_unit_of(plain, si) or is_unit_of(plain, "V") else ""
@@ -150,7 +170,7 @@ def _series(known: Sequence[Guess]) -> list[str]:
             section = f"channels.{g.kind}.{g.axis or 'x'}"
         else:
             section = g.kind if g.kind in ("time", "keyphasor") else f"channels.{g.kind}"
-            section += f".{g.axis}" if g.kind in ("pin", "journal", "disc", "film_force", "probe_measured") else ""
+            section += f".{g.axis}" if g.kind in LABELLED else ""
         text = _entry(section, g, not plain)
         alone = g.kind in PAIRS and {"x", "y"} - {o.axis for o in known if o.kind == g.kind}
         why = "the second of its kind:" if section in seen else "the other axis is not known:" if alone else ""

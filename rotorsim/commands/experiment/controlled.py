@@ -12,7 +12,7 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw, WithHarmonics, without_orbit
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
-from rotorsim.experiments.parameters import check_parameters, param
+from rotorsim.experiments.parameters import check_parameters, param, sequence
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
@@ -45,6 +45,8 @@ class Setup:
     bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     dither: float = param("V", "Level of binary references on both axes; 0 for none.", 0.0, low=0, high=REFERENCE_LIMIT)
+    hold: float = param("s", "Shortest time between jumps of the dither.", Prbs.hold, above=0, samples=True)
+    sequence: int = sequence()
     hit: float = param("N", "Peak of a hammer's hit on the disc every second; 0 for none.", 0.0, low=0)
     hit_angle: float = param("rad", "Direction of the hits.", 0.0)
     law: Path | None = None
@@ -57,6 +59,9 @@ class Setup:
         if self.law is not None and given:
             words = ", ".join(f"--{name.replace('_', '-')}" for name in given)
             raise DataError(f"--law: the law of the file replaces the built-in one; leave out {words}")
+        drawn = [name for name in ("hold", "sequence") if getattr(self, name) != getattr(Prbs, name)]
+        if drawn and not self.dither:
+            raise DataError(f"--{drawn[0]}: is of the dither, which is 0; give e.g. --dither '0.3 V'")
 
     def experiment(self, plant: Plant) -> Controlled:
         """The experiment; the built-in law acts on the displacement from the plant's equilibrium."""
@@ -81,7 +86,11 @@ class Setup:
         """Dither and hits."""
         added: list[Experiment] = []
         if self.dither:
-            added.append(Prbs(amplitude=self.dither, duration=self.duration, bias=0.0, Ts=self.Ts))
+            signal = Prbs(
+                amplitude=self.dither, duration=self.duration, bias=0.0, hold=self.hold, sequence=self.sequence,
+                Ts=self.Ts,
+            )  # fmt: skip
+            added.append(signal)
         if self.hit:
             added.append(Impact(peak=self.hit, angle=self.hit_angle, hits=max(round(self.duration), 1), Ts=self.Ts))
         return tuple(added)

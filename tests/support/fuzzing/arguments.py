@@ -62,7 +62,8 @@ SHORT: dict[str, dict[str, st.SearchStrategy[str]]] = {
         "duration": samples(2, 200), "gain_x": mixed("V/m", (-1e6, 1e6), (-1e9, 1e9)),
         "gain_y": mixed("V/m", (-1e6, 1e6)),
         "low_pass": mixed("Hz", (1, 2500)), "bias_x": mixed("V", (-5, 5)), "bias_y": mixed("V", (-5, 5)),
-        "dither": mixed("V", (0, 0), (0, 5)), "hit": mixed("N", (0, 0), (0, 1e4)), "hit_angle": mixed("rad", (-7, 7)),
+        "dither": mixed("V", (0, 0), (0, 5)), "hold": samples(1, 400),
+        "hit": mixed("N", (0, 0), (0, 1e4)), "hit_angle": mixed("rad", (-7, 7)),
     },
     "coastdown": {
         "start": mixed("rad/s", (KRPM, 100 * KRPM)), "stop": mixed("rad/s", (0, KRPM)), "pressure": PRESSURE,
