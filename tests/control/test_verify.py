@@ -191,7 +191,7 @@ def coarse():
 
 
 def test_a_law_that_its_alarms_suspend_fails_and_its_alarms_are_stated_by_run(coarse, model):
-    """A range of 10 nm: every sample after the centre is found is out of it; every bound on amplitudes and voltages holds."""
+    """A range of 10 nm: once the centre is found every sample is out of it; bounds on amplitudes and voltages hold."""
     law = lqr.design(model)
     limits = replace(law.plausibility, range=1e-8)
     result = closed_loop(law.with_(plausibility=limits), coarse, quick=True)
