@@ -76,6 +76,17 @@ def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
     assert {number for number, figures in known.items() if figures} == bare
 
 
+def test_claims_on_laws_that_a_quick_study_leaves_out_are_not_run_unless_one_was_refused():
+    quick = ControlStudy(left_out=("lpv", "lpv thesis"))
+    assert control_numbers.control_left_out(quick) == {"C6", "C7", "C8", "C9"}
+    assert control_numbers.control_left_out(ControlStudy()) == set()
+    quick.refused["hinf"] = "unstable"
+    assert control_numbers.control_left_out(quick) == {"C6", "C8", "C9"}
+    found = {one.claim.number: one for one in verdicts.verdicts({}, "C", {"C7", "C9"})}
+    assert found["C7"].verdict == found["C9"].verdict == "not run" and found["C4"].verdict == "not met"
+    assert verdicts.lines(list(found.values()))[-1] == "9 not met, 2 not run, 1 not comparable"
+
+
 def test_the_claims_points_off_the_grid_get_records_of_their_own():
     claimed = [(round(w / KRPM, 3), p) for w, p in Layout().claimed()]
     assert claimed == [(5.3, 300000), (4.05, 500000), (4.2, 700000)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import isinf
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,10 @@ FITTED = " (fitted)"
 HEADS = ("figure", "thesis", "here", f"{MET} in", f"{NEAR} in", "verdict")
 
 
-def verdicts(ours: Numbers, letters: str = "IC") -> list[Judged]:
+def verdicts(ours: Numbers, letters: str = "IC", left_out: Collection[str] = ()) -> list[Judged]:
     """Verdicts on the claims whose number begins with one of the letters.
+
+    What `ours` does not hold is not run in the claims of `left_out`, and not met in all others.
 
     Examples
     --------
@@ -25,7 +27,7 @@ def verdicts(ours: Numbers, letters: str = "IC") -> list[Judged]:
     >>> {one.verdict for one in rs.reproduction.verdicts({}, "I")}
     {'not met'}
     """
-    return [judge(claim, ours.get(claim.number, {})) for claim in claims() if claim.number[0] in letters]
+    return [judge(claim, ours.get(claim.number, {}), left_out) for claim in claims() if claim.number[0] in letters]
 
 
 def claims_blocks(found: Sequence[Judged], title: str = "Claims of the thesis") -> list[Block]:
