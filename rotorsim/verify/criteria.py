@@ -62,7 +62,7 @@ def edited(before: Mapping[str, float | None], now: Mapping[str, float | None]) 
     >>> edited(asdict(Criteria()), asdict(Criteria(worst=1.2)))
     ['worst: 1.0 at the first verification here, 1.2 now']
     """
-    names = [name for name in dict.fromkeys((*now, *before)) if before.get(name) != now.get(name)]
+    names = [name for name in before if before[name] != now.get(name)]  # not those of a later version
     return [f"{name}: {before.get(name)} at the first verification here, {now.get(name)} now" for name in names]
 
 

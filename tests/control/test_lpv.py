@@ -36,7 +36,7 @@ def made(rig):
 def test_a_design_names_its_steps_in_their_order(rig):
     steps = []
     changes = ["grid=5x5", "table=3x3", "validation=5x5"]
-    told = rs.control.design("lpv", rig, changes, progress=steps.append)
+    shown = rs.control.design("lpv", rig, changes, progress=steps.append)
     names = list(dict.fromkeys(step.partition(":")[0].partition(" at gamma")[0] for step in steps))
     assert names == [
         "smallest gamma",
@@ -45,7 +45,7 @@ def test_a_design_names_its_steps_in_their_order(rig):
         "table",
         "stability over the range",
     ]
-    assert told.hash == rs.control.design("lpv", rig, changes).hash
+    assert shown.hash == rs.control.design("lpv", rig, changes).hash
 
 
 def plants_of(rig, made, n):

@@ -1,6 +1,6 @@
 """Verification of a law on the plant: compiled loop bit-identical, impacts, sensor faults, safety circle."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -14,9 +14,9 @@ from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import page
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import _impact_rows, other_machines, worst_ratio
-from rotorsim.verify.criteria import Criteria, at_most, below
+from rotorsim.verify.criteria import Criteria, at_most, below, edited
 from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
-from rotorsim.verify.running import Frozen, run_rows, steady_rows
+from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import comparison
 from rotorsim.verify.transients import changing, excursion
 
@@ -209,6 +209,19 @@ def test_alarms_of_a_sound_law_are_those_of_a_hanging_sensor_and_of_an_overload(
     assert {one.run for one in result.alarms if one.sound} <= {"hit of 100 N (saturation)"}
     assert {row.check: row for row in result.rows}["suspended by alarms, sound sensors"].passed
     assert closed_loop(p.make(p.Spec(kappa_x=0.0, kappa_y=0.0)), coarse, quick=True).alarms == ()
+
+
+def test_alarms_of_the_run_to_the_safe_speed_are_in_its_sentence():
+    run = Run(np.zeros((1, 1)), np.zeros((1, 6)), alarms=(5, 100, "5 bad samples; the last: it jumped"))
+    found = comparison(made(600.0), replace(made(1200.0), run=run))
+    assert "; the law had alarms, of 100 samples 5 bad samples; the last: it jumped; " in found["sentence"]
+    assert "alarms" not in comparison(made(600.0), made(1200.0))["sentence"]
+
+
+def test_a_criterion_that_an_earlier_verification_did_not_have_is_not_edited():
+    before = asdict(Criteria())
+    assert edited({name: v for name, v in before.items() if name != "suspended"}, before) == []
+    assert len(edited(before, before | {"suspended": 0.5})) == 1
 
 
 def test_a_law_that_does_nothing_fails_whatever_the_last_digit(coarse):
