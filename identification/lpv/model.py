@@ -24,6 +24,7 @@ from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
 from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
 from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
+from rotorsim.base.exchange.control_systems import sampling_call
 from rotorsim.base.exchange.mat import cells, is_mat, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.files import write_json
@@ -205,7 +206,9 @@ class LpvModel(Shown):
         for (speed, pressure), one in models.items():
             where = f"lpv: system at {speed:g} rad/s, {pressure:g} Pa"
             if not one.Ts:
-                raise ModelError(f"{where}: is continuous; sample it: control.sample_system(system, {RIG_SAMPLE:g})")
+                raise ModelError(
+                    f"{where}: is continuous; sample it: {sampling_call(systems[speed, pressure], RIG_SAMPLE, 'zoh')}"
+                )
             if (one.order, one.Ts) != (first.order, first.Ts):
                 raise ModelError(
                     f"{where}: {one.order} states, {one.Ts:g} s; the first has {first.order}, {first.Ts:g} s"

@@ -14,6 +14,8 @@ import numpy as np
 
 Block = TypeVar("Block", bound=tuple)
 Update = Callable[..., None]
+Report = Callable[[str], None]
+"""Called with the name of a step before it starts."""
 BAR, LEFT = "bar", "time left"
 """Columns of a bar that are not text."""
 RUN = (
@@ -47,6 +49,10 @@ def bar(columns: Sequence[str] = (), text: str = "", show: bool = True, **fields
     shown = [drawn[column]() if column in drawn else TextColumn(column) for column in columns]
     with Progress(*shown, console=Console(stderr=True)) as progress:
         yield partial(progress.update, progress.add_task(text, **{"total": None} | fields))
+
+
+def silent(text: str) -> None:
+    """A `Report` that shows nothing."""
 
 
 def line(text: str, last: bool = False) -> None:

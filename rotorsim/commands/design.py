@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from identification import load_model
 from rotorsim.base.errors import DataError
+from rotorsim.base.progress import line
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import designs
 from rotorsim.commands.lazy_group import example
@@ -67,7 +69,7 @@ def design(
     with files(target, *html, force=force):
         page.begin(target.with_suffix(".html"), force)
         loaded = load_model(model)
-        law = make(name, loaded, spec or (), preset)
+        law = _made(name, loaded, spec or (), preset)
         if zero_dc:
             law = without_dc(law, quantity("zero-dc", zero_dc, "Hz"))
         if bias:
@@ -80,6 +82,14 @@ def design(
             findings["report"] = str(write_design(law, loaded, html[0]))
             findings |= page.finish(html[0])
     _print(findings, as_json)
+
+
+def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:
+    """The law of a design, whose steps a terminal shows meanwhile."""
+    try:
+        return make(name, model, spec, preset, lambda step: line(f"design {name}: {step} ..."))
+    finally:
+        line("")
 
 
 def _print_fields(name: str, preset: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Annotated
@@ -89,6 +90,7 @@ def _plain(result: Verification) -> dict[str, object]:
     numbers["rows"] = [
         {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in row.items()} for row in result.table
     ]
+    numbers["alarms"] = [asdict(one) for one in result.alarms]
     if result.remark:
         numbers["remark"] = result.remark
     if "safe_speed" in result.runs:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import Field, fields, is_dataclass, replace
+from inspect import signature
 from typing import Any
 
+from rotorsim.base.progress import Report, silent
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
@@ -27,10 +29,14 @@ DESIGNS = {
     "youla": "Youla-scheduled H2 for one operating point (G)",
 }
 """Controller designs by name, each in a few words."""
+IN_PYTHON = "is made in Python alone, with no law file: rs.control.mpc.design(rs.load_model('model.json'))"
+"""What a design is that has no table to save."""
 
 
 def module_of(name: str) -> Any:
     """Module of a design; raises DesignError for an unknown name."""
+    if name == "mpc":
+        raise DesignError(f"design: 'mpc' {IN_PYTHON}")
     if name not in DESIGNS:
         raise DesignError(f"design: '{name}' is not known; {did_you_mean(name, DESIGNS)}")
     return getattr(designs, name)
@@ -61,10 +67,11 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
     return spec
 
 
-def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "") -> Law:
+def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "", progress: Report = silent) -> Law:
     """Law of a design by its name; raises DesignError, also where the operating point must be given.
 
-    Its sampling time is that of a sampled model unless `changes` give one.
+    `progress` is called with each step of a long design (lpv) before it starts. The law's sampling time is that of a
+    sampled model unless `changes` give one.
 
     Examples
     --------
@@ -78,7 +85,8 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
         spec = replace(spec, Ts=model.Ts)
     if hasattr(spec, "speed"):
         _check_point(name, model, spec, changes)
-    law: Law = module_of(name).design(model, spec)
+    make = module_of(name).design
+    law: Law = make(model, spec, progress) if "progress" in signature(make).parameters else make(model, spec)
     return law
 
 

@@ -32,6 +32,7 @@ from rotorsim.control.errors import LawError
 from rotorsim.control.law_checks import check_numbers, check_shapes, other_machine
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.runtime import alarm
+from rotorsim.control.runtime.guard import LOST
 from rotorsim.control.runtime.kernels import refresh, step
 from rotorsim.control.runtime.layout import Layout, make_layout
 
@@ -236,6 +237,11 @@ class Law(Shown):
     def alarm(self) -> str | None:
         """Why the law does not act fully now, as a sentence; None as long as it does."""
         return alarm.SENTENCES.get(self.alarm_code)
+
+    @property
+    def bad_samples(self) -> int:
+        """Number of bad samples since the last reset."""
+        return int(self.memory[self.layout.guard + LOST])
 
     @property
     def past_alarms(self) -> str:

@@ -16,10 +16,10 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import Block, save_study_page
-from rotorsim.reproduction.claims.control_numbers import control_numbers
+from rotorsim.reproduction.claims.control_numbers import control_left_out, control_numbers
 from rotorsim.reproduction.claims.edited import edited, edited_block, edited_markdown
 from rotorsim.reproduction.claims.hysteresis import hysteresis_numbers
-from rotorsim.reproduction.claims.identification_numbers import identification_numbers
+from rotorsim.reproduction.claims.identification_numbers import identification_left_out, identification_numbers
 from rotorsim.reproduction.claims.judge import Judged
 from rotorsim.reproduction.claims.targets import targets
 from rotorsim.reproduction.claims.verdicts import claims_blocks, markdown, verdicts
@@ -79,7 +79,8 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     assert isinstance(model, LpvModel)
     found.control = control_study(plant, model, stages, progress, workers, quick)
     clock.lap("designs and verification")
-    found.claims = verdicts(kept["numbers"] | _hysteresis(plant, stages, progress) | _control(found.control, model))
+    numbers = kept["numbers"] | _hysteresis(plant, stages, progress) | control_numbers(found.control, model)
+    found.claims = verdicts(numbers, left_out={*kept.get("left_out", ()), *control_left_out(found.control)})
     write_text(out / "claims.md", edited_markdown(found.edited) + markdown(found.claims))
     found.targets, found.seconds = kept["targets"], clock.laps
     clock.lap("claims")
@@ -135,6 +136,7 @@ def _identify(plant: Plant, folders: list[Path], workers: int, progress: Progres
     models = {"model.json": found.refined, DESIGN_MODEL: found.lpv_2}
     return {
         "numbers": identification_numbers(found),
+        "left_out": sorted(identification_left_out(found)),
         "targets": [asdict(t) for t in reached],
         "blocks": plain_blocks(identification_blocks(found, reached)),
         "models": {name: json.dumps(model.to_dict(), indent=1) + "\n" for name, model in models.items()},
@@ -148,7 +150,3 @@ def _hysteresis(plant: Plant, stages: Path, progress: Progress) -> dict[str, dic
         "hysteresis", "hysteresis", key, "rotorsim.reproduction.claims.hysteresis:hysteresis", (plant.machine.text,)
     )
     return {"I13": hysteresis_numbers(run_cases(stages, [case], 1, progress)["hysteresis"])}
-
-
-def _control(found: ControlStudy, model: LpvModel) -> dict[str, dict[str, float]]:
-    return control_numbers(found, model)

@@ -16,8 +16,9 @@ from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.verify import transients
-from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, holds
+from rotorsim.verify import alarms, transients
+from rotorsim.verify.alarms import Alarms
+from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, below, holds
 from rotorsim.verify.full_order import full_order
 from rotorsim.verify.impacts import POINTS, Energies, impact_energies
 from rotorsim.verify.other import AnyLaw, as_law
@@ -31,7 +32,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Verification(Reported):
-    """Rows of a verification, and the impact energies behind them."""
+    """Rows of a verification, the impact energies behind them, and the law's alarms in each run that had any."""
 
     law: AnyLaw
     machine: str
@@ -40,6 +41,7 @@ class Verification(Reported):
     closed: tuple[Energies, ...]
     settings: dict[str, Any] = field(default_factory=dict)
     runs: dict[str, Any] = field(default_factory=dict)
+    alarms: tuple[Alarms, ...] = ()
 
     @property
     def remark(self) -> str:
@@ -111,32 +113,38 @@ def closed_loop(
     report("impacts, closed loop")
     after = closed or tuple(impact_energies(plant, law, *q) for q in points)
     runs: dict[str, Any] = {}
+    found = [*alarms.of_hits(after)]
     rows = [*_impact_rows(before, after, criteria)]
     report("noise")
-    rows.append(at_most("noise in the reference at rest", transients.noise(plant, law).max(), criteria.noise, "V"))
+    rest = transients.at_rest(plant, law)
+    found.append(alarms.of_run("rest", rest))
+    rows.append(at_most("noise in the reference at rest", transients.noise(rest).max(), criteria.noise, "V"))
     report("run-up and coast-down")
     rows += _runup_rows(plant, law, criteria, runs, quick)
+    found.append(alarms.of_run("run-up and coast-down", runs["runup"][1]))
     report("ramps, steps, saturation, sensor faults")
-    rows += _transient_rows(plant, law, criteria)
+    rows += _transient_rows(plant, law, criteria, found)
     if not quick:
         if isinstance(law, Law):
             report("full-order loops")
             rows += _full_order_rows(plant, law, criteria)
         for name, other in other_machines(plant):
             report(f"robustness: {name}")
-            rows.append(_robustness(name, other, law, criteria))
-    return Verification(law, plant.machine.name, tuple(rows), before, after, {"criteria": asdict(criteria)}, runs)
+            rows.append(_robustness(name, other, law, criteria, found))
+    rows.append(alarms.row(found, criteria))
+    had = tuple(one for one in found if one.bad)
+    return Verification(law, plant.machine.name, tuple(rows), before, after, {"criteria": asdict(criteria)}, runs, had)
 
 
 def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], criteria: Criteria) -> Iterator[Row]:
     ratio = response_ratios(zip(before, after, strict=True))
     ended = [c.ended or (o.ended and f"without control {o.ended}") for c, o in zip(after, before, strict=True)]
     for axis, name in enumerate("xy"):
-        yield at_most(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean, "of open loop")
+        yield below(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean)
     kept = [c for o, c in zip(before, after, strict=True) if c.ended or not o.ended]
     worst = kept[int(ratio.max(axis=1).argmax())] if kept else after[0]
     where = worst.ended or point_text(worst.speed, worst.pressure)
-    yield at_most("impact energy, worst point", ratio.max(), criteria.worst, "of open loop", where)
+    yield below("impact energy, worst point", ratio.max(), criteria.worst, where)
     effort = np.array([c.effort for c in after])
     yield at_most("control energy, mean", effort.mean(), None, "V/N")
     yield at_most("largest reference in a hit", max(c.largest for c in after), criteria.effort, "V")
@@ -157,7 +165,7 @@ def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, A
         yield holds("run-up and coast-down", False, pair[1].ended or pair[0].ended)
         return
     ratio = transients.amplitude(pair[1], first, last) / transients.amplitude(pair[0], first, last)
-    yield at_most("imbalance amplitude at 6 krpm, 0.7 MPa", ratio, criteria.amplitude, "of open loop")
+    yield below("imbalance amplitude at 6 krpm, 0.7 MPa", ratio, criteria.amplitude)
     yield holds("run-up and coast-down without contact", not pair[1].touched)
 
 
@@ -176,7 +184,7 @@ def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row
     yield Row("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
 
 
-def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria) -> Iterator[Row]:
+def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Iterator[Row]:
     cases = {
         "speed ramp of 60 krpm/s": lambda one: transients.speed_ramp(plant, one, 60 * KRPM),
         "pressure step 0.3 to 0.7 MPa": lambda one: transients.pressure_step(plant, one),
@@ -186,7 +194,9 @@ def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria) -> Iterator[R
         "sensor y hangs": lambda one: transients.frozen_sensor(plant, one, 1),
     }
     for name, case in cases.items():
-        yield _transient_row(name, case(law), case(None), law.limit, criteria.transient)
+        run = case(law)
+        found.append(alarms.of_run(name, run, sound="hangs" not in name))
+        yield _transient_row(name, run, case(None), law.limit, criteria.transient)
 
 
 def _transient_row(name: str, run: Run, alone: Run, limit: float, most: float | None) -> Row:
@@ -219,16 +229,17 @@ def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
         yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)
 
 
-def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria) -> Row:
+def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Row:
     pairs, lost = [], []
     for q in CORNERS:
         try:
             pairs.append((impact_energies(plant, None, *q), impact_energies(plant, law, *q)))
         except RotorsimError as error:
             lost.append(str(error))
+    found += alarms.of_hits((closed for _, closed in pairs), name)
     remark = f"{len(lost)} of {len(CORNERS)} points without equilibrium" if lost else "worst of five points"
     remark = "; ".join(dict.fromkeys([remark, *(one.ended for pair in pairs for one in pair if one.ended)]))
-    return at_most(f"impact energy on {name}", worst_ratio(pairs), criteria.disturbed, "of open loop", remark)
+    return below(f"impact energy on {name}", worst_ratio(pairs), criteria.disturbed, remark)
 
 
 def response_ratios(pairs: Iterable[tuple[Energies, Energies]]) -> np.ndarray:

@@ -32,7 +32,11 @@ SPACING = 0.2
 
 @dataclass(frozen=True)
 class Energies:
-    """Of hits along x and y at an operating point: V_p (2,) [um/N], V_r (2,) [V/N]; the larger |r| [V]; contact."""
+    """Of hits along x and y at an operating point: V_p (2,) [um/N], V_r (2,) [V/N]; the larger |r| [V]; contact.
+
+    Also damping, why a run ended, and the `bad` samples in which an alarm suspended the law, of how many, with the
+    sentence about them, of the run or its twin, whichever has more.
+    """
 
     speed: float
     pressure: float
@@ -42,6 +46,9 @@ class Energies:
     touched: bool
     damping: float
     ended: str = ""
+    bad: int = 0
+    samples: int = 0
+    alarm: str = ""
 
 
 def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0) -> Energies:
@@ -51,8 +58,9 @@ def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: fl
     p = (with_.disc[:n] - without.disc[:n]) * TO_UM
     r = with_.reference[:n] - without.reference[:n]
     ended = with_.ended or without.ended
+    alarms = max(with_.alarms, without.alarms)
     if ended:
-        return Energies(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended)
+        return Energies(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended, *alarms)
     response, effort = [], []
     for axis in range(2):
         part = _after(axis, with_)
@@ -62,7 +70,7 @@ def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: fl
     largest = float(np.abs(with_.reference).max(initial=0.0))
     return Energies(
         speed, pressure, (response[0], response[1]), (effort[0], effort[1]), largest,
-        with_.touched, envelope_damping(p[_after(0, with_)], with_.Ts),
+        with_.touched, envelope_damping(p[_after(0, with_)], with_.Ts), "", *alarms,
     )  # fmt: skip
 
 

@@ -26,7 +26,8 @@ NEVER = 10**15
 class Run:
     """Samples of a run, every `Ts` [s]; `ended` is empty, or the sentence of what stopped it.
 
-    `at_limit` is true where that was a limit of the machine; the samples are those before it.
+    `at_limit` is true where that was a limit of the machine; the samples are those before it. `alarms`: bad samples,
+    in which the law was suspended, of how many in which it ran, and its sentence about them.
     """
 
     table: np.ndarray
@@ -34,6 +35,7 @@ class Run:
     ended: str = ""
     Ts: float = RIG_SAMPLE
     at_limit: bool = False
+    alarms: tuple[int, int, str] = (0, 0, "")
 
     def count(self, seconds: float) -> int:
         """Samples in a time [s]."""
@@ -138,7 +140,7 @@ def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | 
     )  # fmt: skip
     used[:, 1] -= a.machine.gas.ambient_pressure
     ended = "" if done == len(rows) else f"no solution of the step at t = {done * Ts:.4f} s"
-    return Run(out[:done], used[:done], ended, Ts)
+    return Run(out[:done], used[:done], ended, Ts, alarms=(law.bad_samples, done, law.past_alarms))
 
 
 def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, fault: Frozen | None) -> Run:
@@ -152,14 +154,20 @@ def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, 
         try:
             tables.append(simulation.advance(used[k : k + 1]))
         except ConvergenceError as error:
-            return Run(np.concatenate([*tables, error.where["table"]]), used[:k], str(error), Ts)
+            table = np.concatenate([*tables, error.where["table"]])
+            return Run(table, used[:k], str(error), Ts, alarms=_alarms(controller, k))
         row = tables[-1][0]
         seen = row[READ : READ + 2].copy()
         if fault is not None and k >= frozen:
             seen[fault.channel] = held[fault.channel]
         held = seen
         output = ask(controller, seen, row[READ + 3], row[READ + 4], k * Ts, used[k, 2:4])
-    return Run(np.concatenate(tables), used, Ts=Ts)
+    return Run(np.concatenate(tables), used, Ts=Ts, alarms=_alarms(controller, len(rows)))
+
+
+def _alarms(controller: Controller, samples: int) -> tuple[int, int, str]:
+    """`Run.alarms` of a controller; none of one that does not count them."""
+    return int(getattr(controller, "bad_samples", 0)), samples, str(getattr(controller, "past_alarms", ""))
 
 
 def steady_rows(speed: float, pressure: float, duration: float, Ts: float = RIG_SAMPLE) -> np.ndarray:

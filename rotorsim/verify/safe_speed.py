@@ -130,6 +130,9 @@ def sentence(alone: SafeSpeed, held: SafeSpeed) -> str:
         f"open loop {_speed(alone)}, {alone.why}; closed loop {_speed(held)}, {held.why}: {more}"
         f"{held.speed / alone.speed:.2f} times the open loop"
     )
+    bad, samples, alarm = held.run.alarms if held.run else (0, 0, "")
+    if bad:
+        text = f"{text}; the law had alarms, of {samples} samples {alarm}"
     if held.checked is None:
         return f"{text}; the machine file states no speeds at which its model was checked"
     checked = f"{held.checked * TO_RPM:.0f} rpm ({held.checked * TO_HZ:.0f} Hz)"

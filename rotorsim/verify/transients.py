@@ -60,9 +60,13 @@ def frozen_sensor(plant: Plant, law: AnyLaw | None, channel: int) -> Run:
     return run_rows(plant, law, rows, fault=Frozen(channel, REST))
 
 
-def noise(plant: Plant, law: AnyLaw, speed: float = 0.0, pressure: float = 0.5e6) -> np.ndarray:
-    """Standard deviation (2,) [V] of the reference when nothing happens; infinite where the run ended."""
-    run = run_rows(plant, law, steady_rows(speed, pressure, 0.8, plant.machine.sampling_time))
+def at_rest(plant: Plant, law: AnyLaw, speed: float = 0.0, pressure: float = 0.5e6) -> Run:
+    """A run in which nothing happens."""
+    return run_rows(plant, law, steady_rows(speed, pressure, 0.8, plant.machine.sampling_time))
+
+
+def noise(run: Run) -> np.ndarray:
+    """Standard deviation (2,) [V] of the reference in a run at rest; infinite where the run ended."""
     return np.full(2, np.inf) if run.ended else run.reference[run.count(REST) :].std(axis=0)
 
 

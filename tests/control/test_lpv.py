@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import rotorsim as rs
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
 from rotorsim.control.designs.lpv_controller import controller_at
@@ -30,6 +31,21 @@ def rig(small):
 @pytest.fixture(scope="module")
 def made(rig):
     return lpv.synthesis(rig, SPEC)
+
+
+def test_a_design_names_its_steps_in_their_order(rig):
+    steps = []
+    changes = ["grid=5x5", "table=3x3", "validation=5x5"]
+    shown = rs.control.design("lpv", rig, changes, progress=steps.append)
+    names = list(dict.fromkeys(step.partition(":")[0].partition(" at gamma")[0] for step in steps))
+    assert names == [
+        "smallest gamma",
+        "most margin",
+        "proof on the validation grid",
+        "table",
+        "stability over the range",
+    ]
+    assert shown.hash == rs.control.design("lpv", rig, changes).hash
 
 
 def plants_of(rig, made, n):

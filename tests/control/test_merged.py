@@ -1,13 +1,16 @@
 """Model 2 reduced to six states, and impact responses predicted on the identified model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from identification import LinearModel
 from rotorsim.base.constants import KRPM
 from rotorsim.bench.control import rig_model
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
-from rotorsim.control.designs.merged import is_model_2, merged
+from rotorsim.control.designs.merged import is_delayed_model_3, is_model_2, merged
 from rotorsim.control.designs.mixed import RIG, Weights
 from rotorsim.control.designs.plants import design_plant, sampled_plant, scaled_model
 from rotorsim.control.designs.weight_search import MARGIN, candidates, chosen
@@ -45,6 +48,53 @@ def test_model_3_is_not_taken_for_model_2(model):
     assert is_model_2(two)
     assert not is_model_2(two._replace(B=two.B + np.eye(10, 2)))
     np.testing.assert_array_equal(merged(two).D, 0)
+
+
+def behind_actuators(lag=1800.0):
+    """The structure of docs/identification.md: a film of one lag behind second-order actuators."""
+    eye, none, wide = np.eye(2), np.zeros((2, 2)), np.zeros((2, 4))
+    w, d = np.array([3900.0, 2200.0]), np.array([1.3, 0.8])
+    actuators = np.zeros((4, 4))
+    actuators[[0, 2], [1, 3]] = 1.0
+    actuators[[1, 3], [0, 2]], actuators[[1, 3], [1, 3]] = -(w**2), -2 * d * w
+    B = np.zeros((10, 2))
+    B[[7, 9], [0, 1]] = 8e-6 * w**2
+    A = np.block([
+        [none, eye, none, wide],
+        [-np.diag([5.7e5, 6.1e5]), -np.diag([91.0, 61.0]), 2.2e5 * eye, wide],
+        [none, none, -lag * eye, lag * np.eye(4)[[0, 2]]],
+        [np.zeros((4, 6)), actuators],
+    ])  # fmt: skip
+    return LinearModel(A, B, np.eye(2, 10), none, speed=314.0, pressure=0.5e6)
+
+
+def test_a_structure_of_ones_own_of_ten_states_is_not_taken_for_model_2():
+    """Its film drives the rotor alone, where the delays of Model 2 do so next to the pins."""
+    own = behind_actuators()
+    plant = design_plant(own, 314.0, 0.5e6)
+    at = 2j * np.pi * np.array([1e-3, 60, 120, 300])
+    one = own.C @ np.linalg.solve(at[:, None, None] * np.eye(10) - own.A, np.broadcast_to(own.B, (4, 10, 2)))
+    np.testing.assert_allclose(response(plant, at / 1e3), 1e6 * one, rtol=1e-9, atol=1e-12)
+    law = lqr.design(own, lqr.Spec(speed=314.0))
+    assert np.all(hit_ratios(law, own, [(314.0, 0.5e6)]) < 0.6)
+
+
+def test_two_lags_in_a_row_are_not_taken_for_a_lag_and_a_dead_time():
+    A, B = np.zeros((8, 8)), np.zeros((8, 2))
+    A[:2, 2:4], A[2:4, :2], A[2:4, 2:4] = np.eye(2), -0.57 * np.eye(2), -0.09 * np.eye(2)
+    A[2:4, 4:6], A[4:6, 4:6], A[4:6, 6:] = 0.6 * np.eye(2), -1.5 * np.eye(2), 1.5 * np.eye(2)
+    A[6:, 6:], B[6:] = -2.5 * np.eye(2), 2.5 * np.eye(2)
+    lags = System(A, B, np.eye(2, 8), np.zeros((2, 2)))
+    assert not is_delayed_model_3(lags)
+    A[4:6, 6:] *= -2
+    B[4:6] = -1.5 * np.eye(2)
+    assert is_delayed_model_3(System(A, B, lags.C, lags.D))
+
+
+def test_a_model_of_the_pins_is_refused():
+    pins = replace(behind_actuators(), outputs=("pin_x", "pin_y"))
+    with pytest.raises(DesignError, match=r"outputs are pin_x, pin_y, .*identify a model of the disc"):
+        lqr.design(pins, lqr.Spec(speed=314.0))
 
 
 def test_a_hit_on_an_oscillator_has_the_energy_of_its_closed_form():

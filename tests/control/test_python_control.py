@@ -204,6 +204,20 @@ def test_a_system_that_does_not_fit_is_refused_in_one_sentence(plant, system, se
     assert "\n" not in str(found.value)
 
 
+def test_the_call_in_the_refusal_of_a_continuous_transfer_function_of_two_axes_samples_it(plant):
+    """The package samples no transfer function of two inputs; what the sentence states is run as it stands."""
+    system = control.append(lag(), lag(0.1e6))
+    with pytest.raises(ControllerError, match="is continuous") as found:
+        plant.simulate(0.01, W, P, controller=system)
+    call = str(found.value).partition("sample it: ")[2]
+    sampled = eval(call, {"control": control, "system": system})
+    np.testing.assert_allclose(sampled(1.0), system(0.0), rtol=1e-9)
+    assert plant.simulate(0.01, W, P, controller=sampled).sizes["time"] == 50
+    points = {(w, P): system for w in (0.0, 300.0)}
+    with pytest.raises(rs.errors.RotorsimError, match=r"control\.combine_tf\(.*'zoh'"):
+        rs.LpvModel.from_control(points)
+
+
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [

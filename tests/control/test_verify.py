@@ -1,5 +1,7 @@
 """Verification of a law on the plant: compiled loop bit-identical, impacts, sensor faults, safety circle."""
 
+from dataclasses import asdict, replace
+
 import numpy as np
 import pytest
 
@@ -12,9 +14,9 @@ from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import page
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import _impact_rows, other_machines, worst_ratio
-from rotorsim.verify.criteria import Criteria, at_most
+from rotorsim.verify.criteria import Criteria, at_most, below, edited
 from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
-from rotorsim.verify.running import Frozen, run_rows, steady_rows
+from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import comparison
 from rotorsim.verify.transients import changing, excursion
 
@@ -181,6 +183,56 @@ def test_a_verification_beyond_a_limit_of_the_machine_is_not_passed_and_states_i
         assert rows[name].passed is False and "above limits.tip_speed 30 m/s" in rows[name].remark, name
     assert rows["pressure step 0.3 to 0.7 MPa"].passed and rows["sensor x hangs"].passed
     assert rows["smallest damping ratio, closed"].measured > 0.1
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    return Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
+
+
+def test_a_law_that_its_alarms_suspend_fails_and_its_alarms_are_stated_by_run(coarse, model):
+    """A range of 10 nm: once the centre is found every sample is out of it; bounds on amplitudes and voltages hold."""
+    law = lqr.design(model)
+    limits = replace(law.plausibility, range=1e-8)
+    result = closed_loop(law.with_(plausibility=limits), coarse, quick=True)
+    row = {row.check: row for row in result.rows}["suspended by alarms, sound sensors"]
+    assert (row.passed, row.bound) == (False, 1.0) and row.measured > 90 and not result.passed
+    assert "hits at 0 rpm, 0.3 MPa" in {one.run for one in result.alarms}
+    assert all(one.bad > 0.5 * one.samples for one in result.alarms if one.sound)
+    text = page(result)
+    assert "Alarms" in text and f"{result.alarms[0].bad} of 4000" in text and result.alarms[0].sentence[-60:] in text
+
+
+def test_alarms_of_a_sound_law_are_those_of_a_hanging_sensor_and_of_an_overload(coarse, model):
+    result = closed_loop(lqr.design(model), coarse, quick=True)
+    assert [one.run for one in result.alarms if not one.sound] == ["sensor x hangs", "sensor y hangs"]
+    assert {one.run for one in result.alarms if one.sound} <= {"hit of 100 N (saturation)"}
+    assert {row.check: row for row in result.rows}["suspended by alarms, sound sensors"].passed
+    assert closed_loop(p.make(p.Spec(kappa_x=0.0, kappa_y=0.0)), coarse, quick=True).alarms == ()
+
+
+def test_alarms_of_the_run_to_the_safe_speed_are_in_its_sentence():
+    run = Run(np.zeros((1, 1)), np.zeros((1, 6)), alarms=(5, 100, "5 bad samples; the last: it jumped"))
+    found = comparison(made(600.0), replace(made(1200.0), run=run))
+    assert "; the law had alarms, of 100 samples 5 bad samples; the last: it jumped; " in found["sentence"]
+    assert "alarms" not in comparison(made(600.0), made(1200.0))["sentence"]
+
+
+def test_a_criterion_that_an_earlier_verification_did_not_have_is_not_edited():
+    before = asdict(Criteria())
+    assert edited({name: v for name, v in before.items() if name != "suspended"}, before) == []
+    assert len(edited(before, before | {"suspended": 0.5})) == 1
+
+
+def test_a_law_that_does_nothing_fails_whatever_the_last_digit(coarse):
+    idle = p.make(p.Spec(kappa_x=0.0, kappa_y=0.0))
+    rows = {row.check: row for row in closed_loop(idle, coarse, quick=True).rows}
+    for name in ("impact energy along x, mean", "impact energy, worst point", "imbalance amplitude at 6 krpm, 0.7 MPa"):
+        assert rows[name].passed is False and "changes nothing" in rows[name].remark, name
+    for measured in (1 - 1e-12, 1.0, 1 + 1e-12):
+        assert below("", measured, 1.0).passed is False
+    assert below("", 0.99, 1.0).passed and below("", 1.0, 1.2).passed and below("", 1.0, None).passed is None
+    assert below("", np.nan, 1.0).passed is False
 
 
 def limited(plant, **limits):

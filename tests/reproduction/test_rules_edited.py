@@ -39,6 +39,24 @@ def test_an_interval_a_point_and_a_figure_that_changed_are_stated_old_and_new(tm
     assert edited(tmp_path, now) == sentences  # the first run's stay
 
 
+@pytest.mark.parametrize("name", ["report.html", "study.json", "control.json", "claims.md"])
+def test_rules_that_were_deleted_after_a_report_are_missed_in_every_later_run(tmp_path, name):
+    edited(tmp_path)
+    (tmp_path / name).write_text("judged")
+    (tmp_path / KEPT).unlink()
+    (sentence,) = edited(tmp_path)
+    assert sentence.startswith(f"rules.json: was not there, though {name} of an earlier run was")
+    assert edited(tmp_path) == [sentence]
+    now = judging() | {"points.rest": [[0.0, 0.5]]}
+    assert [one.split(":")[0] for one in edited(tmp_path, now)] == ["rules.json", "points.rest"]
+    assert sentence in edited_markdown([sentence]) and len(edited_block([sentence])) == 1
+
+
+def test_a_first_run_that_was_stopped_before_its_report_has_lost_no_rules(tmp_path):
+    (tmp_path / "stages").mkdir()
+    assert edited(tmp_path) == []
+
+
 @pytest.mark.parametrize("text", ['{"points', "[1, 2]"])
 def test_a_damaged_file_is_refused(tmp_path, text):
     (tmp_path / KEPT).write_text(text)

@@ -10,6 +10,7 @@ from rotorsim.reproduction.claims.judge import (
     NEAR,
     NOT_COMPARABLE,
     NOT_MET,
+    NOT_RUN,
     TRIVIAL,
     VERDICTS,
     count,
@@ -105,9 +106,22 @@ def test_one_missing_figure_spoils_a_claim(claim):
         assert judge(claim, rest).verdict == expected
 
 
+def test_figures_that_a_quick_study_leaves_out_are_not_run_and_counted_apart():
+    claim = next(claim for claim in claims() if claim.number == "C8")
+    whole = {figure.name: figure.thesis for figure in claim.figures}
+    some = {name: value for name, value in whole.items() if not name.startswith("lpv")}
+    assert judge(claim, some, {"C7"}).verdict == NOT_MET
+    found = judge(claim, some, {"C8"})
+    assert found.verdict == NOT_RUN and found.verdicts.count(NOT_RUN) == 2
+    assert judge(claim, whole, {"C8"}).verdict == judge(claim, whole).verdict
+    bad = some | {"hinf_x": math.nan}
+    assert judge(claim, bad, {"C8"}).verdict == NOT_MET
+    assert count([NOT_RUN, MET, NOT_MET, NOT_RUN]) == "1 met, 1 not met, 2 not run"
+
+
 def test_verdicts_are_counted_in_one_order():
     assert count([NEAR, MET, NEAR, TRIVIAL]) == "1 met, 2 near, 1 trivial"
-    assert set(VERDICTS) == {MET, NEAR, NOT_MET, NOT_COMPARABLE, TRIVIAL}
+    assert set(VERDICTS) == {MET, NEAR, NOT_MET, NOT_RUN, NOT_COMPARABLE, TRIVIAL}
 
 
 def test_held_out_points_were_used_for_nothing_else():

@@ -39,8 +39,29 @@ def test_every_row_shows_both_numbers_both_intervals_and_the_verdict():
     assert "| fit, second record, y | 84.1 % | none | 80.7 to 87.5 | 77.3 to 90.9 | not met |" in table
     assert "| closed over open loop | 1.7 | 1.7 | from 1.7 | from 1.56 | met |" in table
     for claim in claims():
-        assert f"**{claim.number}: " in table
+        assert f"### {claim.number}: " in table
         assert all(f"| {figure.words} | ".replace("|S|", r"\|S\|") in table for figure in claim.figures)
+
+
+def of_page(text):
+    """Anchors, verdicts and headings of the claims in Markdown."""
+    rows = re.findall(r"^\| \[([IC]\d+)\]\(#([a-z0-9-]+)\) \| ([a-z ]+) \|", text, re.M)
+    return rows, re.findall(r"^### ([IC]\d+): ([a-z ]+)$", text, re.M)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        (Path(__file__).parents[2] / "docs" / "reproduction.md").read_text(encoding="utf-8"),
+        verdicts.markdown(verdicts.verdicts({}, left_out={"C7"})),
+    ],
+    ids=["docs", "claims.md"],
+)
+def test_every_claim_stands_in_a_table_that_links_to_its_heading_with_the_same_verdict(text):
+    rows, headings = of_page(text)
+    assert [number for number, _, _ in rows] == [claim.number for claim in claims()]
+    assert [(number, verdict) for number, _, verdict in rows] == headings
+    assert [anchor for _, anchor, _ in rows] == [f"{n} {v}".lower().replace(" ", "-") for n, v in headings]
 
 
 def test_the_page_counts_claims_and_figures():
@@ -74,6 +95,17 @@ def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
     known = control_numbers.control_numbers(ControlStudy(), None)
     assert list(known) == [f"C{n}" for n in range(1, 13)]
     assert {number for number, figures in known.items() if figures} == bare
+
+
+def test_claims_on_laws_that_a_quick_study_leaves_out_are_not_run_unless_one_was_refused():
+    quick = ControlStudy(left_out=("lpv", "lpv thesis"))
+    assert control_numbers.control_left_out(quick) == {"C6", "C7", "C8", "C9"}
+    assert control_numbers.control_left_out(ControlStudy()) == set()
+    quick.refused["hinf"] = "unstable"
+    assert control_numbers.control_left_out(quick) == {"C6", "C8", "C9"}
+    found = {one.claim.number: one for one in verdicts.verdicts({}, "C", {"C7", "C9"})}
+    assert found["C7"].verdict == found["C9"].verdict == "not run" and found["C4"].verdict == "not met"
+    assert verdicts.lines(list(found.values()))[-1] == "9 not met, 2 not run, 1 not comparable"
 
 
 def test_the_claims_points_off_the_grid_get_records_of_their_own():

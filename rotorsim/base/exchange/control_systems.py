@@ -14,7 +14,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import listing
 
 LINEAR = ("StateSpace", "TransferFunction")
-HOW = "control.sample_system(system, {Ts:g}, 'tustin')"
+HOW = "control.sample_system({system}, {Ts:g}, '{rule}')"
 """How a continuous system is sampled with that package."""
 
 
@@ -175,12 +175,28 @@ def check_labels(labels: Sequence[str], names: Sequence[str], what: str) -> None
             )
 
 
+def sampling_call(system: Any, Ts: float, rule: str = "tustin") -> str:
+    """The call that samples a continuous system: the package samples transfer functions entry by entry alone.
+
+    Examples
+    --------
+    >>> import control
+    >>> sampling_call(control.tf([1.0], [1.0, 2.0]), 2e-4)
+    "control.sample_system(system, 0.0002, 'tustin')"
+    """
+    p, m = system.noutputs, system.ninputs
+    if hasattr(system, "num") and (p, m) != (1, 1):
+        entry = HOW.format(system="system[i, j]", Ts=Ts, rule=rule)
+        return f"control.combine_tf([[{entry} for j in range({m})] for i in range({p})])"
+    return HOW.format(system="system", Ts=Ts, rule=rule)
+
+
 def check_period(system: Any, what: str, Ts: float, order: int, argument: bool = False) -> None:
     """Raise DataError unless a system of `order` states is sampled every Ts [s], with how to make it so.
 
     `argument` states that the caller also takes Ts, for a continuous system or one whose sampling time is not stated.
     """
-    own, call = period(system), HOW.format(Ts=Ts)
+    own, call = period(system), sampling_call(system, Ts)
     if own is None and order == 0:
         return
     if system.dt is True:

@@ -20,7 +20,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.commands.study.output import print_claims, stage_bar
 from rotorsim.plant import Plant
-from rotorsim.reproduction.claims.control_numbers import control_numbers
+from rotorsim.reproduction.claims.control_numbers import control_left_out, control_numbers
 from rotorsim.reproduction.claims.edited import edited, edited_block
 from rotorsim.reproduction.claims.verdicts import claims_blocks, plain, verdicts
 from rotorsim.reproduction.control import control_study
@@ -59,7 +59,8 @@ def control(
     identified = key_of(json.dumps(loaded.to_dict(), sort_keys=True))
     with study_folder(out, _inputs("control", plant, quick) | {"model": identified}):
         found = control_study(plant, loaded, out / "stages", stage_bar(), jobs, quick)
-        claims, changes = verdicts(control_numbers(found, loaded), "C"), edited(out)
+        claims = verdicts(control_numbers(found, loaded), "C", control_left_out(found))
+        changes = edited(out)
         blocks = [*edited_block(changes), *claims_blocks(claims, "Claims on control"), *control_blocks(found)]
         numbers = {"claims": plain(claims), "refused": found.refused, "rules_edited": changes}
         title, text = f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant."

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.progress import Report, silent
 from rotorsim.base.rounding import definite
 from rotorsim.control.designs.lpv_controller import controller_at, performance, separation
 from rotorsim.control.designs.lpv_matrices import Solution
@@ -75,8 +76,8 @@ PRESETS = {
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
-    """The law, with `gamma` proved on the validation grid.
+def design(model: Model, spec: Spec | None = None, progress: Report = silent) -> Law:
+    """The law, with `gamma` proved on the validation grid; `progress` is called with each step before it starts.
 
     Raises
     ------
@@ -86,12 +87,14 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     """
     spec = spec or Spec()
     speeds, pressures = table_axes(model, spec.table)
-    made = synthesis(model, spec)
+    made = synthesis(model, spec, progress)
+    progress("proof on the validation grid")
     gamma = validated(model, spec, made, spec.validation)
 
     def at(speed: float, pressure: float) -> Generalised:
         return scaled_plant(model, spec, speed, pressure, made.scale)
 
+    progress("table")
     grid = over_grid(speeds, pressures, lambda w, p: discrete(
         controller_at(at(w, p), made.solution, scaled_point(made, w, p)), spec.Ts))  # fmt: skip
     about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "inside": made.solution.inside,
@@ -99,11 +102,12 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     law = make_law(
         "lpv", model, grid, speeds, pressures, spec, gamma, about=about, refresh=max(round(spec.refresh / spec.Ts), 1)
     )
+    progress("stability over the range")
     check_loop(law, model, [(w, p) for w in made_axis(made, 0, 13) for p in made_axis(made, 1, 9)])
     return law
 
 
-def synthesis(model: Model, spec: Spec) -> Designed:
+def synthesis(model: Model, spec: Spec, progress: Report = silent) -> Designed:
     """Solve the inequalities over the design grid."""
     speeds, pressures = table_axes(model, spec.grid)
     check_grid(spec, len(speeds), len(pressures))
@@ -116,11 +120,11 @@ def synthesis(model: Model, spec: Spec) -> Designed:
     sought = Sought(spec.order_X, spec.order_Y, spec.eps, spec.bound)
     made = None
     if plants[0].D21.shape[0] == plants[0].D21.shape[1]:  # y shows all disturbances: Y's inequality binds alone
-        best = synthesise(grid, replace(sought, feedback_only=True)).gamma
-        made = synthesise(grid, sought, spec.backoff * best)
+        best = synthesise(grid, replace(sought, feedback_only=True), progress=progress).gamma
+        made = synthesise(grid, sought, spec.backoff * best, progress)
     if made is None or made.inside <= 0:  # the inequality of X binds too
-        best = synthesise(grid, sought).gamma
-        made = synthesise(grid, sought, spec.backoff * best)
+        best = synthesise(grid, sought, progress=progress).gamma
+        made = synthesise(grid, sought, spec.backoff * best, progress)
     if made.inside <= 0:
         raise DesignError(
             f"lpv: no X(q), Y(q) keep their inequalities at gamma = {made.gamma:.4g}; raise backoff or bound"

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import null_space
 
+from rotorsim.base.progress import Report, silent
 from rotorsim.control.designs.lpv_matrices import (
     Exponents,
     Polynomial,
@@ -163,7 +164,7 @@ class Unknowns:
         )  # fmt: skip
 
 
-def synthesise(grid: Grid, sought: Sought, gamma: float | None = None) -> Solution:
+def synthesise(grid: Grid, sought: Sought, gamma: float | None = None, progress: Report = silent) -> Solution:
     """Smallest gamma with which the inequalities hold; or, for a given gamma, X(q) and Y(q) furthest inside them.
 
     Raises
@@ -178,7 +179,11 @@ def synthesise(grid: Grid, sought: Sought, gamma: float | None = None) -> Soluti
     cost = np.zeros(unknowns.last + 1)
     cost[-1] = 1.0 if gamma is None else -1.0
     slack, tolerance = (GAMMA_SLACK, TOLERANCE) if gamma is None else (KEPT - 1, 0.0)
-    x = minimise(cost, every, first_imposed(grid, every), fault(sought, gamma), slack, tolerance)
+    step = "smallest gamma" if gamma is None else f"most margin at gamma {gamma:.4g}"
+    x = minimise(
+        cost, every, first_imposed(grid, every), fault(sought, gamma), slack, tolerance,
+        lambda counts: progress(f"{step}: {counts}"),
+    )  # fmt: skip
     return unknowns.solution(x, gamma, grid.rates)
 
 

@@ -28,8 +28,18 @@ def is_model_2(system: System) -> bool:
     A, B = system.A, system.B
     if system.order != ORDER or B[:7].any() or B[8].any() or A[4:6, :4].any() or A[6:, :6].any():
         return False
-    chains = not (A[4, 5] or A[5, 4] or A[6:8, 8:].any() or A[8:, 6:8].any())
-    return bool(chains and np.all(np.diag(A)[4:6] < 0) and np.all(A[[7, 9], [6, 8]] < 0))
+    chains = not (A[4, 5] or A[5, 4] or A[6:8, 8:].any() or A[8:, 6:8].any() or A[2:6, [7, 9]].any())
+    return bool(chains and np.all(np.diag(A)[4:6] < 0) and np.all(A[[7, 9], [6, 8]] < 0) and _pade(A))
+
+
+def _pade(A: np.ndarray) -> bool:
+    """Whether rotor and delays of Model 2 are driven as a Pade approximation drives them, not as a lag behind pins.
+
+    Through the delays the pins' force is twice that past them, with the other sign; not quite where rates drive too.
+    """
+    through, past = np.diag(A[2:4, 4:6]) * A[[4, 5], [6, 8]], np.diag(A[2:4][:, [6, 8]])
+    twice = -2 * past * -np.diag(A)[4:6]
+    return bool(np.all(np.abs(through - twice) < 0.5 * np.abs(twice)))
 
 
 def is_delayed_model_3(system: System) -> bool:
@@ -39,7 +49,8 @@ def is_delayed_model_3(system: System) -> bool:
         return False
     own = A[4:6, 4:6], A[4:6, 6:], A[6:, 6:], B[4:6], B[6:]
     diagonal = not any((M - np.diag(np.diag(M))).any() for M in own)
-    return bool(diagonal and np.all(np.diag(A)[4:] < 0) and np.all(np.diag(B[6:]) != 0))
+    passing = np.allclose(B[4:6], A[4:6, 4:6])  # of an all-pass, past the dead times; two lags in a row have none
+    return bool(diagonal and passing and np.all(np.diag(A)[4:] < 0) and np.all(np.diag(B[6:]) != 0))
 
 
 def merged(system: System, delay: float = 0.0) -> System:

@@ -38,7 +38,7 @@ from rotorsim.control.law import LIMIT
 from rotorsim.control.law_checks import other_machine
 from rotorsim.control.numerics.systems import System
 from rotorsim.control.runtime import alarm
-from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
+from rotorsim.control.runtime.guard import FARTHEST, LOST, OK, SENSOR, SIZE, guard
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]) / np.array([[1], [1], [2**0.5], [2**0.5]])
 """Directions in which the displacement is limited, both ways."""
@@ -190,6 +190,11 @@ class Predictive:
     def alarm(self) -> str | None:
         """Why the controller does not act fully now, as a sentence; None as long as it does."""
         return alarm.SENTENCES.get(alarm.code(self.memory, 0))
+
+    @property
+    def bad_samples(self) -> int:
+        """Number of bad samples since the last reset."""
+        return int(self.memory[LOST])
 
     @property
     def past_alarms(self) -> str:

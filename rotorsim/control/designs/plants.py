@@ -48,6 +48,11 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
             f"model: {found.B.shape[1]} inputs and {found.C.shape[0]} outputs; a law needs a model from reference x, y "
             "to disc x, y"
         )
+    if any(name.startswith("pin") for name in found.outputs):
+        raise DesignError(
+            f"model: its outputs are {', '.join(found.outputs)}, what the actuators do, and a law holds the disc; "
+            "identify a model of the disc (model 3, 2 or 1)"
+        )
     if np.abs(found.D).max() > 0:
         raise DesignError("model: answers a reference at once (D is not zero); identify model 1, 2 or 3")
     return found

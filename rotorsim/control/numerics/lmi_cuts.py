@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorsim.base.progress import Report, silent
 from rotorsim.control.numerics.lmi import Problem
 
 MOST = 8
@@ -47,15 +48,16 @@ class Inequality(NamedTuple):
 
 def minimise(
     cost: np.ndarray, inequalities: Sequence[Inequality], start: Sequence[int], what: str, slack: float,
-    tolerance: float = 0.0,
+    tolerance: float = 0.0, progress: Report = silent,
 ) -> np.ndarray:  # fmt: skip
     """The x of least cost'x that keeps all inequalities, first solved with those of the indices `start`.
 
     They are judged with the share `slack` of the last variable added to it, and up to `tolerance`. Raises DesignError,
-    `what` and the solver's word, if there is no solution.
+    `what` and the solver's word, if there is no solution. `progress` is given the counts of each round.
     """
     imposed = set(start)
     while True:
+        progress(f"{len(imposed)} of {len(inequalities)} inequalities")
         problem = Problem(len(cost))
         for k in sorted(imposed):
             inequalities[k].impose(problem)

@@ -40,6 +40,8 @@ def page(result: Verification) -> str:
               "at every operating point; the imbalance is taken out by a twin run without the hit.",
               figure=energies_figure(result)),
     ]  # fmt: skip
+    if result.alarms:
+        blocks.append(_alarms_block(result))
     if "runup" in result.runs:
         text = "Distance of the disc from its moving mean, largest in each tenth of a second, up and down again."
         blocks.append(Block("Run-up and coast-down", text, figure=runup_figure(*result.runs["runup"])))
@@ -62,6 +64,13 @@ def page(result: Verification) -> str:
         )
     )
     return study_page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
+
+
+def _alarms_block(result: Verification) -> Block:
+    """Table of the law's alarms by run."""
+    rows = [(a.run, "sound" if a.sound else "one hangs", f"{a.bad} of {a.samples}", a.sentence) for a in result.alarms]
+    text = "Runs in which an alarm suspended the law; with sound sensors it is a finding about the law's limits."
+    return Block("Alarms", text, ("run", "sensors", "samples", "alarm"), rows)
 
 
 def _edited(result: Verification) -> str:

@@ -36,6 +36,18 @@ def control_numbers(found: ControlStudy, model: LpvModel) -> dict[str, Figures]:
     return {number: numbers_of(number, found, model) for number in dict.fromkeys(number for number, _, _ in _PARTS)}
 
 
+def control_left_out(found: ControlStudy) -> set[str]:
+    """Claims whose figures are missing because a quick study makes no law for them, and not because one was refused."""
+    needed: dict[str, set[str]] = {}
+    for number, names, _ in _PARTS:
+        needed.setdefault(number, set()).update(names)
+    return {
+        number
+        for number, names in needed.items()
+        if not names.isdisjoint(found.left_out) and names.isdisjoint(found.refused)
+    }
+
+
 def numbers_of(claim: str, found: ControlStudy, model: Any) -> Figures:
     """Numbers of one claim, from the laws that `found` holds; a local model does where its figures are at one point."""
     known: Figures = {}
@@ -159,10 +171,17 @@ def _held_out(found: ControlStudy, model: LpvModel) -> Figures:
             "rig_effort": float(found.held_effort("lpv").mean() / found.held_effort("hinf").mean())}  # fmt: skip
 
 
-def _runup_laws(found: ControlStudy, model: LpvModel) -> Figures:
-    alone = found.runup[OPEN]["amplitude"]
-    return {f"{name}_{axis}": 100 * found.runup[f"{name} thesis"]["amplitude"][k] / alone[k]
-            for name in ("lpv", "hinf") if f"{name} thesis" in found.runup for k, axis in enumerate("xy")}  # fmt: skip
+def _runup_lpv(found: ControlStudy, model: LpvModel) -> Figures:
+    return _runup(found, "lpv")
+
+
+def _runup_hinf(found: ControlStudy, model: LpvModel) -> Figures:
+    return _runup(found, "hinf")
+
+
+def _runup(found: ControlStudy, name: str) -> Figures:
+    held, alone = (found.runup[one]["amplitude"] for one in (f"{name} thesis", OPEN))
+    return {f"{name}_{axis}": 100 * held[k] / alone[k] for k, axis in enumerate("xy")}
 
 
 def _runup_peaks(found: ControlStudy, model: LpvModel) -> Figures:
@@ -213,7 +232,8 @@ _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C7", ("lpv thesis", "hinf thesis"), _hits),
     ("C7", ("lpv", "hinf"), _held_out),
     ("C8", (), _runup_peaks),
-    ("C8", (), _runup_laws),
+    ("C8", ("lpv thesis",), _runup_lpv),
+    ("C8", ("hinf thesis",), _runup_hinf),
     ("C9", ("lpv",), _settings),
     ("C10", ("h2_scheduled", "local", "youla"), _scheduled),
     ("C11", (), _safe),

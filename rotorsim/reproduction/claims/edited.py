@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 KEPT = "rules.json"
 """File in a study's folder that holds the rules of its first run."""
+RESULTS = ("report.html", "study.json", "control.json", "claims.md")
+"""Files that a study has when it has been judged."""
+LOST = "lost"
+"""Entry of rules that were kept anew, because those of the first run were not there any more."""
 JUDGING = ("thesis", "met", "near", "kind", "one_sided")
 """Parts of a figure's rule that decide its verdict or what is compared."""
 
@@ -35,6 +39,8 @@ def judging() -> dict[str, Any]:
 
 def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:
     """A sentence for each rule that was edited since the first run in `folder`; the first keeps the rules there.
+
+    Where a report is there and the rules it was judged by are not, that is a sentence too, in this run and all later.
 
     Parameters
     ----------
@@ -59,19 +65,29 @@ def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:
     """
     now, path = json.loads(json.dumps(judging() if rules is None else dict(rules))), folder / KEPT
     if not path.exists():
-        write_json(path, now)
-        return []
+        lost = _lost(folder)
+        write_json(path, now | ({LOST: lost[0]} if lost else {}))
+        return lost
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read ({error}); restore it, or study in another folder") from error
     if not isinstance(before, dict):
         raise DataError(f"{path}: does not hold rules; restore it, or study in another folder")
-    return [
+    lost = [str(before.pop(LOST))] if LOST in before else []
+    return lost + [
         _sentence(key, before.get(key), now.get(key))
         for key in sorted({*before, *now})
         if before.get(key) != now.get(key)
     ]
+
+
+def _lost(folder: Path) -> list[str]:
+    """A sentence where an earlier run left results in the folder and its rules are gone."""
+    found = [name for name in RESULTS if (folder / name).exists()]
+    if not found:
+        return []
+    return [f"{KEPT}: was not there, though {found[0]} of an earlier run was: its rules are not known and may differ"]
 
 
 def _sentence(key: str, before: Any, now: Any) -> str:
@@ -90,7 +106,9 @@ def edited_block(sentences: list[str]) -> list[Block]:
 
     if not sentences:
         return []
-    words = "The rules were edited after the first run of this study: verdicts below are by the rules as they are now."
+    words = (
+        "Verdicts below are by the rules as they are now; since the first run of this study these were edited or lost."
+    )
     return [Block("Rules edited after a run", words, ("rule",), [(one,) for one in sentences])]
 
 
@@ -99,5 +117,5 @@ def edited_markdown(sentences: list[str]) -> str:
     if not sentences:
         return ""
     return "\n".join(
-        ["Rules edited after the first run of this study:", "", *(f"- {one}" for one in sentences), "", ""]
+        ["Rules edited or lost after the first run of this study:", "", *(f"- {one}" for one in sentences), "", ""]
     )

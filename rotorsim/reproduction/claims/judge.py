@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
 from rotorsim.reproduction.claims.rules import Claim, Figure, Interval
 
-MET, NEAR, NOT_MET = "met", "near", "not met"
+MET, NEAR, NOT_MET, NOT_RUN = "met", "near", "not met", "not run"
 TRIVIAL, NOT_COMPARABLE = "trivial", "not comparable"
-VERDICTS = (MET, NEAR, NOT_MET, NOT_COMPARABLE, TRIVIAL)
+VERDICTS = (MET, NEAR, NOT_MET, NOT_RUN, NOT_COMPARABLE, TRIVIAL)
 Numbers = Mapping[str, Mapping[str, float]]
 """Ours, by claim and figure."""
 
@@ -25,18 +25,21 @@ class Judged:
     verdict: str
 
 
-def judge(claim: Claim, ours: Mapping[str, float]) -> Judged:
-    """The verdict on a claim; a figure that `ours` does not hold is not met."""
+def judge(claim: Claim, ours: Mapping[str, float], left_out: Collection[str] = ()) -> Judged:
+    """The verdict on a claim; a figure that `ours` does not hold is not met, in a claim of `left_out` not run."""
     values = tuple(ours.get(figure.name) for figure in claim.figures)
-    verdicts = tuple(judge_figure(f, v) for f, v in zip(claim.figures, values, strict=True))
+    none = NOT_RUN if claim.number in left_out else NOT_MET
+    verdicts = tuple(judge_figure(f, v, none) for f, v in zip(claim.figures, values, strict=True))
     return Judged(claim, values, verdicts, judge_claim(verdicts))
 
 
-def judge_figure(figure: Figure, value: float | None) -> str:
-    """The verdict on a number, which is None where there is none."""
+def judge_figure(figure: Figure, value: float | None, none: str = NOT_MET) -> str:
+    """The verdict on a number; `none` where it is None."""
     if figure.kind == NOT_COMPARABLE:
         return NOT_COMPARABLE
-    if value is None or not isfinite(value):
+    if value is None:
+        return none
+    if not isfinite(value):
         return NOT_MET
     if _within(value, figure.met):
         return figure.kind or MET
@@ -44,8 +47,11 @@ def judge_figure(figure: Figure, value: float | None) -> str:
 
 
 def judge_claim(verdicts: Sequence[str]) -> str:
-    """The worst of the figures' verdicts; trivial and not comparable ones count where there is no other."""
-    for verdict in (NOT_MET, NEAR, MET, NOT_COMPARABLE):
+    """The worst of the figures' verdicts; trivial and not comparable ones count where there is no other.
+
+    Not run comes after not met: whatever a figure that was not run would be, a claim with one not met is not met.
+    """
+    for verdict in (NOT_MET, NOT_RUN, NEAR, MET, NOT_COMPARABLE):
         if verdict in verdicts:
             return verdict
     return TRIVIAL

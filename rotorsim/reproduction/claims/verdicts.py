@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import isinf
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,10 @@ FITTED = " (fitted)"
 HEADS = ("figure", "thesis", "here", f"{MET} in", f"{NEAR} in", "verdict")
 
 
-def verdicts(ours: Numbers, letters: str = "IC") -> list[Judged]:
+def verdicts(ours: Numbers, letters: str = "IC", left_out: Collection[str] = ()) -> list[Judged]:
     """Verdicts on the claims whose number begins with one of the letters.
+
+    What `ours` does not hold is not run in the claims of `left_out`, and not met in all others.
 
     Examples
     --------
@@ -25,7 +27,7 @@ def verdicts(ours: Numbers, letters: str = "IC") -> list[Judged]:
     >>> {one.verdict for one in rs.reproduction.verdicts({}, "I")}
     {'not met'}
     """
-    return [judge(claim, ours.get(claim.number, {})) for claim in claims() if claim.number[0] in letters]
+    return [judge(claim, ours.get(claim.number, {}), left_out) for claim in claims() if claim.number[0] in letters]
 
 
 def claims_blocks(found: Sequence[Judged], title: str = "Claims of the thesis") -> list[Block]:
@@ -81,15 +83,31 @@ def lines(found: Sequence[Judged]) -> list[str]:
 
 
 def markdown(found: Sequence[Judged]) -> str:
-    """The table of figures as Markdown."""
+    """Claims with links, then a heading and the table of figures of each, as Markdown."""
     text = [f"{count(one.verdict for one in found)}; by figure {count(v for one in found for v in one.verdicts)}.", ""]
+    text += [overview(found), ""]
     for one in found:
-        text += [f"**{one.claim.number}: {one.verdict}.** {one.claim.words} ({one.claim.source}).", "",
+        text += [f"### {heading(one)}", "", f"{one.claim.words} ({one.claim.source}).", "",
                  f"| {' | '.join(HEADS)} |", f"|{'---|' * len(HEADS)}"]  # fmt: skip
         text += [f"| {' | '.join((_escaped(f.words), *_cells(f, value), verdict))} |"
                  for f, value, verdict in _figures(one)]  # fmt: skip
         text += ["", *(f"- {note}" for note in remarks(one.claim)), ""]
     return "\n".join(text)
+
+
+def overview(found: Sequence[Judged]) -> str:
+    """Claim, verdict and words as a Markdown table with links to the headings of `markdown`."""
+    rows = [
+        f"| [{one.claim.number}](#{heading(one).lower().replace(':', '').replace(' ', '-')}) | {one.verdict} | "
+        f"{_escaped(one.claim.words)} |"
+        for one in found
+    ]
+    return "\n".join(["| claim | verdict | |", "|---|---|---|", *rows])
+
+
+def heading(one: Judged) -> str:
+    """Heading of a claim."""
+    return f"{one.claim.number}: {one.verdict}"
 
 
 def _escaped(words: str) -> str:
