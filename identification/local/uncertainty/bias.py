@@ -38,6 +38,9 @@ and besides what the scatter of c_1 and c_2 makes of b, with m from 0 to 1 where
 stroke and pressure matter as much as the orbit, it is 0.05 to 0.15, of cubic springs, of which all is bias, 0.5 or
 more. Of gains m c_2 is taken, with half of c_2 as standard uncertainty: on the rig they do not follow it.
 
+A pole that 1. moves by more than its distance from the imaginary axis is beyond the steps of `model_error`: none of the
+change is taken, and all of it is standard uncertainty.
+
 A binary reference has one size of stroke, so what depends on the square of the stroke is the same throughout and leaves
 no trace. Wide pins move the damping and hardly the frequencies, the orbit's square, which 2. sees, mainly the
 frequencies. So damping ratios have one more part u, up to the size of the change of the pole in either direction, small
@@ -160,13 +163,22 @@ def bias(
     change = properties(theta + calm.change) - properties(theta)
     scatter = propagate(properties, theta, calm.covariance) ** 2
     main = float(np.interp(follows, MAIN, (0.0, 1.0)))
-    linear, moving = (1 + error.share) / 2, (1 - error.share) * np.where(POLES, (1 + main) / 2, main)
-    first = REACH**2 * np.maximum(error.change**2 - error.variance, 0) + linear**2 * error.variance
+    taken, first = _of_linear_error(error, wn, zeta)
+    moving = (1 - error.share) * np.where(POLES, (1 + main) / 2, main)
     moved = (1 - error.share) * np.maximum(change**2 - scatter, 0)
     second = np.where(POLES, REACH**2, 0.25) * moved + moving**2 * scatter
     second[2:4] += TRIANGULAR * (1 - main) * 2 * of_any_phase(moved, wn, zeta)[2:4]
-    expected = -(linear * error.change + moving * change)
+    expected = 0.0 - taken - moving * change
     return Bias(expected, np.sqrt(first + second + of_any_phase(third, wn, zeta)))
+
+
+def _of_linear_error(error: ModelError, wn: np.ndarray, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What is taken (8,) of the changes of the linear model error, and the variance (8,) that they leave."""
+    far = np.hypot(error.change[:2], wn * error.change[2:4]) > zeta * wn
+    far = np.concatenate([far, far, np.zeros(4, bool)])
+    part = np.where(far, 0.0, (1 + error.share) / 2)
+    near = REACH**2 * np.maximum(error.change**2 - error.variance, 0) + part**2 * error.variance
+    return part * error.change, np.where(far, error.change**2, near)
 
 
 def _part_of_the_input(gain: np.ndarray) -> np.ndarray:

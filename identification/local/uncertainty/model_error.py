@@ -66,7 +66,9 @@ def model_error(
         scatter = LEAKAGE * found.variance[low].mean(axis=0) / (2 * np.count_nonzero(low))
         gain = found.G[low].real.mean(axis=0)
     change, variance = (np.concatenate([a.ravel(), b.ravel()]) for a, b in ((modes, gain), (spread, scatter)))
-    return ModelError(change, variance, _share(found, around, u.shape[1], noise / residual.std(axis=0)))
+    return ModelError(
+        change, variance, _share(found, around, u.shape[1], noise / np.maximum(residual.std(axis=0), 1e-300))
+    )
 
 
 def _share(found: FrequencyResponse, around: np.ndarray, inputs: int, noise: np.ndarray) -> float:
