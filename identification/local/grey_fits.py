@@ -211,7 +211,7 @@ def own_structure(structure: Structure, signals: Signals, method: str, start: An
     grey, q = GreyBox(made, signals.Ts), len(first)
     y = project(signals.y, signals.Q)
     problem = problem_of(grey, np.ascontiguousarray(signals.u), y, signals.Q, signals.breaks, box(made))
-    problem = _with_judge(problem, structure.name, signals, "zero")
+    problem = _with_judge(problem, "own", signals, "zero")
     fitted = solve(problem, _best_start(problem, signals, [first]))
     if method == "pem":
         n = len(grey.sampled(first)[0])

@@ -119,7 +119,7 @@ def identify(
         found = grey_box(kind, signals, method, start)
     if made.external is not None:
         found = judged(found, actuator_signals(made.whole) if kind == "actuator" else made.whole, made.external)
-    elif controller_of(records[0]):
+    elif any(controller_of(record) for record in records):
         found = replace(found, bias=None, warnings=(*found.warnings, NO_BIAS))
     if method == "pem":
         _check_found(found)

@@ -132,7 +132,7 @@ def sentence(alone: SafeSpeed, held: SafeSpeed) -> str:
     )
     bad, samples, alarm = held.run.alarms if held.run else (0, 0, "")
     if bad:
-        text = f"{text}; the law had alarms, of {samples} samples {alarm}"
+        text = f"{text}; the law had alarms in the whole run, also beyond this speed, of {samples} samples {alarm}"
     if held.checked is None:
         return f"{text}; the machine file states no speeds at which its model was checked"
     checked = f"{held.checked * TO_RPM:.0f} rpm ({held.checked * TO_HZ:.0f} Hz)"

@@ -156,6 +156,17 @@ def test_a_pole_that_would_move_too_far_keeps_its_value_and_a_wide_interval():
     assert held(found, truth(theta))[2:4].all()
 
 
+def test_modes_that_no_response_shows_leave_no_share_to_the_linear_model_error():
+    u = prbs(np.random.default_rng(1), 20000)
+    damped = TRUTH.copy()
+    damped[4:8] *= 14
+    wn, zeta = modes(damped)
+    residual = (model().simulate(u, TS) - model(damped).simulate(u, TS))[2000:]
+    assert zeta.max() > 0.7
+    found = model_error(model(damped), wn, zeta, u[2000:], residual, TS, np.zeros(2))
+    assert found.share == 0.0 and not found.change[:4].any()
+
+
 def test_a_gain_counts_by_the_part_of_its_input_in_the_motion_of_its_output():
     np.testing.assert_allclose(_part_of_the_input(np.array([[3.0, -4.0], [0.0, 2.0]])), [[0.36, 0.64], [0, 1]])
     np.testing.assert_array_equal(_part_of_the_input(np.zeros((2, 2))), np.zeros((2, 2)))

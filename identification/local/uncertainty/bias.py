@@ -34,9 +34,10 @@ taken, or more, with a standard uncertainty whose 90 % interval has the width fr
           \text{interval} = \text{value} - b
           \pm 1.645 \sqrt{sd^2 + \frac{c_1^2 + (1 - s)\, c_2^2}{(2 \cdot 1.645)^2} + u^2 + \Sigma_3}
 
-and besides what the scatter of c_1 and c_2 makes of b, with m from 0 to 1 where a is 0.15 to 0.5: on the rig, where
-stroke and pressure matter as much as the orbit, it is 0.05 to 0.15, of cubic springs, of which all is bias, 0.5 or
-more. Of gains m c_2 is taken, with half of c_2 as standard uncertainty: on the rig they do not follow it.
+and besides what the scatter of c_1 and c_2, taken off their squares, makes of b, with m from 0 to 1 where a is 0.15 to
+0.5: on the rig, where stroke and pressure matter as much as the orbit, it is 0.05 to 0.15, of cubic springs, of which
+all is bias, 0.5 or more. Of gains m c_2 is taken, with half of c_2 as standard uncertainty: on the rig they do not
+follow it.
 
 A pole that 1. moves by more than its distance from the imaginary axis is beyond the steps of `model_error`: none of the
 change is taken, and all of it is standard uncertainty.

@@ -66,9 +66,10 @@ def model_error(
         scatter = LEAKAGE * found.variance[low].mean(axis=0) / (2 * np.count_nonzero(low))
         gain = found.G[low].real.mean(axis=0)
     change, variance = (np.concatenate([a.ravel(), b.ravel()]) for a, b in ((modes, gain), (spread, scatter)))
-    return ModelError(
-        change, variance, _share(found, around, u.shape[1], noise / np.maximum(residual.std(axis=0), 1e-300))
-    )
+    if not modes.any():  # modes that no response shows: none of the rest is accounted for
+        return ModelError(change, variance, 0.0)
+    ratio = noise / np.maximum(residual.std(axis=0), 1e-300)
+    return ModelError(change, variance, _share(found, around, u.shape[1], ratio))
 
 
 def _share(found: FrequencyResponse, around: np.ndarray, inputs: int, noise: np.ndarray) -> float:

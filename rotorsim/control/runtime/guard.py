@@ -4,10 +4,10 @@ r"""Guard against bad samples: output held and then faded out with the states, b
 
 in the n-th bad sample in a row, u_0 being the last output before. Where that output may have been wrong itself
 (displacement out of range, sensors reversed or swapped) it fades out at once, in equal steps that are no larger than
-STEP, the largest that the law has made itself, but in FADE / QUICK samples at least and FADE / SLOW at most. In good
-samples after bad ones the output goes linearly from where it was to that of the law, in as many samples as were bad and
-one more, FADE + 1 at most, and in no fewer than an earlier return has left. No step of it is larger than STEP: where
-the law has gone on further than that the output follows it at STEP a sample, after FADE + 1 samples faster and faster.
+STEP, the largest that the law has made itself (or LEAST), but in FADE / QUICK samples at least and FADE / SLOW at most.
+In good samples after bad ones the output goes linearly from where it was to that of the law, in as many samples as were
+bad and one more, FADE + 1 at most, and in no fewer than an earlier return has left. No step of it is larger than that:
+where the law has gone on further the output follows it at such steps, after FADE + 1 samples faster and faster.
 The clock of the law (start, mean position, fade-in) stands still in bad samples, and of its states as much is left
 when it comes back as of the output.
 

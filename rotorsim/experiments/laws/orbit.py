@@ -98,6 +98,11 @@ class WithHarmonics:
         return np.asarray(self.controller.step(measured, speed, pressure), float) + self.now
 
     @property
+    def bad_samples(self) -> int:
+        """Number of bad samples that the controller had."""
+        return int(getattr(self.controller, "bad_samples", 0))
+
+    @property
     def past_alarms(self) -> str:
         """Bad samples that the controller had."""
         return str(getattr(self.controller, "past_alarms", "") or "")
@@ -156,7 +161,7 @@ def without_orbit(
     """
     if not speed * LONGEST >= 2 * np.pi * TURNS:
         raise DataError(f"speed = {speed:g} rad/s: the shaft hardly turns and has no orbit; take the law as it is")
-    if harmonics not in range(1, 6) or isinstance(harmonics, bool) or not 0 < trial <= REFERENCE_LIMIT:
+    if type(harmonics) is not int or harmonics not in range(1, 6) or not 0 < trial <= REFERENCE_LIMIT:
         raise DataError(
             f"harmonics = {harmonics}, trial = {trial} V: give 1 to 5 harmonics and a trial up to {REFERENCE_LIMIT:g} V"
         )
