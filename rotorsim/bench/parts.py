@@ -58,7 +58,7 @@ PARTS: dict[str, Part] = {
             "identification.many_records",
             "identification.public",
             "intervals.intervals",
-            "loops.loops",
+            "closed_loops.closed_loops",
         ),
     ),
     "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),

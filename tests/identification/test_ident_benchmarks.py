@@ -9,7 +9,7 @@ import identification as idn
 from rotorsim.bench import structures
 
 pytestmark = pytest.mark.numerical
-loops = import_module("rotorsim.bench.loops")
+closed_loops = import_module("rotorsim.bench.closed_loops")
 
 
 def test_rates_of_the_pins_take_the_error_of_the_structure_away(monkeypatch):
@@ -26,17 +26,17 @@ def names():
 
 
 def test_a_closed_loop_is_judged_by_the_plant_and_a_refused_record_counts_as_missed(monkeypatch):
-    monkeypatch.setattr(loops, "POINTS", ((3.0, 0.5e6),))
-    monkeypatch.setattr(loops, "SECONDS", 6.0)
-    monkeypatch.setattr(loops, "SEEDS", (1,))
-    monkeypatch.setattr(loops, "LAWS", {"lqr": loops.LAWS["lqr"]})
-    off = {figure.name: figure for figure in loops.loops()}
+    monkeypatch.setattr(closed_loops, "POINTS", ((3.0, 0.5e6),))
+    monkeypatch.setattr(closed_loops, "SECONDS", 6.0)
+    monkeypatch.setattr(closed_loops, "SEEDS", (1,))
+    monkeypatch.setattr(closed_loops, "LAWS", {"lqr": closed_loops.LAWS["lqr"]})
+    off = {figure.name: figure for figure in closed_loops.closed_loops()}
     assert len(off) == 9
     one = off["Model 2 with rates under lqr at 3 krpm, 0.5 MPa: largest error of a frequency"].value
     assert 0 < one < 1
     assert off["Model 2 with rates under lqr: records of 1 beyond 1 % or 15 %"].met
-    monkeypatch.setattr(loops.idn, "identify", refused)
-    assert loops._off(None, "2", np.ones(2), np.ones(2)) == (np.inf, np.inf)
+    monkeypatch.setattr(closed_loops.idn, "identify", refused)
+    assert closed_loops._off(None, "2", np.ones(2), np.ones(2)) == (np.inf, np.inf)
 
 
 def refused(*_):

@@ -48,7 +48,7 @@ LAWS: dict[str, tuple[Design, float]] = {
 """Designs, and amplitude of the PRBS [V]."""
 
 
-def loops() -> Iterator[Figure]:
+def closed_loops() -> Iterator[Figure]:
     """Errors by law, model and point, and records beyond 1 % or 15 % by law and model; those refused count."""
     plant = Plant("dtu_gas_bearing")
     missed = {(law, name): 0 for law in LAWS for name in MODELS.values()}
