@@ -74,10 +74,12 @@ class Identification:
         for k in range(count):
             rows += [(f"f_{k + 1}", k, 0.5 / np.pi, "Hz"), (f"zeta_{k + 1}", count + k, 1.0, "")]
         rows += [(f"gain_{'xy'[i]}{'xy'[j]}", 2 * (count + i) + j, 1e6, "um/V") for i, j in np.ndindex(2, 2)]
-        if self.bias is None:
-            return tuple(Interval(n, float(values[k] * by), float(sds[k] * by), None, None, u) for n, k, by, u in rows)
-        four = np.array([values, sds, self.bias.expected, self.bias.sd]).T
-        return tuple(Interval(name, *_four(four[k] * by), unit) for name, k, by, unit in rows)
+        found = []
+        for name, k, by, unit in rows:
+            bias = None if self.bias is None else float(self.bias.expected[k] * by)
+            bias_sd = None if self.bias is None else float(self.bias.sd[k] * by)
+            found.append(Interval(name, float(values[k] * by), float(sds[k] * by), bias, bias_sd, unit))
+        return tuple(found)
 
     def report(self) -> str:
         """The findings as a text that a person can read."""
@@ -87,9 +89,8 @@ class Identification:
             lines.append(f"noise-free fit {_percent(self.noise_free_fit)}")
         if self.bias is None:
             lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
-            lines += ["no bias stated: standard deviations know nothing of what the model's form lacks"] * bool(
-                lines[2:]
-            )
+            if len(self.wn):
+                lines.append("no bias stated: standard deviations know nothing of what the model's form lacks")
         else:
             lines += [
                 f"{one.name:8s} {one.value: #.5g} +- {one.sd:.2g}, bias {one.bias:.2g} +- {one.bias_sd:.2g}"
@@ -143,11 +144,6 @@ def parameter_lines(parameters: dict[str, tuple[float, float]], units: tuple[str
         f"{name:8s} {value: .6g} {'at its bound' if np.isnan(sd) else f'+- {sd:.2g}'} {unit}".rstrip()
         for (name, (value, sd)), unit in named
     ]
-
-
-def _four(values: np.ndarray) -> tuple[float, float, float, float]:
-    value, sd, bias, bias_sd = values.tolist()
-    return value, sd, bias, bias_sd
 
 
 def noted(found: Identification, text: str) -> Identification:

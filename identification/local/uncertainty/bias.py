@@ -161,7 +161,8 @@ def bias(
         rest = lines * (1 - error.share) * (1 - follows) * TRIANGULAR
         third = rest * propagate(properties, theta, spread.distortion) ** 2
         third[4:] *= _part_of_the_input(static_gain(kind, theta)).ravel()
-    change = properties(theta + calm.change) - properties(theta)
+    most = np.abs(properties(theta))
+    change = np.clip(properties(theta + calm.change) - properties(theta), -most, most)
     scatter = propagate(properties, theta, calm.covariance) ** 2
     main = float(np.interp(follows, MAIN, (0.0, 1.0)))
     taken, first = _of_linear_error(error, wn, zeta)
