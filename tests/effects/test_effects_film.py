@@ -8,7 +8,7 @@ import pytest
 
 from reynolds import GasBearing, Injector
 from rotorsim.base.errors import NoLiftOffError
-from rotorsim.effects.film.gas_heating import SUTHERLAND
+from rotorsim.machine.bearings.gas import GASES
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi
@@ -120,9 +120,9 @@ def film_alone(plant, path):
     )  # fmt: skip
     common = {name: getattr(injection, name) for name in names} | {"law": "orifice", "pin": injection.pin_bias}
     return GasBearing(
-        radius=film.diameter / 2, length=film.length, clearance=film.clearance, viscosity=gas.viscosity,
-        ambient_pressure=gas.ambient_pressure, temperature=gas.temperature, gas_constant=gas.gas_constant,
-        heat_capacity_ratio=gas.heat_capacity_ratio, n_theta=32, n_z=8, mean_free_path=path,
+        radius=film.diameter / 2, length=film.length, clearance=film.clearance, viscosity=gas.mu,
+        ambient_pressure=gas.ambient_pressure, temperature=gas.temperature, gas_constant=gas.R,
+        heat_capacity_ratio=gas.kappa, n_theta=32, n_z=8, mean_free_path=path,
         injectors=tuple(Injector(angle=i.angle, **common) for i in machine.injectors),
     )  # fmt: skip
 
@@ -143,7 +143,7 @@ def test_warmer_gas_is_the_more_viscous_gas_of_sutherlands_law(neutral):
     """Air at 350 K against 300 K: 208.2 / 184.6 uPa s (Incropera & DeWitt, Table A.4), met within 1 %."""
 
     def factor(T, T0=293.15):
-        return (T / T0) ** 1.5 * (T0 + SUTHERLAND) / (T + SUTHERLAND)
+        return (T / T0) ** 1.5 * (T0 + GASES["air"].sutherland) / (T + GASES["air"].sutherland)
 
     assert factor(350) / factor(300) == pytest.approx(208.2 / 184.6, rel=0.01)
     viscous = neutral({"gas.viscosity": f"{18.5 * factor(350)} uPa*s"})
