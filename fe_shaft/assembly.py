@@ -99,7 +99,7 @@ class AssembledRotor(RotorElements):
 
     @property
     def by_whirl(self) -> bool:
-        """Whether stiffness or damping depend on the frequency of whirl beside the speed."""
+        """Whether stiffness or damping depend on the frequency of whirl, not on the speed alone."""
         return self.hysteretic or any(bearing.whirl_frequency is not None for bearing in self.bearing_elements)
 
     def M(self) -> Matrix:

@@ -172,7 +172,7 @@ def _check(rotor: Rotor, nodes: Iterable[int], n_modes: int) -> None:
     turning = next((name for name in ("eta_v", "eta_h") if any(getattr(e, name) for e in rotor.shaft_elements)), None)
     if turning:
         raise ShaftError(
-            f"reduction: the shaft has {turning}, damping that turns with it, which matrices at rest lack; leave it out."
+            f"reduction: the shaft has {turning}, turning damping, which reduced matrices lack; leave it out."
         )
     for node in nodes:
         if not 0 <= node < rotor.n_nodes:

@@ -172,7 +172,10 @@ class Sleeve:
         """Angles [rad] of the ends of lobes and of pockets as long as a film of a `length` [m]."""
         found = [np.zeros(0)]
         if self.lobes is not None:
-            found.append(self.lobes.first_angle + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset))
+            found.append(
+                self.lobes.first_angle
+                + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset)
+            )
         for row in self.recesses(length):
             middles = row.first_angle + 2 * np.pi / row.count * np.arange(row.count)
             found += [middles - row.arc / 2, middles + row.arc / 2]

@@ -63,7 +63,9 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
     while excess(high) < 0:
         low, high = high, 4 * high
         if high > HEAVIEST:
-            others = "; its other bearings carry the load" if len(plant.machine.films) < len(plant.machine.bearings) else ""
+            others = (
+                "; its other bearings carry the load" if len(plant.machine.films) < len(plant.machine.bearings) else ""
+            )
             raise ConvergenceError(
                 f"load capacity: {HEAVIEST / EARTH:.3g} times the weight does not move a journal to {ratio:g} of its "
                 f"clearance{others}; ask for a smaller ratio"

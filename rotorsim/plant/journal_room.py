@@ -21,7 +21,7 @@ FINE = 720
 TURNED = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 """Angles [rad] of the shaft at which lobes that turn are looked at."""
 AHEAD = 0.05
-"""Least cos(theta - phi) that counts: the sleeve beside the journal does not stop it."""
+"""Least cos(theta - phi) that counts: what is across its way does not stop the journal."""
 
 
 def journal_room(machine: Machine, number: int, directions: np.ndarray, speed: float = 0.0) -> np.ndarray:

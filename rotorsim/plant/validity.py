@@ -5,10 +5,11 @@ r"""Range in which the film model holds, by numbers of its films at an equilibri
           Kn = \max \frac{\mu}{p\,h} \sqrt{\frac{\pi R_g T}{2}}, \quad
           M_e = \frac{\dot m}{2 \cdot 2 \pi R\, c\, \rho_a \sqrt{\gamma R_g T}}
 
-rho is the mean over the film, Kn the largest anywhere in it, edges included; rho_a is that at ambient pressure, c the clearance. A limit is where the model
-leaves something out that no longer is small: inertia (Re*, M_e), heat across the film (M: the middle of a sheared film
-is warmer than its walls by Pr (gamma - 1) M^2 / 8 of the absolute temperature, 3.5 % at M = 1), slip (Kn), a sonic
-entry from a feed hole; or where nothing checked it (Lambda, and the table `checked` of a machine file).
+rho is the mean over the film, Kn the largest anywhere in it, edges included; rho_a is that at ambient pressure, c the
+clearance. A limit is where the model leaves something out that no longer is small: inertia (Re*, M_e), heat across the
+film (M: the middle of a sheared film is warmer than its walls by Pr (gamma - 1) M^2 / 8 of the absolute temperature,
+3.5 % at M = 1), slip (Kn), a sonic entry from a feed hole; or where nothing checked it (Lambda, and the table `checked`
+of a machine file).
 
 Cites: hamrock_2004, white_2011, burgdorfer_1959.
 """

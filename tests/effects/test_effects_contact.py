@@ -153,7 +153,7 @@ def test_contact_brakes_the_shaft_by_its_friction_at_the_journal(neutral, held):
     lost = []
     for friction in (0.0, 0.05):
         plant = neutral(values | {"effects.contact.friction": friction})
-        table, run = run_in_pieces(plant, inputs, 300.0)
+        table, _ = run_in_pieces(plant, inputs, 300.0)
         lost.append(table[0, 5] - table[-1, 5])
         depth = np.maximum(plant.machine.effects["contact"][0].asperity - table[:, 9], 0.0)
     expected = 0.05 * 0.02 * 2e7 * depth.sum() * plant.assembly.sampling_time / plant.assembly.P.inertia

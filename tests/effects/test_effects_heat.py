@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 
 from rotorsim.base.errors import MachineFileError, NoLiftOffError
-from rotorsim.machine.bearings.gas import GASES
 from rotorsim.effects.film.heat_balance import heat_balance
 from rotorsim.experiments import Runup
 from rotorsim.experiments.running import record as record_run
 from rotorsim.machine import load_machine
+from rotorsim.machine.bearings.gas import GASES
 from rotorsim.plant import Plant
 
 GRID = {"grid.n_theta": 16, "grid.n_z": 8}

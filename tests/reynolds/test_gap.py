@@ -64,7 +64,7 @@ def by_hand(radius, journal):
 @pytest.mark.parametrize("name", FORMS)
 @pytest.mark.parametrize("n_theta", [16, 36])
 def test_the_smallest_gap_is_that_of_the_sleeve_drawn_by_hand(name, n_theta):
-    """Whatever the grid: forms are exact between its lines. A circle of 31 urad misses at most 1e-15 m, and an edge 1 nm."""
+    """Whatever the grid: forms are exact between its lines. Steps of 31 urad by hand miss an edge by 1 nm at most."""
     sleeve, radius = FORMS[name]
     for journal in JOURNALS:
         gap, _, _ = at(bearing(sleeve, n_theta), journal)
@@ -119,10 +119,10 @@ def test_a_foil_leaves_what_its_pressure_bends_it_by():
     one = bearing(Sleeve(foil=Foil(stiffness)), n_theta=64)
     journal = (13e-6, -6e-6)
     film = one.steady(journal, 3000.0)
-    layout, w, _ = one.model.build()
+    layout = one.model.build()[0]
     solved, _, _ = one._solve(journal, 3000.0, 0.0, None)
     p = solved[layout.p + cells(layout)]
-    bent = (C + np.minimum((p - 101325.0).min(axis=1), 0.0) / stiffness)
+    bent = C + np.minimum((p - 101325.0).min(axis=1), 0.0) / stiffness
     theta = np.linspace(0, 2 * np.pi, 65)
     spline = CubicSpline(theta, np.append(bent, bent[0]), bc_type="periodic")
     assert film.h_min == pytest.approx(by_hand(spline, journal), abs=3e-8)
@@ -134,6 +134,8 @@ def test_a_journal_may_go_where_the_sleeve_is_wide_and_not_where_it_is_narrow():
     one = bearing(FORMS["lobes"][0])
     between, middle = 0.2 + np.pi / 3, 0.2
     film = one.steady(22e-6 * np.array([np.cos(between), np.sin(between)]), 500.0)
-    assert film.h_min == pytest.approx(by_hand(FORMS["lobes"][1], 22e-6 * np.array([np.cos(between), np.sin(between)])), abs=1e-9)
+    assert film.h_min == pytest.approx(
+        by_hand(FORMS["lobes"][1], 22e-6 * np.array([np.cos(between), np.sin(between)])), abs=1e-9
+    )
     with pytest.raises(FilmError):
         one.steady(20.5e-6 * np.array([np.cos(middle), np.sin(middle)]), 500.0)

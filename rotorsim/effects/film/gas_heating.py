@@ -4,9 +4,9 @@ r"""Viscosity of a gas warmer than in the machine file.
           \tau = 1 + \frac{\Delta T + \Delta T_\Omega (\Omega/\Omega_0)^2}{T_0}, \quad
           \Omega_0 = 2\pi\,100\ \mathrm{rad/s}
 
-with Sutherland's constant S of the gas, 110.4 K for air; Delta T_Omega is what the film's own friction adds at 100 Hz. Density and injectors keep T_0:
-the film is thin and its walls hold the gas near their temperature. Source: Sutherland (1893); White (2011), section
-1.9.
+with Sutherland's constant S of the gas, 110.4 K for air; Delta T_Omega is what the film's own friction adds at 100 Hz.
+Density and injectors keep T_0: the film is thin and its walls hold the gas near their temperature. Source: Sutherland
+(1893); White (2011), section 1.9.
 """
 
 import math

@@ -74,7 +74,7 @@ class HeatBalance(FilmEffect):
     sleeve_expansion: float = param("1/K", default=STEEL, bounds=(0.0, 1e-4), doc="Thermal expansion of the sleeve.")
 
     def derived(self, machine: Any) -> dict[str, float]:
-        """From gas to a wall [W/K], heat capacity of the gas [J/(kg K)], radius [m], temperature [K], Sutherland's ratio."""
+        """Conductance to a wall [W/K], heat capacity of the gas [J/(kg K)], radius [m], temperature [K], S / T_0."""
         film, gas = machine.film_of(self), machine.gas
         area = math.pi * film.diameter * film.length
         return {

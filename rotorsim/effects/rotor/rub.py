@@ -3,7 +3,8 @@ r"""Rub of the shaft against the stator, with friction, away from the gas bearin
 .. math:: N = k\,(e - g)_+\,(1 + d\,\dot e)_+, \qquad T = \mu N \tanh(v_t/v_0)
 
 e is the distance from the stator's axis, which may lie off the rotor's; N inwards, T against the sliding surface, whose
-speed is Omega R + v_t; R T brakes the shaft. Source: Hunt & Crossley (1975) for the factor of the approach; Muszynska (2005), chapter 5.
+speed is Omega R + v_t; R T brakes the shaft. Source: Hunt & Crossley (1975) for the factor of the approach; Muszynska
+(2005), chapter 5.
 """
 
 import math
@@ -15,32 +16,29 @@ from rotorsim.effects.diagnosis import CandidateForm
 
 
 @inlined
-def rubbed(speed, x, y, vx, vy, p):
-    """Direction (x, y) from the stator's axis to the shaft, normal force and friction [N] there."""
+def rub(t, angle, speed, x, y, vx, vy, p):
+    """Force (fx, fy) [N] of the stator on the shaft."""
     dx = x - p.offset_x
     dy = y - p.offset_y
     e = math.sqrt(dx * dx + dy * dy)
     if e <= p.gap or p.stiffness == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0
     nx = dx / e
     ny = dy / e
     normal = p.stiffness * (e - p.gap) * max(1.0 + p.damping * (vx * nx + vy * ny), 0.0)
     slide = speed * p.radius + vy * nx - vx * ny
-    return nx, ny, normal, p.friction * normal * math.tanh(slide / p.slip_speed)
-
-
-@inlined
-def rub(t, angle, speed, x, y, vx, vy, p):
-    """Force (fx, fy) [N] of the stator on the shaft."""
-    nx, ny, normal, along = rubbed(speed, x, y, vx, vy, p)
+    along = p.friction * normal * math.tanh(slide / p.slip_speed)
     return -normal * nx + along * ny, -normal * ny - along * nx
 
 
 @inlined
 def rub_torque(t, angle, speed, x, y, vx, vy, p):
-    """Torque [N m] of the friction on the shaft."""
-    _, _, _, along = rubbed(speed, x, y, vx, vy, p)
-    return -p.radius * along
+    """Torque [N m] of the force about the shaft's axis, at whose radius towards the stator it acts."""
+    fx, fy = rub(t, angle, speed, x, y, vx, vy, p)
+    dx = x - p.offset_x
+    dy = y - p.offset_y
+    e = math.sqrt(dx * dx + dy * dy)
+    return p.radius * (dx * fy - dy * fx) / e if e > 0.0 else 0.0
 
 
 @register

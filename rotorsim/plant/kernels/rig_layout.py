@@ -18,9 +18,9 @@ class RigLayout(NamedTuple):
 
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
     supply pressure [Pa, absolute] at both ends of the sample; impulse [N m s] that rub and contact have given the shaft
-    since the sample's start, their torque [N m] at the start and in the middle of a step; clearance [m], mean gap of each film; uneven,
-    whether effects shape it; heat, rises [K] of gas, journal and sleeve of each film; held: reference [V].
-    n_inj injectors of all films, n_pin of them with a pin.
+    since the sample's start, their torque [N m] at the start and in the middle of a step; clearance [m], mean gap of
+    each film; uneven [m], how much it varies; heat, rises [K] of gas, journal and sleeve of each film; held: reference
+    [V]. n_inj injectors of all films, n_pin of them with a pin.
     """
 
     n_inj: int
