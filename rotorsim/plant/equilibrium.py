@@ -139,9 +139,12 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
 
 
 def coupled_effects(a: Assembly) -> tuple[str, ...]:
-    """Names of the effects that an equilibrium is repeated for: of supply, heat, and steady forces of the motion."""
+    """Names of the effects that an equilibrium is repeated for: of supply, heat, and steady forces of the motion.
+
+    Those at their neutral values, which do nothing, are not among them.
+    """
     coupled = (c.effect for c in a.calls if c.effect.port in ("supply", "heat") or _holds(c.effect))
-    return tuple(dict.fromkeys(effect.name for effect in coupled))
+    return tuple(dict.fromkeys(effect.name for effect in coupled if effect != type(effect)()))
 
 
 def _holds(effect: Effect) -> bool:

@@ -1,9 +1,9 @@
 """Code generation for effect ports: one function per port, one static call per effect.
 
 In a call, {kernel}, {foundation}, {warmed}, {braking} and {p} are the effect's kernels and parameter record, {shape}
-the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new} of
-its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an argument
-`f`, the number of a film, skips the effects of other films.
+the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new}
+of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an
+argument `f`, the number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations
