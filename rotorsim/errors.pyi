@@ -16,6 +16,7 @@ from rotorsim.base.errors import (
     LimitError as LimitError,
     MachineFileError as MachineFileError,
     NoLiftOffError as NoLiftOffError,
+    NotCarried as NotCarried,
     OtherMachine as OtherMachine,
     RotorsimError as RotorsimError,
     Unusual as Unusual,
