@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.csv_layout import Layout, cells, find_layout, is_number
+from identification.readers.csv_layout import LATIN, Layout, cells, find_layout, is_number
 from identification.records.table import MAX_VALUES, Column, Table, parse_header
 from rotorsim.base.sentences import quote
 
@@ -28,12 +28,18 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
         layout = find_layout(path, file or {}, MAX_LINE)
         values = _numbers(path, layout, "decimal" in (file or {}))
     except UnicodeDecodeError as error:
-        raise ReadError(f"byte {error.start + 1}: is not UTF-8 text; save the file in UTF-8") from error
+        name = (file or {}).get("encoding", "UTF-8")
+        raise ReadError(
+            f"byte {error.start + 1}: is no text in {name}; state another, e.g. [file] encoding = 'latin-1'"
+        ) from error
     header = parse_header(layout.header) if layout.header else None
     if header and len(values) != header.samples:
         raise ReadError(f"{len(values)} rows, its header states {header.samples}; the file was cut off: copy it again")
     columns = zip(layout.names, values.T, strict=True)
-    return Table("CSV", tuple(Column(name, column, unit) for (name, unit), column in columns if name), header=header)
+    notes = (f"read as {LATIN}, for it is not UTF-8; state another as [file] encoding",)
+    guessed = layout.encoding == LATIN and "encoding" not in (file or {})
+    found = tuple(Column(name, column, unit) for (name, unit), column in columns if name)
+    return Table("CSV", found, header=header, notes=notes if guessed else ())
 
 
 def _numbers(path: Path, layout: Layout, stated: bool) -> np.ndarray:
@@ -64,7 +70,7 @@ def _first_sign(path: Path, layout: Layout) -> bool:
 
 def _lines(path: Path, layout: Layout) -> Iterator[str]:
     """The lines of numbers; where the comma is the decimal sign it becomes a point, and a point no number."""
-    with path.open(encoding="utf-8-sig", newline=None) as file:
+    with path.open(encoding=layout.encoding, newline=None) as file:
         for _ in range(layout.first):
             file.readline()
         if not layout.comma:
@@ -81,7 +87,7 @@ def _fast(path: Path, layout: Layout) -> np.ndarray:
         skiprows=layout.first if not layout.comma else 0,
         comments=None,
         ndmin=2,
-        encoding="utf-8-sig",
+        encoding=layout.encoding,
     )
     if values.shape[1] != len(layout.names):
         raise ValueError("ragged")

@@ -8,7 +8,8 @@ a heading: then columns go by their numbers.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
 
@@ -23,6 +24,7 @@ _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf|infinity)"
 _STATED = re.compile(r"[^\W\d][^:,;]{0,60}:(\s|$)")
 """First cell of a line that states something about the file, such as 'Point Name:, DE X'; never a heading."""
 _COMMENT = ("#", "%", "//")
+UTF8, LATIN = "utf-8-sig", "latin-1"
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class Layout:
     comma: bool
     first: int
     header: str = ""
+    encoding: str = UTF8
 
 
 def is_number(cell: str) -> bool:
@@ -48,8 +51,23 @@ def cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def find_layout(path: Path, stated: dict[str, str], longest: int) -> Layout:
-    """Layout from the first lines; raises ReadError if no table of numbers begins there."""
-    with path.open(encoding="utf-8-sig", newline=None) as file:
+    """Layout from the first lines; raises ReadError if no table of numbers begins there.
+
+    The text is in the `encoding` that is stated, else in UTF-8, else in Latin-1, which gives every byte a meaning.
+    """
+    with path.open("rb") as file:
+        wide = file.read(2) in (BOM_UTF16_LE, BOM_UTF16_BE)
+    encodings = [stated["encoding"]] if "encoding" in stated else ["utf-16"] if wide else [UTF8, LATIN]
+    for encoding in encodings[:-1]:
+        try:
+            return replace(_found(path, stated, longest, encoding), encoding=encoding)
+        except UnicodeDecodeError:
+            continue
+    return replace(_found(path, stated, longest, encodings[-1]), encoding=encodings[-1])
+
+
+def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> Layout:
+    with path.open(encoding=encoding, newline=None) as file:
         lines = _start(file, longest)
     header = "".join(line[2:] for line in lines[1:2]) if lines and lines[0].startswith(f"# {MARK}") else ""
     for i, line in enumerate(lines):

@@ -44,7 +44,7 @@ def mapping_template(table: Table, file: str) -> str:
 
 
 def _clock(table: Table) -> list[str]:
-    if table.time is not None:
+    if table.clocked:
         return ["# The file has its own clock; no [time] is needed.\n"]
     if any(column.name == "time" for column in table.columns):
         return []

@@ -84,7 +84,7 @@ def read_targets(path: str | Path) -> Targets:
     """
     file = _found(path)
     try:
-        document = tomllib.loads(file.read_text(encoding="utf-8"))
+        document = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
         raise DataError(f"{path}: {reason}; correct it") from error

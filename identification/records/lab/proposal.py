@@ -83,7 +83,7 @@ def propose(table: Table, file: str) -> tuple[str, int]:
     known = [guess for guess in guesses if guess.kind]
     vectors = any(g.kind in ("amplitude", "phase") for g in known)
     parts = [f"# Proposed for {_safe(file)} from names, units and values; check every line before use.\n"]
-    if table.time is None and not vectors and not any(g.kind == "time" for g in known):
+    if not table.clocked and not vectors and not any(g.kind == "time" for g in known):
         parts.append('# No time was found: [time] with column = "..." and unit = "s", or with\n'
                      '# sample_rate = "5 kHz"\n')  # fmt: skip
     parts += _vectors(known) if vectors else _series(known)
