@@ -173,7 +173,7 @@ CHARACTERS = {"µ": "u", "μ": "u", "·": "*", "⋅": "*", "²": "^2", "³": "^3
 _WORDS = {
     "V": "volt volts v vdc vac v_dc millivolt=mV millivolts=mV mvolts=mV microvolt=uV microvolts=uV kilovolt=kV",
     "m": "meter meters metre metres millimeter=mm millimeters=mm millimetre=mm millimetres=mm micrometer=um "
-    "micrometers=um micrometre=um micrometres=um mil=mil mils=mil thou=mil inch=in inches=in in.=in nanometer=nm",
+    "micron=um microns=um micrometers=um micrometre=um micrometres=um mil=mil mils=mil thou=mil inch=in inches=in in.=in nanometer=nm",
     "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm min^-1=rpm rps=rev/s "
     "radian/s radians/s rad/sec °/s=deg/s",
     "rad": "radian radians degree=deg degrees=deg deg=deg revs=rev revolution=rev revolutions=rev",
