@@ -97,7 +97,7 @@ def from_ross(rotor: Any) -> Parts:
         if any((e.alpha, e.beta) not in ((0, 0), (alpha, beta)) for e in shaft):
             left.add("rotor", f"alpha = {alpha:g} 1/s, beta = {beta:g} s replace the elements' own damping, as in ROSS")
         shaft = [replace(e, alpha=alpha, beta=beta) for e in shaft]
-        discs, points = ([replace(one, alpha=alpha) for one in many] for many in (discs, points))
+        discs, points = [replace(d, alpha=alpha) for d in discs], [replace(p, alpha=alpha) for p in points]
     _compare_damping(shaft, left)
     left.unread(whole, _DERIVED["rotor"])
     left.warn()

@@ -252,7 +252,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = list(csv.DictReader(file))
         for number, row in enumerate(rows, 2):
-            if more := row.pop(None, None):  # type: ignore[call-overload]  # where csv puts cells without a heading
+            if more := row.pop(None, None):  # where csv puts cells without a heading
                 raise DataError(
                     f"{path}: row {number}: {listing(more)} stands beyond the last heading; correct the row"
                 )

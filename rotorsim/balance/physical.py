@@ -43,7 +43,8 @@ def without_model(machine: Machine, conditions: Conditions) -> str:
     """Why a machine's model cannot serve these records; empty where it can."""
     if machine.film is not None:
         return f"{machine.name} has a gas film, and a balancing model needs linear bearings"
-    bare = [part.name for part in (*conditions.planes, *conditions.readings) if part.position is None]
+    bare = [plane.name for plane in conditions.planes if plane.position is None]
+    bare += [reading.name for reading in conditions.readings if reading.position is None]
     return f"the mapping gives no position of {listing(bare)}" if bare else ""
 
 

@@ -168,12 +168,13 @@ READ_ONLY = frozenset({"cm", "cm^3", "turn", "mbar", "deg/s", "deg/s^2"})
 """Units that are read and never advised: drawings and data sheets of machines have others."""
 
 
-CHARACTERS = {"µ": "u", "μ": "u", "·": "*", "⋅": "*", "²": "^2", "³": "^3", "⁻": "^-", "**": "^"}
+CHARACTERS = {"µ": "u", "μ": "u", "·": "*", "⋅": "*", "⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3", "**": "^"}
 """Characters of units, with those that the table has in their place."""
 _WORDS = {
-    "V": "volt volts v vdc vac v_dc millivolt=mV millivolts=mV mvolts=mV microvolt=uV microvolts=uV kilovolt=kV",
-    "m": "meter meters metre metres millimeter=mm millimeters=mm millimetre=mm millimetres=mm micrometer=um "
-    "micron=um microns=um micrometers=um micrometre=um micrometres=um mil=mil mils=mil thou=mil inch=in inches=in in.=in nanometer=nm",
+    "V": "volt volts v vdc vac v*dc v*ac millivolt=mV millivolts=mV mvolts=mV microvolt=uV microvolts=uV kilovolt=kV",
+    "m": "meter meters metre metres millimeter=mm millimeters=mm millimetre=mm millimetres=mm micron=um microns=um "
+    "micrometer=um micrometers=um micrometre=um micrometres=um nanometer=nm mil=mil mils=mil thou=mil inch=in "
+    "inches=in in.=in",
     "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm min^-1=rpm rps=rev/s "
     "radian/s radians/s rad/sec °/s=deg/s",
     "rad": "radian radians degree=deg degrees=deg deg=deg revs=rev revolution=rev revolutions=rev",

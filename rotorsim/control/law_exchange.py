@@ -107,7 +107,8 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     n = len(content["A"])
     table = {"W": np.zeros((n, 2, speeds.size, pressures.size))} | {k: content[k] for k in MATRICES if k in content}
     check_rest(content, MAT_READ)
-    table |= dict(zip("BCD", in_si(content, *(np.asarray(table[k], float) for k in "BCD"), "m", "V"), strict=True))
+    B, C, D = (np.asarray(table[letter], float) for letter in "BCD")
+    table |= dict(zip("BCD", in_si(content, B, C, D, "m", "V"), strict=True))
     table = _ordered(content, table)
     stacked = {}
     for letter, M in table.items():

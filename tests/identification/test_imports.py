@@ -1,7 +1,7 @@
 """Thirty imports of foreign objects and files: nothing in them is dropped, shifted or taken for another unit silently.
 
-Each case holds something that a reader could lose. It is carried (a number tells), refused by name, or a sentence on the
-record or a warning names it.
+Each case holds something that a reader could lose. It is carried (a number tells), refused by name, or named in a
+sentence on the record or in a warning.
 """
 
 import json

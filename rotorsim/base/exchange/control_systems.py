@@ -14,9 +14,9 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.foreign import Foreign, Leftovers
 from rotorsim.base.sentences import listing
 
-_READ = {"A", "B", "C", "D", "dt", "name", "ninputs", "noutputs", "nstates", "input_index", "output_index", "state_index",
-         "updfcn", "outfcn", "num_array", "den_array", "num", "den", "display_format", "syslist", "syslist_index",
-         "connect_map", "connection_type", "input_map", "output_map", "input_offset", "output_offset",
+_READ = {"A", "B", "C", "D", "dt", "name", "ninputs", "noutputs", "nstates", "input_index", "output_index",
+         "state_index", "updfcn", "outfcn", "num_array", "den_array", "num", "den", "display_format", "syslist",
+         "syslist_index", "connect_map", "connection_type", "input_map", "output_map", "input_offset", "output_offset",
          "state_offset"}  # fmt: skip
 """Attributes of linear systems that are read, or follow from these; connections stand in the matrices already."""
 LINEAR = ("StateSpace", "TransferFunction")
