@@ -1,7 +1,8 @@
 """CSV and text tables with decimal point or comma; comma, semicolon, tab or spaces as delimiter.
 
-The layout is found by `csv_layout`; every line below the heading must be a full row of numbers. An empty cell is a
-missing value. What is not a number is named with its line and column, and never interpreted.
+The layout is found by `csv_layout`; every line below the heading must be a full row. An empty cell is a missing value.
+A column with what is not a number has a fault that names line and column; it is never interpreted, and where no mapping
+takes the column it does no harm.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
     """Table of a text file; `file` may state delimiter and decimal sign (see `identification.records.mapping`)."""
     try:
         layout = find_layout(path, file or {}, MAX_LINE)
-        values = _numbers(path, layout, "decimal" in (file or {}))
+        values, faults = _numbers(path, layout, "decimal" in (file or {}))
     except UnicodeDecodeError as error:
         name = (file or {}).get("encoding", "UTF-8")
         raise ReadError(
@@ -35,22 +36,24 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
     header = parse_header(layout.header) if layout.header else None
     if header and len(values) != header.samples:
         raise ReadError(f"{len(values)} rows, its header states {header.samples}; the file was cut off: copy it again")
-    columns = zip(layout.names, values.T, strict=True)
+    columns = enumerate(zip(layout.names, values.T, strict=True))
     notes = (f"read as {LATIN}, for it is not UTF-8; state another as [file] encoding",)
     guessed = layout.encoding == LATIN and "encoding" not in (file or {})
-    found = tuple(Column(name, column, unit) for (name, unit), column in columns if name)
+    found = tuple(Column(name, column, unit, fault=faults.get(i, "")) for i, ((name, unit), column) in columns if name)
+    if all(column.fault for column in found):
+        raise ReadError(found[0].fault if found else "no column with a name; name them in the heading")
     return Table("CSV", found, header=header, notes=notes if guessed else ())
 
 
-def _numbers(path: Path, layout: Layout, stated: bool) -> np.ndarray:
-    """The numbers (rows, columns), the fast way if all are whole and good."""
+def _numbers(path: Path, layout: Layout, stated: bool) -> tuple[np.ndarray, dict[int, str]]:
+    """The numbers (rows, columns), the fast way if all are whole and good, and the columns with a fault."""
     guesses = [layout]
     if not stated and not layout.comma and layout.delimiter != ",":
         # the first row may be whole numbers, which do not show the decimal sign
         guesses.append(replace(layout, comma=True))
     for guess in guesses:
         try:
-            return _fast(path, guess)
+            return _fast(path, guess), {}
         except UnicodeDecodeError:
             raise
         except ValueError:
@@ -94,9 +97,13 @@ def _fast(path: Path, layout: Layout) -> np.ndarray:
     return values
 
 
-def _careful(path: Path, layout: Layout) -> np.ndarray:
-    """The same numbers with NaN for empty cells; raises ReadError with line and column of what is wrong."""
+def _careful(path: Path, layout: Layout) -> tuple[np.ndarray, dict[int, str]]:
+    """The same numbers with NaN for empty cells, and the first fault of a column that has one.
+
+    Raises ReadError, with its line, for a row of another length.
+    """
     rows, width, short = [], len(layout.names), ""
+    faults: dict[int, str] = {}
     for number, line in enumerate(_lines(path, layout), layout.first + 1):
         if len(line) > MAX_LINE:
             raise ReadError(f"line {number}: is longer than {MAX_LINE} characters; is it a table?")
@@ -109,19 +116,20 @@ def _careful(path: Path, layout: Layout) -> np.ndarray:
             # raised only once the next line shows whether it is the last one
             short = f"line {number}: {len(found)} cells, expected {width}; correct or remove the line"
             continue
-        rows.append([_number(cell, number, i, layout) for i, cell in enumerate(found)])
+        rows.append([_number(cell, number, i, layout, faults) for i, cell in enumerate(found)])
         if len(rows) * width > MAX_VALUES:
             raise ReadError(f"more than {MAX_VALUES} values; cut the file")
     if short:
         raise ReadError(short.replace("correct or remove the line", "the file may be cut off: copy it again"))
-    return np.array(rows, float).reshape(-1, width)
+    return np.array(rows, float).reshape(-1, width), faults
 
 
-def _number(cell: str, line: int, column: int, layout: Layout) -> float:
-    if not cell:
+def _number(cell: str, line: int, column: int, layout: Layout, faults: dict[int, str]) -> float:
+    if not cell or column in faults:
         return np.nan
     if is_number(cell):
         return float(cell)
     name = layout.names[column][0] or str(column + 1)
     cell = cell.translate(SWAP) if layout.comma else cell
-    raise ReadError(f"line {line}, column {quote(name)}: {quote(cell)} is not a number; correct or remove the line")
+    faults[column] = f"line {line}, column {quote(name)}: {quote(cell)} is not a number; correct or remove the line"
+    return np.nan

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
@@ -75,7 +76,25 @@ def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> L
         row = _cells(line, delimiter, comma)
         if _is_row(row):
             return _layout(lines[:i], len(row), delimiter, comma, header)
-    raise ReadError(_no_numbers(lines, stated))
+    first = _mixed(lines, stated)
+    if first is None:
+        raise ReadError(_no_numbers(lines, stated))
+    delimiter, comma = _separators(lines[first], stated)
+    return _layout(lines[:first], len(cells(lines[first], delimiter)), delimiter, comma, header)
+
+
+def _mixed(lines: list[str], stated: dict[str, str]) -> int | None:
+    """The first row below the heading of a table with texts, such as dates, in some columns; None where there is none."""
+    rows = []
+    for line in lines:
+        delimiter, comma = _separators(line, stated)
+        rows.append(tuple(not cell or is_number(cell) for cell in _cells(line, delimiter, comma)))
+    usual, count = Counter(rows).most_common(1)[0] if rows else ((), 0)
+    if count < 2 or not any(usual):
+        return None
+    headings = [i for i, row in enumerate(rows) if len(row) == len(usual) and not any(row)]
+    first = headings[-1] + 1 if headings else rows.index(usual)
+    return first if rows[first:].count(usual) > 0.5 * len(rows[first:]) else None
 
 
 def _start(file: TextIO, longest: int) -> list[str]:

@@ -107,7 +107,8 @@ def _clocked(channels: list[Any], found: list[tuple[Any, Column]], columns: list
         key = (step, offset, column.values.size)
         time = shared.setdefault(key, offset + np.arange(column.values.size) * step)
         at = properties.get("wf_start_time")
-        yield replace(column, time=time, begin=0.0 if at is None else float((at - first) / np.timedelta64(1, "s")))
+        unknown = np.nan if begins else 0.0
+        yield replace(column, time=time, begin=unknown if at is None else float((at - first) / np.timedelta64(1, "s")))
 
 
 def _text(properties: Any, key: str) -> str | None:

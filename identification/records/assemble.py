@@ -214,6 +214,7 @@ def left_out(table: Table, mapping: Mapping) -> list[str]:
         unread.setdefault(column.unread, []).append(entry.path)
     found += [f"{listing(what)} of {', '.join(who)} in the file: not read" for what, who in unread.items() if what]
     found += table.notes
+    found += [f"{quote(one.name)} was left out: {one.fault}" for one in table.columns if one.fault][:MOST]
     if table.header is None:
         found += [f"{quote(name)} was left out: it {reason}" for name, reason in list(table.others.items())[:MOST]]
         if len(table.others) > MOST:

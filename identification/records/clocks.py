@@ -17,7 +17,7 @@ from identification.errors import ReadError
 from identification.records.mapping import Entry, Mapping
 from identification.records.table import Column, Table
 from identification.records.units import FACTORS, is_unit_of
-from rotorsim.base.sentences import quote
+from rotorsim.base.sentences import listing, quote
 
 WHOLE = 0.1
 """Largest distance from a whole number of samples, in samples, at which a start is shifted."""
@@ -41,11 +41,14 @@ def on_one_clock(table: Table, mapping: Mapping, entries: Sequence[Entry]) -> tu
         _check_other_times(table, mapping, numbers)
         return table, []
     columns = {i: table.columns[i] for i in clocked}
-    first = min(column.begin for column in columns.values())
-    times = {i: _times(column) + (column.begin - first) for i, column in columns.items()}
+    first = min((c.begin for c in columns.values() if np.isfinite(c.begin)), default=0.0)
+    unknown = [clocked[i] for i, column in columns.items() if not np.isfinite(column.begin)]
+    times = {i: _times(c) + (c.begin - first if np.isfinite(c.begin) else 0.0) for i, c in columns.items()}
+    notes = [f"{listing(unknown)}: no start is stated; taken to begin with the first channel"] if unknown else []
+    notes = notes if len(unknown) < len(columns) else []
     chosen = max(times, key=lambda i: times[i][0])
     if all(_equal(times[i], times[chosen]) for i in times):
-        return replace(table, time=times[chosen]), []
+        return replace(table, time=times[chosen]), notes
     if mapping.time is not None:
         raise ReadError(
             f"time: {clocked[chosen]} begins later than other channels, or has another rate, by the file's own clocks; "
@@ -59,8 +62,8 @@ def on_one_clock(table: Table, mapping: Mapping, entries: Sequence[Entry]) -> tu
         replace(column, values=column.values[starts[i] : starts[i] + count], time=None) if i in starts else column
         for i, column in enumerate(table.columns)
     ]
-    note = _note({clocked[i]: times[i] for i in times}, count)
-    return replace(table, columns=tuple(cut), time=times[chosen][:count]), [note]
+    notes.append(_note({clocked[i]: times[i] for i in times}, count))
+    return replace(table, columns=tuple(cut), time=times[chosen][:count]), notes
 
 
 def _place(table: Table, entry: Entry) -> int:

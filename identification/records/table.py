@@ -27,8 +27,9 @@ _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 class Column:
     """Numbers (n,) as they stand in the file; `unit` as the file states it, None if it does not.
 
-    `time` (n,) [s] is the column's own clock, whose zero lies `begin` [s] after a moment that all columns share.
-    `unread` names what else the file states about it and no reader takes.
+    `time` (n,) [s] is the column's own clock, whose zero lies `begin` [s] after a moment that all columns share, NaN
+    where the file states it of others alone.
+    `unread` names what else the file states about it and no reader takes; `fault` states why its values cannot be used.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Column:
     time: np.ndarray | None = None
     begin: float = 0.0
     unread: tuple[str, ...] = ()
+    fault: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,13 @@ class Table:
         return self.time is not None or any(column.time is not None for column in self.columns)
 
     def find(self, wanted: str | int) -> Column:
-        """The column of a name or of a number from 1; raises ReadError if there is none or more than one."""
+        """The column of a name or of a number from 1; raises ReadError if there is none, more than one, or a fault."""
+        column = self._find(wanted)
+        if column.fault:
+            raise ReadError(column.fault)
+        return column
+
+    def _find(self, wanted: str | int) -> Column:
         if isinstance(wanted, int):
             if not 1 <= wanted <= len(self.columns):
                 raise ReadError(f"no column {wanted}; the file has columns 1 to {len(self.columns)}")

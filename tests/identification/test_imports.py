@@ -100,6 +100,14 @@ def tdms_offset(path):
     both(record, shift=LATE)
 
 
+def tdms_start_of_one_unknown(path):
+    stated = wave()
+    del stated["wf_start_time"]
+    record = idn.read(tdms(path / "a.tdms", ("X", MICRO, wave(5.0)), ("Y", MICRO, stated)), mapped())
+    both(record)
+    said(record, "no start is stated", "disc_measured.y")
+
+
 def tdms_part_of_a_sample(path):
     file = tdms(path / "a.tdms", ("X", MICRO, wave()), ("Y", MICRO, wave(25.4 * TS)))
     with pytest.raises(idn.ReadError, match=r"disc_measured\.y begins .* after .*disc_measured\.x"):
@@ -207,6 +215,20 @@ def csv_wide_and_marked(path):
     for encoding in ("utf-16", "utf-8-sig"):
         file = csv(path / "a.txt", ["time [s]", "X [um]", "Y [um]"], T, MICRO, MICRO, encoding=encoding, separator="\t")
         both(idn.read(file, mapped(time={"column": "time"})))
+
+
+def csv_texts(path):
+    """A column of dates and one with a word among its numbers, which nobody maps, do no harm; mapped they are named."""
+    rows = [f"2024-01-01 12:00:{t:06.3f},{t:.12g},{x:.12g},{x:.12g},1" for t, x in zip(T, MICRO, strict=True)]
+    rows[7] = rows[7].removesuffix("1") + "OVERLOAD"
+    (path / "a.csv").write_text("\n".join(["date,time [s],X [um],Y [um],state", *rows, ""]))
+    mapping = mapped(time={"column": "time"})
+    record = idn.read(path / "a.csv", mapping)
+    both(record)
+    said(record, "'date'", "OVERLOAD")
+    mapping["channels"]["angle"] = {"column": "state", "unit": "rad"}
+    with pytest.raises(idn.ReadError, match=r"channels\.angle: line 9, column 'state': 'OVERLOAD'"):
+        idn.read(path / "a.csv", mapping)
 
 
 def csv_unit_row(path):
@@ -407,11 +429,12 @@ def sampled_at_another_rate(path):
 
 
 CASES = [
-    tdms_late, tdms_offset, tdms_part_of_a_sample, tdms_no_common_time, tdms_unmapped, tdms_setting, tdms_properties,
-    tdms_unit, sampled_at_another_rate, uff_late, uff_padded, uff_unmapped, uff_byte_order_mark, csv_pairs_of_time,
-    csv_latin, csv_stated_encoding, csv_wide_and_marked, csv_unit_row, mat_own_times, mat_left_out, hdf5_late,
-    hdf5_scales, hdf5_groups_of_times, arrays_with_units, frame_of_pandas, model_of_matlab, law_of_matlab,
-    system_of_control, rotor_of_ross, marked_texts, balancing_table, stored_model,
+    tdms_late, tdms_offset, tdms_start_of_one_unknown, tdms_part_of_a_sample, tdms_no_common_time, tdms_unmapped,
+    tdms_setting, tdms_properties, tdms_unit, sampled_at_another_rate, uff_late, uff_padded, uff_unmapped,
+    uff_byte_order_mark, csv_pairs_of_time, csv_latin, csv_stated_encoding, csv_wide_and_marked, csv_texts,
+    csv_unit_row, mat_own_times, mat_left_out, hdf5_late, hdf5_scales, hdf5_groups_of_times, arrays_with_units,
+    frame_of_pandas, model_of_matlab, law_of_matlab, system_of_control, rotor_of_ross, marked_texts,
+    balancing_table, stored_model,
 ]  # fmt: skip
 
 
