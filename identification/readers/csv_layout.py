@@ -84,7 +84,7 @@ def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> L
 
 
 def _mixed(lines: list[str], stated: dict[str, str]) -> int | None:
-    """The first row below the heading of a table with texts, such as dates, in some columns; None where there is none."""
+    """The first row below the heading of a table that has texts, such as dates, in some columns; None without."""
     rows = []
     for line in lines:
         delimiter, comma = _separators(line, stated)
