@@ -112,7 +112,7 @@ def _note(times: dict[str, np.ndarray], count: int) -> str:
 
 
 def _check_other_times(table: Table, mapping: Mapping, numbers: dict[int, str]) -> None:
-    """Raise ReadError if a mapped column has another column of times than the mapping's, which says something else."""
+    """Raise ReadError if a mapped column has another column of times than the mapping's, which differs."""
     if mapping.time is None or not table.has(mapping.time.column):
         return
     stated = table.find(mapping.time.column)

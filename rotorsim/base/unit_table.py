@@ -172,7 +172,8 @@ CHARACTERS = {"µ": "u", "μ": "u", "·": "*", "⋅": "*", "⁻¹": "^-1", "⁻�
 """Characters of units, with those that the table has in their place."""
 _WORDS = {
     "V": "volt volts v vdc vac v*dc v*ac millivolt=mV millivolts=mV mvolts=mV microvolt=uV microvolts=uV kilovolt=kV",
-    "m": "meter meters metre metres millimeter=mm millimeters=mm millimetre=mm millimetres=mm micron=um microns=um "
+    "m": "meter meters metre metres millimeter=mm millimeters=mm millimetre=mm millimetres=mm "  # codespell:ignore
+    "micron=um microns=um "
     "micrometer=um micrometers=um micrometre=um micrometres=um nanometer=nm mil=mil mils=mil thou=mil inch=in "
     "inches=in in.=in",
     "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm min^-1=rpm rps=rev/s "

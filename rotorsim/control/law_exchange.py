@@ -34,7 +34,7 @@ MAT_SETTINGS = ("refresh", "limit", "start", "average", "fade")
 
 MAT_READ = (*MAT_SETTINGS, "W", "name", "speeds", "pressures", "centre", "bias", "gamma", "about", "plausibility",
             "InputName", "OutputName", "InputUnit", "OutputUnit")  # fmt: skip
-"""Variables of a .mat file, beside A, B, C, D and Ts."""
+"""Variables of a .mat file besides A, B, C, D and Ts."""
 
 
 def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:

@@ -1,6 +1,6 @@
 """Thirty imports of foreign objects and files: nothing in them is dropped, shifted or taken for another unit silently.
 
-Each case holds something that a reader could lose. It is carried (a number tells), refused by name, or named in a
+Each case holds something that a reader could lose. It is carried (a number shows it), refused by name, or named in a
 sentence on the record or in a warning.
 """
 
@@ -77,7 +77,7 @@ def both(record, scale=1e-6, shift=0):
     assert measured[:, 1] == pytest.approx(SIGNAL[:stop] / 1e-6 * scale, abs=1e-4 * scale)
 
 
-def said(record, *words):
+def noted(record, *words):
     """The notes name each word."""
     notes = " ".join(notes_of(record))
     assert all(word in notes for word in words), notes
@@ -90,7 +90,7 @@ def tdms_late(path):
     """The second channel starts 25 samples later: both are cut to what they share, with the samples in line."""
     record = idn.read(tdms(path / "a.tdms", ("X", MICRO, wave()), ("Y", MICRO, wave(LATE * TS))), mapped())
     both(record, shift=LATE)
-    said(record, "start apart", f"{LATE * TS:g} s")
+    noted(record, "start apart", f"{LATE * TS:g} s")
 
 
 def tdms_offset(path):
@@ -105,7 +105,7 @@ def tdms_start_of_one_unknown(path):
     del stated["wf_start_time"]
     record = idn.read(tdms(path / "a.tdms", ("X", MICRO, wave(5.0)), ("Y", MICRO, stated)), mapped())
     both(record)
-    said(record, "no start is stated", "disc_measured.y")
+    noted(record, "no start is stated", "disc_measured.y")
 
 
 def tdms_part_of_a_sample(path):
@@ -129,7 +129,7 @@ def tdms_unmapped(path):
         ), mapped(),
     )  # fmt: skip
     both(record)
-    said(record, "rig/F", "rig/words")
+    noted(record, "rig/F", "rig/words")
 
 
 def tdms_setting(path):
@@ -144,7 +144,7 @@ def tdms_setting(path):
 
 def tdms_properties(path):
     file = tdms(path / "a.tdms", ("X", MICRO, wave(gain=2.0)), ("Y", MICRO, wave()), root={"operator": "A. B."})
-    said(idn.read(file, mapped()), "gain", "operator")
+    noted(idn.read(file, mapped()), "gain", "operator")
 
 
 def tdms_unit(path):
@@ -156,14 +156,14 @@ def tdms_unit(path):
     record = idn.read(file, scaled)
     assert record["disc_measured"].values[:, 0] == pytest.approx(MICRO / 8000, abs=1e-12)
     assert record["disc_measured"].values[:, 1] == pytest.approx(SIGNAL, abs=1e-12)
-    said(record, "Mikro", "'um'")
+    noted(record, "Mikro", "'um'")
 
 
 def uff_late(path):
     (path / "a.uff").write_bytes(uff(("X", MICRO), ("Y", MICRO, LATE * TS)))
     record = idn.read(path / "a.uff", mapped())
     both(record, shift=LATE)
-    said(record, "start apart")
+    noted(record, "start apart")
 
 
 def uff_padded(path):
@@ -174,7 +174,7 @@ def uff_padded(path):
     (path / "a.uff").write_bytes(content + broken)
     record = idn.read(path / "a.uff", mapped())
     both(record)
-    said(record, "broken")
+    noted(record, "broken")
 
 
 def uff_unmapped(path):
@@ -200,7 +200,7 @@ def csv_latin(path):
     file = csv(path / "a.csv", ["time [s]", "X [µm]", "Y [µm]"], T, MICRO, MICRO, encoding="latin-1")
     record = idn.read(file, mapped(time={"column": "time"}))
     both(record)
-    said(record, "latin-1")
+    noted(record, "latin-1")
 
 
 def csv_stated_encoding(path):
@@ -225,7 +225,7 @@ def csv_texts(path):
     mapping = mapped(time={"column": "time"})
     record = idn.read(path / "a.csv", mapping)
     both(record)
-    said(record, "'date'", "OVERLOAD")
+    noted(record, "'date'", "OVERLOAD")
     mapping["channels"]["angle"] = {"column": "state", "unit": "rad"}
     with pytest.raises(idn.ReadError, match=r"channels\.angle: line 9, column 'state': 'OVERLOAD'"):
         idn.read(path / "a.csv", mapping)
@@ -253,7 +253,7 @@ def mat_left_out(path):
     savemat(path / "a.mat", {"t": T, "X": MICRO, "Y": MICRO, "setup": {"gain": 2.0}, "slow": MICRO[:3]})
     record = idn.read(path / "a.mat", mapped("um", time={"column": "t", "unit": "s"}))
     both(record)
-    said(record, "setup")
+    noted(record, "setup")
     assert record.attrs["unused_columns"] == ["slow"]
 
 
@@ -271,7 +271,7 @@ def hdf5_late(path):
     clock = {"units": "um", "dt": TS}
     record = idn.read(hdf5(path / "a.h5", X=(MICRO, clock), Y=(MICRO, clock | {"t0": LATE * TS})), mapped())
     both(record, shift=LATE)
-    said(record, "operator", "start apart")
+    noted(record, "operator", "start apart")
 
 
 def hdf5_scales(path):
@@ -279,7 +279,7 @@ def hdf5_scales(path):
     stated = {"units": "um", "sample_rate": 1 / TS, "scale_factor": 1e-3, "gain": 3.0}
     record = idn.read(hdf5(path / "a.h5", X=(packed, stated), Y=(MICRO, {"units": "um"})), mapped())
     assert record["disc_measured"].values[:, 0] == pytest.approx(SIGNAL, abs=1e-9)
-    said(record, "gain")
+    noted(record, "gain")
 
 
 def hdf5_groups_of_times(path):

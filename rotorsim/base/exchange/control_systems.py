@@ -105,7 +105,7 @@ def matrices(system: Any) -> Matrices:
 
 
 def _name_rest(system: Any) -> None:
-    """Warn of what a system holds beside its matrices, its clock and its signals."""
+    """Warn of what a system holds besides its matrices, its clock and its signals."""
     one, left = Foreign(system, getattr(system, "name", None) or "system"), Leftovers("from_control")
     labels = getattr(system, "state_labels", ()) if hasattr(system, "A") else ()
     if named := [label for label in labels if "[" not in label]:

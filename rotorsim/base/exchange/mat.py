@@ -78,7 +78,7 @@ def number(content: Mapping[str, Any], name: str, default: float) -> float:
 
 
 def check_rest(content: Mapping[str, Any], read: Collection[str]) -> None:
-    """Name what a file says about its system beside what is `read`.
+    """Name what a file states of its system besides what is `read`.
 
     Raises
     ------
