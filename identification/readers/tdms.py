@@ -17,7 +17,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.table import MAX_VALUES, Column, Table, not_read
-from identification.records.units import FACTORS, is_unit_of
+from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
 
 _READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_UnitDescription", "wf_xunit_string"}
@@ -99,7 +99,7 @@ def _clocked(channels: list[Any], found: list[tuple[Any, Column]], columns: list
     shared: dict[tuple[float, float, int], np.ndarray] = {}
     for (channel, _), column in zip(found, columns, strict=True):
         properties = channel.properties
-        seconds = FACTORS["s"].get(_text(properties, "wf_xunit_string") or "s", 1.0)
+        seconds = factor(_text(properties, "wf_xunit_string") or "s", "s")
         step, offset = (float(properties.get(key) or 0) * seconds for key in ("wf_increment", "wf_start_offset"))
         if not step > 0:
             yield column

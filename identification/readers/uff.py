@@ -18,6 +18,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.table import MAX_VALUES, Column, Table
+from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
 
 _END = b"-1"
@@ -155,6 +156,11 @@ def _response(kind: bytes, body: bytes) -> Response | str:
         time, ordinate = start + np.arange(n) * step, values
     else:
         time, ordinate = values[::2].copy(), values[1::2].copy()
+    abscissa = _text(records[7][46:67]) or "s"
+    if not is_unit_of(abscissa, "s"):
+        return f"stands over an abscissa in {quote(abscissa)}; export it over time"
+    if (seconds := factor(abscissa, "s")) != 1:
+        time = time * seconds
     node, direction = _whole(records[5][41:51], "response node"), _whole(records[5][51:55], "response direction")
     freedom = f"{node}:{_DIRECTIONS.get(direction, direction)}"
     return Response(_text(records[0]), freedom, _text(records[8][46:67]) or None, time, ordinate)

@@ -16,7 +16,7 @@ import numpy as np
 from identification.errors import ReadError
 from identification.records.mapping import Entry, Mapping
 from identification.records.table import Column, Table
-from identification.records.units import FACTORS, is_unit_of
+from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import listing, quote
 
 WHOLE = 0.1
@@ -164,4 +164,4 @@ def _alike(own: Column, stated: Column, unit: str | None) -> bool:
 
 
 def _seconds(unit: str | None) -> float:
-    return FACTORS["s"].get(unit or "s", 1.0)
+    return factor(unit, "s") if unit and is_unit_of(unit, "s") else 1.0

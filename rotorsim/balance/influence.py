@@ -115,7 +115,7 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     Raises
     ------
     DataError
-        If there are fewer conditions than unknowns, or planes were only ever changed together.
+        If there are fewer conditions than unknowns, planes were only ever changed together, or a vector is missing.
 
     Examples
     --------
@@ -125,6 +125,8 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     >>> float(abs(found.coefficients[0, 0]).round(3))
     0.1
     """
+    if not np.isfinite(vectors).all():
+        raise DataError("a condition with a known unbalance was not measured at every speed; leave it out")
     n, q = unbalance.shape
     regressors = np.column_stack([unbalance, np.ones(n)])
     scale = np.concatenate([np.full(q, np.abs(unbalance).max() or 1.0), [1.0]])
@@ -231,8 +233,6 @@ def leave_one_out(conditions: Conditions, fit: Fit = fit_influence) -> LeftOut:
     """
     known = np.flatnonzero(conditions.known)
     vectors, truth = conditions.flat[known], conditions.unbalance[known]
-    if not np.isfinite(vectors).all():
-        raise DataError("a condition with a known unbalance was not measured at every speed; leave it out")
     estimates, inside, doubtful = np.zeros_like(truth), np.zeros(truth.shape, bool), []
     for i, at in enumerate(known):
         others = np.arange(len(known)) != i

@@ -122,7 +122,7 @@ def kept_cases(path: Path | None) -> dict[int, Case]:
     if path is None or not path.exists():
         return {}
     done: dict[int, Case] = {}
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
         try:
             row: dict[str, Any] = json.loads(line)
             row["hidden"], row["named"] = tuple(row["hidden"]), tuple(row["named"])

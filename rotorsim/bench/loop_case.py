@@ -86,7 +86,7 @@ def read_cases(path: Path | None) -> dict[int, Case]:
 
     Raises DataError for a line of something else.
     """
-    lines = path.read_text(encoding="utf-8").splitlines() if path is not None and path.exists() else []
+    lines = path.read_text(encoding="utf-8-sig").splitlines() if path is not None and path.exists() else []
     done: dict[int, Case] = {}
     for number, line in enumerate(lines, 1):
         try:

@@ -49,7 +49,7 @@ def uff(*responses):
     return "".join(_dataset(*response) for response in responses).encode()
 
 
-def _dataset(title, values, start=0.0, unit="um", more=""):
+def _dataset(title, values, start=0.0, unit="um", more="", time="s"):
     numbers = [f"{value:20.11E}" for value in values]
     lines = "\n".join("".join(numbers[i : i + 4]) for i in range(0, len(numbers), 4))
     none = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {'NONE':20s}"
@@ -57,7 +57,7 @@ def _dataset(title, values, start=0.0, unit="um", more=""):
         f"{title:80s}", "NONE", "01-JAN-24 00:00:00", "NONE", "NONE",
         f"{1:5d}{1:10d}{0:5d}{0:10d} {'NONE':10s}{1:10d}{1:4d} {'NONE':10s}{0:10d}{0:4d}",
         f"{4:10d}{len(values):10d}{1:10d}{start:13.5E}{TS:13.5E}{0.0:13.5E}",
-        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':20s} {'s':20s}", f"{8:10d}{0:5d}{0:5d}{0:5d} {'Value':20s} {unit:20s}",
+        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':20s} {time:20s}", f"{8:10d}{0:5d}{0:5d}{0:5d} {'Value':20s} {unit:20s}",
         none, none, lines,
     ]  # fmt: skip
     return "    -1\n    58\n" + "\n".join(records) + f"{more}\n    -1\n"
@@ -180,6 +180,15 @@ def uff_padded(path):
 def uff_unmapped(path):
     (path / "a.uff").write_bytes(uff(("X", MICRO), ("Y", MICRO), ("slow", MICRO[:7], 3.0, "K")))
     both(idn.read(path / "a.uff", mapped()))
+
+
+def uff_unit_of_time(path):
+    """The abscissa in ms is one of ms; over metres it is no time."""
+    (path / "a.uff").write_bytes(uff(*((name, MICRO, 0.0, "um", "", "ms") for name in "XY")))
+    assert idn.read(path / "a.uff", mapped())["time"].values == pytest.approx(T * 1e-3)
+    (path / "a.uff").write_bytes(uff(*((name, MICRO, 0.0, "um", "", "m") for name in "XY")))
+    with pytest.raises(idn.ReadError, match="abscissa in 'm'"):
+        idn.read(path / "a.uff", mapped())
 
 
 def uff_byte_order_mark(path):
@@ -431,10 +440,10 @@ def sampled_at_another_rate(path):
 CASES = [
     tdms_late, tdms_offset, tdms_start_of_one_unknown, tdms_part_of_a_sample, tdms_no_common_time, tdms_unmapped,
     tdms_setting, tdms_properties, tdms_unit, sampled_at_another_rate, uff_late, uff_padded, uff_unmapped,
-    uff_byte_order_mark, csv_pairs_of_time, csv_latin, csv_stated_encoding, csv_wide_and_marked, csv_texts,
-    csv_unit_row, mat_own_times, mat_left_out, hdf5_late, hdf5_scales, hdf5_groups_of_times, arrays_with_units,
-    frame_of_pandas, model_of_matlab, law_of_matlab, system_of_control, rotor_of_ross, marked_texts,
-    balancing_table, stored_model,
+    uff_unit_of_time, uff_byte_order_mark, csv_pairs_of_time, csv_latin, csv_stated_encoding, csv_wide_and_marked,
+    csv_texts, csv_unit_row, mat_own_times, mat_left_out, hdf5_late, hdf5_scales, hdf5_groups_of_times,
+    arrays_with_units, frame_of_pandas, model_of_matlab, law_of_matlab, system_of_control, rotor_of_ross,
+    marked_texts, balancing_table, stored_model,
 ]  # fmt: skip
 
 

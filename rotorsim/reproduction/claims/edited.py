@@ -69,7 +69,7 @@ def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:
         write_json(path, now | ({LOST: lost[0]} if lost else {}))
         return lost
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read ({error}); restore it, or study in another folder") from error
     if not isinstance(before, dict):
