@@ -21,6 +21,8 @@ from rotorsim.base.sentences import listing, quote
 
 WHOLE = 0.1
 """Largest distance from a whole number of samples, in samples, at which a start is shifted."""
+SHORTEST = 0.5
+"""Least length of a channel, as a share of the longest."""
 SAME_STEP = 1e-6
 """Largest relative difference of the steps of one rate, over and above what shifts the last sample by `WHOLE`."""
 _TIME = re.compile(r"(?:^|(?<=[\W_]))(?:t|time|times|timestamp|zeit|temps)(?:$|(?=[\W_\d]))", re.IGNORECASE)
@@ -58,6 +60,13 @@ def on_one_clock(table: Table, mapping: Mapping, entries: Sequence[Entry]) -> tu
     count = min(times[i].size - starts[i] for i in times)
     if count < 2:
         raise ReadError(f"{clocked[chosen]} begins after the end of another channel; map channels of one recording")
+    _check_lengths({clocked[i]: times[i] for i in times})
+    for i, start in starts.items():
+        apart = float(np.abs(times[i][start : start + count] - times[chosen][:count]).max())
+        if apart > WHOLE * _step(times[chosen]):
+            raise ReadError(
+                f"{clocked[i]} and {clocked[chosen]} are unevenly up to {apart:.4g} s apart; resample them to one clock"
+            )
     cut = [
         replace(column, values=column.values[starts[i] : starts[i] + count], time=None) if i in starts else column
         for i, column in enumerate(table.columns)
@@ -84,10 +93,24 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
     return a is b or (a.size == b.size and bool(np.array_equal(a, b)))
 
 
+def _check_lengths(times: dict[str, np.ndarray]) -> None:
+    """Raise ReadError if one channel is much shorter than another, which would cut the record to it."""
+    short, long = (pick(times, key=lambda path: times[path].size) for pick in (min, max))
+    if times[short].size < SHORTEST * times[long].size:
+        raise ReadError(
+            f"{short} has {times[short].size} samples and {long} {times[long].size} of the same rate; map channels of "
+            "one recording"
+        )
+
+
+def _step(time: np.ndarray) -> float:
+    return abs(float(time[-1] - time[0])) / (time.size - 1)
+
+
 def _start(time: np.ndarray, chosen: np.ndarray, path: str, last: str) -> int:
     """Sample of `time` at which `chosen` begins."""
-    steps = [float(one[-1] - one[0]) / (one.size - 1) for one in (time, chosen)]
-    usual = max(map(abs, steps)) or 1.0
+    steps = [_step(time), _step(chosen)]
+    usual = max(steps) or 1.0
     length = min(time.size, chosen.size)
     if not abs(steps[0] - steps[1]) * length < max(WHOLE, SAME_STEP * length) * usual:
         raise ReadError(
@@ -108,6 +131,8 @@ def _note(times: dict[str, np.ndarray], count: int) -> str:
     first = min(time[0] for time in times.values())
     starts = ", ".join(f"{path} {time[0] - first:.6g} s" for path, time in list(times.items())[:6])
     more = f" and {len(times) - 6} more" if len(times) > 6 else ""
+    if all(time[0] == first for time in times.values()):
+        return f"channels end apart: all are cut to the {count} samples they share"
     return f"channels start apart ({starts}{more} after the first): all are cut to the {count} samples they share"
 
 

@@ -35,6 +35,9 @@ def mapping_template(table: Table, file: str) -> str:
     parts = [_HELP.format(file=safe, axis=axis, plain=plain), *_clock(table)]
     taken: set[tuple[str, str, str]] = set()
     for number, column in enumerate(table.columns, 1):
+        if column.fault:
+            parts.append(f"# not usable: column {number}, {column.fault}\n")
+            continue
         key = meaning(column.name)
         fresh = key is not None and key not in taken and key[0] not in VECTORS
         parts.append(_known(column, key) if key and fresh else _unknown(column, number, table))

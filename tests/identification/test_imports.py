@@ -108,6 +108,16 @@ def tdms_start_of_one_unknown(path):
     noted(record, "no start is stated", "disc_measured.y")
 
 
+def tdms_ends(path):
+    """A channel that ends a few samples earlier cuts the record, with a note; one of a few samples is refused."""
+    file = tdms(path / "a.tdms", ("X", MICRO, wave()), ("Y", MICRO[:-9], wave()))
+    record = idn.read(file, mapped())
+    assert record.sizes["time"] == N - 9
+    noted(record, "end apart")
+    with pytest.raises(idn.ReadError, match="9 samples"):
+        idn.read(tdms(path / "b.tdms", ("X", MICRO, wave()), ("Y", MICRO[:9], wave())), mapped())
+
+
 def tdms_part_of_a_sample(path):
     file = tdms(path / "a.tdms", ("X", MICRO, wave()), ("Y", MICRO, wave(25.4 * TS)))
     with pytest.raises(idn.ReadError, match=r"disc_measured\.y begins .* after .*disc_measured\.x"):
@@ -438,12 +448,12 @@ def sampled_at_another_rate(path):
 
 
 CASES = [
-    tdms_late, tdms_offset, tdms_start_of_one_unknown, tdms_part_of_a_sample, tdms_no_common_time, tdms_unmapped,
-    tdms_setting, tdms_properties, tdms_unit, sampled_at_another_rate, uff_late, uff_padded, uff_unmapped,
-    uff_unit_of_time, uff_byte_order_mark, csv_pairs_of_time, csv_latin, csv_stated_encoding, csv_wide_and_marked,
-    csv_texts, csv_unit_row, mat_own_times, mat_left_out, hdf5_late, hdf5_scales, hdf5_groups_of_times,
-    arrays_with_units, frame_of_pandas, model_of_matlab, law_of_matlab, system_of_control, rotor_of_ross,
-    marked_texts, balancing_table, stored_model,
+    tdms_late, tdms_offset, tdms_start_of_one_unknown, tdms_ends, tdms_part_of_a_sample, tdms_no_common_time,
+    tdms_unmapped, tdms_setting, tdms_properties, tdms_unit, sampled_at_another_rate, uff_late, uff_padded,
+    uff_unmapped, uff_unit_of_time, uff_byte_order_mark, csv_pairs_of_time, csv_latin, csv_stated_encoding,
+    csv_wide_and_marked, csv_texts, csv_unit_row, mat_own_times, mat_left_out, hdf5_late, hdf5_scales,
+    hdf5_groups_of_times, arrays_with_units, frame_of_pandas, model_of_matlab, law_of_matlab, system_of_control,
+    rotor_of_ross, marked_texts, balancing_table, stored_model,
 ]  # fmt: skip
 
 
