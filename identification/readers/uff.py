@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from codecs import BOM_UTF8
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -45,6 +45,7 @@ def read_uff(path: Path) -> Table:
     responses: list[Response] = []
     others: dict[str, str] = {}
     damaged: dict[str, str] = {}
+    system = ""
     for number, (kind, body) in enumerate(_datasets(data), 1):
         if kind[:6].strip() == b"58":
             try:
@@ -57,13 +58,15 @@ def read_uff(path: Path) -> Table:
             else:
                 others[f"dataset {number}"] = found
         elif kind[:6].strip() == b"164":
-            _check_units(body)
+            system = _unit_system(body) or system
     if damaged and not responses:
         raise ReadError(next(iter(damaged.values())))
     others |= {name: f"cannot be read: {fault}" for name, fault in damaged.items()}
     if not responses:
         why = next((f": dataset 58 {reason}" for reason in others.values()), "")
         raise ReadError(f"holds no time response in a dataset 58{why}; export time histories")
+    if system:
+        responses = [replace(r, unit=f"{r.unit or '?'} of unit system {system} (dataset 164)") for r in responses]
     return _table(responses, others)
 
 
@@ -198,13 +201,13 @@ def _ascii(data: bytes, widths: tuple[int, ...]) -> np.ndarray:
         raise ReadError(f"holds what is not a number ({error}); the file is damaged") from error
 
 
-def _check_units(body: bytes) -> None:
-    """Dataset 164 states the units of the file; only SI is taken, because its factors leave room for doubt."""
-    code = body[:10].strip()
-    if code not in (b"1", b""):
-        raise ReadError(
-            f"its dataset 164 declares unit system {code.decode('latin-1')}, not 1 (SI); export in SI units"
-        )
+def _unit_system(body: bytes) -> str:
+    """Code of the unit system that dataset 164 states, empty for SI.
+
+    Values of another system have no known unit, because its factors leave room for doubt: a mapping must state it.
+    """
+    code = body[:10].strip().decode("latin-1")
+    return "" if code in ("1", "") else code
 
 
 def _text(field: str) -> str:

@@ -201,6 +201,17 @@ def uff_unit_of_time(path):
         idn.read(path / "a.uff", mapped())
 
 
+def uff_unit_system(path):
+    """A file that declares another system than SI is read where the mapping states the unit, and not before."""
+    declared = b"    -1\n   164\n         5mm (milli-newton)\n    -1\n"
+    (path / "a.uff").write_bytes(declared + uff(("X", MICRO), ("Y", MICRO)))
+    with pytest.raises(idn.ReadError, match="unit system 5"):
+        idn.read(path / "a.uff", mapped())
+    record = idn.read(path / "a.uff", mapped("um"))
+    both(record)
+    noted(record, "unit system 5")
+
+
 def uff_byte_order_mark(path):
     (path / "a.uff").write_bytes(b"\xef\xbb\xbf" + uff(("X", MICRO), ("Y", MICRO)))
     both(idn.read(path / "a.uff", mapped()))
@@ -450,10 +461,10 @@ def sampled_at_another_rate(path):
 CASES = [
     tdms_late, tdms_offset, tdms_start_of_one_unknown, tdms_ends, tdms_part_of_a_sample, tdms_no_common_time,
     tdms_unmapped, tdms_setting, tdms_properties, tdms_unit, sampled_at_another_rate, uff_late, uff_padded,
-    uff_unmapped, uff_unit_of_time, uff_byte_order_mark, csv_pairs_of_time, csv_latin, csv_stated_encoding,
-    csv_wide_and_marked, csv_texts, csv_unit_row, mat_own_times, mat_left_out, hdf5_late, hdf5_scales,
-    hdf5_groups_of_times, arrays_with_units, frame_of_pandas, model_of_matlab, law_of_matlab, system_of_control,
-    rotor_of_ross, marked_texts, balancing_table, stored_model,
+    uff_unmapped, uff_unit_of_time, uff_unit_system, uff_byte_order_mark, csv_pairs_of_time, csv_latin,
+    csv_stated_encoding, csv_wide_and_marked, csv_texts, csv_unit_row, mat_own_times, mat_left_out, hdf5_late,
+    hdf5_scales, hdf5_groups_of_times, arrays_with_units, frame_of_pandas, model_of_matlab, law_of_matlab,
+    system_of_control, rotor_of_ross, marked_texts, balancing_table, stored_model,
 ]  # fmt: skip
 
 

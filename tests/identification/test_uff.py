@@ -110,7 +110,10 @@ BAD = {
     "word": (ascii58("angle").replace(b"1.5000", b"=cmd()"), "holds what is not a number"),
     "long line": (ascii58("angle").replace(b"\n    -1\n", b"9" * 100 + b"\n    -1\n"), "longer than its format"),
     "rubbish between": (GOOD + b"rubbish\n", "where a dataset begins with -1"),
-    "units": (b"    -1\n   164\n         5mm (milli-newton)\n    -1\n" + GOOD, "declares unit system 5, not 1 (SI)"),
+    "units": (
+        b"    -1\n   164\n         5mm (milli-newton)\n    -1\n" + GOOD,
+        "of unit system 5 (dataset 164)' is not a known unit of length",
+    ),
     "number format": (BINARY.replace(b"58b     1     2", b"58b     1     1"), "byte order 1 and number format 1"),
     "count is no number": (GOOD.replace(b"         4         7", b"         4       abc"), "not a whole number"),
     "unknown unit": (pair(ascii58, unit="ells"), "unit 'ells' is not a known unit of length"),
