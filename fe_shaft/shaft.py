@@ -90,7 +90,7 @@ class ShaftElement:
     eta_v : float
         Viscous material damping in the turning frame [s]: C = eta_v K, and a circulatory stiffness Omega eta_v N.
     eta_h : float
-        Hysteretic material damping in the turning frame, the loss factor of the shaft [1].
+        Hysteretic material damping in the turning frame, the loss factor of the shaft [1]; for answers in frequency.
     internal : bool
         Two internal coordinates in each plane (elements.py): error of fourth instead of second order.
 

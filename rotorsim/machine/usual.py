@@ -19,6 +19,7 @@ from typing import Any
 from rotorsim.base.errors import Unusual
 from rotorsim.base.unit_table import advised, dimension
 from rotorsim.base.units import parse, show, split
+from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.part import Part
 from rotorsim.machine.toml import entries
 
@@ -105,10 +106,17 @@ def ask_machine(machine: Part) -> None:
 def questions(machine: Part) -> list[str]:
     """Sentences about the unusual values of a machine that its file does not name as meant."""
     meant = getattr(machine, "unusual", ())
+    found = [(path, question(path, value, unit)) for path, value, unit in numbers(machine)]
+    gas = getattr(machine, "gas", None)
+    if isinstance(gas, Gas) and getattr(machine, "films", ()):
+        asked = {path for path, sentence in found if sentence}
+        doubts = ((f"gas.{field}", sentence) for field, sentence in gas.doubts())
+        found += [(path, f"{path}: {sentence}") for path, sentence in doubts if path not in asked]
     return [
-        f"{q}; a machine file may name what is meant: unusual = ['{path}']"
-        for path, value, unit in numbers(machine) if path not in meant and (q := question(path, value, unit))
-    ]  # fmt: skip
+        f"{sentence}; a machine file may name what is meant: unusual = ['{path}']"
+        for path, sentence in found
+        if sentence and path not in meant
+    ]
 
 
 def numbers(part: Any, path: str = "") -> Iterator[tuple[str, float, str]]:

@@ -91,7 +91,8 @@ def orbits_caption(run: Run) -> str:
     )
     if "journal" in run.record and run.machine and run.machine.film:
         gaps = dict.fromkeys(f"{film.clearance * TO_UM:.3g}" for film in run.machine.films)
-        text += f" The dashed circle is the radial clearance, {' and '.join(gaps)} µm."
+        text += f" The dashed line is where a journal touches; the clearance is {' and '.join(gaps)} µm"
+        text += ", without what bends the foil." if any(film.foil for film in run.machine.films) else "."
     return text
 
 
