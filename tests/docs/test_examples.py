@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rotorsim.report.scenes.film import lacking
+from waiting import PATIENCE
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
@@ -117,7 +118,7 @@ def test_an_example_runs_draws_its_picture_and_prints_its_numbers(name, tmp_path
         env=os.environ | settings,
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=PATIENCE,
     )
     assert ran.returncode == 0, ran.stderr[-2000:]
     assert (tmp_path / f"{name}.png").stat().st_size > 5000

@@ -5,7 +5,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ import xarray as xr
 from identification import validate
 from rotorsim.commands.options import leave_if_empty
 from rotorsim.experiments import Outcome
+from waiting import until
 
 SHORT = ["--stop", "600 rpm", "--rate", "1000 rpm/s"]
 
@@ -113,8 +113,7 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path):
     """The run would take hours of computing; it is interrupted once the growing file is there."""
     command = [sys.executable, "-m", "rotorsim", "runup", "--grid", "32x8", "--rate", "0.01 rpm/s", "--no-report"]
     run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
-        time.sleep(0.2)
+    until(lambda: any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")), run)
     run.send_signal(signal.SIGINT)
     _, message = run.communicate()
     assert run.returncode == 130

@@ -91,7 +91,6 @@ class Running:
 
 
 def _begin(largest: int | None) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored in what a shell began in the background
     if largest is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
 
