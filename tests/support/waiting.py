@@ -14,3 +14,10 @@ def until(condition, process=None):
         assert process is None or process.poll() is None, process.communicate()
         time.sleep(0.02)
     return found
+
+
+def window(browser, **options):
+    """New window of a browser whose operations wait for what must come."""
+    page = browser.new_page(**options)
+    page.set_default_timeout(PATIENCE * 1e3)
+    return page
