@@ -1,9 +1,15 @@
-"""Machines and input rows shared by the tests of the plant; what lets no test depend on shell or speed."""
+"""Machines and input rows shared by the tests of the plant; what lets no test depend on shell, speed or processors."""
 
+import os
 import signal
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
+
+from rotorsim.base.processes import THREADS
+
+for _name in THREADS:  # a process each is at work on every processor: more threads would wait for each other
+    os.environ.setdefault(_name, "1")
 
 import numpy as np
 import pytest
