@@ -43,7 +43,7 @@ NIGHTLY = (
     r"^rotorsim (verify|hide|report diagnosis|diagnose (dtu|bently)|machine calibrate)",
     r"^rotorsim map --speed|--over",
     r"^rotorsim design",
-    r"^rotorsim (runup --pressure|experiment (prbs|staircase))",
+    r"^rotorsim (runup (--pressure|aerostatic)|modes grooved|experiment (prbs|staircase))",
     r"^rotorsim fmu",
 )
 NIGHTLY_PAGES = {f"docs/{name}.md" for name in ("control", "experiments", "fmu", "gap", "identification", "linear")}

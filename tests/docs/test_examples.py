@@ -17,7 +17,10 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 SCENES = ("film_pressure", "mode_shape")
 """Examples that draw in three dimensions."""
-SLOW = ("campaign", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure", "orbit_free_record")
+SLOW = (
+    "campaign", "claims_experiments", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure",
+    "film_range", "orbit_free_record",
+)  # fmt: skip
 """Examples that take longer than 20 s."""
 MOST_LINES = 60
 PRINTED = {
