@@ -19,6 +19,8 @@ from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from rotorsim.base.interrupt import undoing
+
 FULL = (errno.ENOSPC, errno.EDQUOT)
 ELSEWHERE = "choose another place"
 REASONS = {
@@ -102,7 +104,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     part = temporary(target)
     try:
         check_target(target)
-        yield part
+        with undoing():
+            yield part
         with part.open("rb+") as file:
             to_disk(file)
         os.replace(part, target)

@@ -62,7 +62,7 @@ def test_every_example_in_an_error_message_is_valid(unit):
     assert set(TABLE[unit].people) <= set(TABLE[unit].factors)
 
 
-@settings(deadline=None, derandomize=True)
+@settings(derandomize=True)
 @given(value=FINITE, unit=st.sampled_from([*TABLE, "W/m"]))
 def test_what_is_shown_reads_back_to_the_last_bit(value, unit):
     assert parse(show(value, unit), unit) == value
@@ -97,7 +97,7 @@ def test_what_is_no_such_quantity_is_refused_with_a_sentence(value, unit, senten
     assert str(caught.value) == sentence
 
 
-@settings(deadline=None, derandomize=True)
+@settings(derandomize=True)
 @given(st.text(max_size=30))
 def test_no_text_breaks_the_reader_of_units(text):
     try:

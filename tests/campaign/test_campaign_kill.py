@@ -7,7 +7,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing, contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
@@ -23,6 +22,7 @@ from rotorsim.campaign.store.index import DONE, FAILED, PENDING
 from rotorsim.campaign.store.store import make_store, record_path
 from rotorsim.campaign.workers.case_process import PHYSICS, run as run_order
 from rotorsim.campaign.workers.cluster import Tls
+from waiting import PATIENCE, until
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="kills by the signals of POSIX"),
@@ -42,8 +42,6 @@ if __name__ == "__main__":
         sys.exit(2)
     print(json.dumps(outcome.__dict__))
 """
-PATIENCE = 3600.0
-"""Longest time [s] to wait for what must come: a hang and nothing less, however busy the computer is."""
 
 
 @contextmanager
@@ -76,16 +74,6 @@ def cells(process):
     for one in descendants(process):
         with suppress(psutil.Error):
             found += [one] if "rotorsim.campaign.workers.case_process" in one.cmdline() else []
-    return found
-
-
-def until(condition, process=None):
-    """Wait for something; fail if it does not come or the process ends before."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "did not come"
-        assert process is None or process.poll() is None, process.communicate()
-        time.sleep(0.05)
     return found
 
 

@@ -11,12 +11,16 @@ from pathlib import Path
 import pytest
 
 from rotorsim.report.scenes.film import lacking
+from waiting import PATIENCE
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 SCENES = ("film_pressure", "mode_shape")
 """Examples that draw in three dimensions."""
-SLOW = ("campaign", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure", "orbit_free_record")
+SLOW = (
+    "campaign", "claims_experiments", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure",
+    "film_range", "orbit_free_record",
+)  # fmt: skip
 """Examples that take longer than 20 s."""
 MOST_LINES = 60
 PRINTED = {
@@ -117,7 +121,7 @@ def test_an_example_runs_draws_its_picture_and_prints_its_numbers(name, tmp_path
         env=os.environ | settings,
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=PATIENCE,
     )
     assert ran.returncode == 0, ran.stderr[-2000:]
     assert (tmp_path / f"{name}.png").stat().st_size > 5000

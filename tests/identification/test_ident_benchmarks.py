@@ -25,6 +25,7 @@ def names():
     return (f"{structures.NAMES[kind]}, lin" for kind in ("rotor", "rotor-rate"))
 
 
+@pytest.mark.slow
 def test_a_closed_loop_is_judged_by_the_plant_and_a_refused_record_counts_as_missed(monkeypatch):
     monkeypatch.setattr(closed_loops, "POINTS", ((3.0, 0.5e6),))
     monkeypatch.setattr(closed_loops, "SECONDS", 6.0)
