@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.errors import LeftOut, OtherMachine, RotorsimError, Unusual
+from rotorsim.base.errors import LeftOut, NoCache, OtherMachine, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
 
@@ -59,7 +59,7 @@ def command(arguments: list[str]) -> None:
 
 def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Show a warning: one of ours as its sentence."""
-    if issubclass(category, (LeftOut, OtherMachine)):
+    if issubclass(category, (LeftOut, NoCache, OtherMachine)):
         print(message, file=sys.stderr)
     else:
         usual(message, category, *where)

@@ -62,3 +62,7 @@ class OtherMachine(UserWarning):
 
 class LeftOut(UserWarning):
     """Warning, raised for an installed package that could not be loaded; the command line prints its sentence alone."""
+
+
+class NoCache(UserWarning):
+    """Warning, raised where no folder is safe for compiled kernels; the command line prints its sentence alone."""
