@@ -83,8 +83,9 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] = Kernel
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
     dispatcher = numba.njit(pipeline_class=compiler, **_OPTIONS)(function)
-    with kernels_in(cache_folder(own.parent.glob("*.py") if module.__package__ else [own]), config), suppress(RuntimeError):
-        dispatcher._cache = KernelCache(function)  # RuntimeError: the folder takes nothing, it is compiled each time
+    folder = cache_folder(own.parent.glob("*.py") if module.__package__ else [own])
+    with kernels_in(folder, config), suppress(RuntimeError):  # of numba, if the folder takes nothing
+        dispatcher._cache = KernelCache(function)
     dispatcher.compile = partial(apart, compiling()(dispatcher.compile))  # it takes long and receives no signals
     return dispatcher
 

@@ -1,4 +1,4 @@
-"""Folders of what is executed: another user of the computer can neither fill nor replace them, nor block their owner."""
+"""Folders of what is executed: another user can neither fill nor replace them, nor block their owner."""
 
 import os
 import shutil
@@ -48,7 +48,7 @@ def as_user(uid, code, shared, cache_dir="/nowhere/at/all"):
         "PATH": os.environ["PATH"], "HOME": "/nowhere", "TMPDIR": str(shared), "ROTORSIM_CACHE_DIR": str(cache_dir),
         "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1",
     }  # fmt: skip
-    reading = [f"--{which}-caps=+dac_read_search" for which in ("inh", "ambient")]  # Python itself may lie in root's home
+    reading = [f"--{which}-caps=+dac_read_search" for which in ("inh", "ambient")]  # of Python, in root's home
     user = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", *reading]
     done = subprocess.run(
         [*user, sys.executable, "-c", code], env=environment, cwd="/", text=True, capture_output=True

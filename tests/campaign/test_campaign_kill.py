@@ -146,7 +146,7 @@ def test_processes_of_cases_that_are_killed_cost_no_case(tmp_path):
 
 
 def test_a_campaign_whose_process_is_killed_continues_with_the_same_bits(tmp_path):
-    """SIGKILL takes the process that gives out the cases; none of theirs is left, and the same plan finishes the rest."""
+    """SIGKILL takes the process that gives out the cases; none of theirs is left, the same plan finishes the rest."""
     folder = tmp_path / "store"
     with running(tmp_path, REAL, folder, workers=1) as process:
         until(lambda: records(folder), process)
@@ -354,7 +354,7 @@ def test_a_process_that_cannot_be_started_ends_the_campaign_in_one_sentence(tmp_
         raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
 
     monkeypatch.setattr("rotorsim.campaign.workers.worker.subprocess.Popen", none)
-    with pytest.raises(ClusterError, match="cannot be started on this machine .*temporarily unavailable"):
+    with pytest.raises(ClusterError, match=r"cannot be started on this machine .*temporarily unavailable"):
         run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(workers=1, physics="stub"))
 
 

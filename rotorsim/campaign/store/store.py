@@ -12,7 +12,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import socket
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
 from rotorsim.base.lock import BusyError, Lock, about_us
 from rotorsim.campaign.errors import StoreError

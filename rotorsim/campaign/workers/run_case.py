@@ -6,7 +6,6 @@ The record's bytes depend on the case alone: no time, no host, nothing of the ot
 
 from __future__ import annotations
 
-import json
 import os
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from rotorsim.analysis.cases import ANALYSES
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.base.lock import Lock
