@@ -16,6 +16,7 @@ from typing import Any
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
 from rotorsim.base.progress import Update, bar
+from rotorsim.base.sentences import visible
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.progress import COLUMNS, FIRST, Rate, show
@@ -250,6 +251,10 @@ def _token(path: Path) -> Iterator[str]:
 
 class _Log(logging.FileHandler):
     """A log that leaves out what cannot be written; logging itself would print a traceback for each line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line, with names of other people's files made visible."""
+        return visible(super().format(record))
 
     def handleError(self, record: logging.LogRecord) -> None:
         """Do nothing."""

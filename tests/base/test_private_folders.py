@@ -1,5 +1,6 @@
 """Folders of what is executed: another user can neither fill nor replace them, nor block their owner."""
 
+import json
 import os
 import shutil
 import stat
@@ -12,6 +13,9 @@ import pytest
 
 from rotorsim.base import cache
 from rotorsim.base.cache import ROOT, OpenFolderError, in_cache, private_folder
+from rotorsim.base.file_set import ORDER, finish_sets
+from rotorsim.base.files import _node, write_text
+from rotorsim.base.lock import Lock
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no owner and mode there")
 two_users = pytest.mark.skipif(
@@ -149,6 +153,40 @@ def test_a_folder_of_the_cache_is_closed_whatever_the_umask(tmp_path, monkeypatc
         assert stat.S_IMODE(in_cache("plants").stat().st_mode) == 0o700
     finally:
         os.umask(before)
+
+
+def test_a_lock_follows_no_link(tmp_path):
+    """In a folder where all may write, a link in the place of the lock emptied the file that it led to."""
+    (tmp_path / "precious").write_text("text")
+    (tmp_path / ".run.lock").symlink_to(tmp_path / "precious")
+    with pytest.raises(OSError), Lock(tmp_path / ".run.lock", "about"):
+        pass
+    assert (tmp_path / "precious").read_text() == "text"
+
+
+def test_a_set_of_files_that_was_left_behind_removes_nothing_elsewhere(tmp_path):
+    """Anybody can make a folder that looks like one, where all may write."""
+    (tmp_path / "precious").write_text("text")
+    out = tmp_path / "out"
+    ready = out / f".results.{_node()}-999999999-0.complete.part"
+    ready.mkdir(parents=True)
+    up = ["../precious"]
+    for order in ({"moved": [], "removed": up}, {"moved": up, "removed": []}, [1], {"moved": 1}):
+        (ready / ORDER).write_text(json.dumps(order))
+        finish_sets(out)
+        assert (tmp_path / "precious").read_text() == "text"
+
+
+@two_users
+def test_a_result_is_not_written_through_the_link_of_another_user(tmp_path):
+    (tmp_path / "precious").write_text("text")
+    for name, owner in (("theirs", OTHER), ("ours", 0)):
+        (tmp_path / name).symlink_to(tmp_path / "precious")
+        os.lchown(tmp_path / name, owner, owner)
+    write_text(tmp_path / "theirs", "a result")
+    assert (tmp_path / "precious").read_text() == "text" and (tmp_path / "theirs").read_text() == "a result"
+    write_text(tmp_path / "ours", "a result")
+    assert (tmp_path / "precious").read_text() == "a result" and (tmp_path / "ours").is_symlink()
 
 
 @pytest.mark.skipif(getattr(os, "geteuid", lambda: 1)() == 0, reason="root may write everywhere")

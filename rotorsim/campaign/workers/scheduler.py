@@ -107,8 +107,8 @@ class Pump:
         self._check()
         done = [self._under_way.pop(key) for key in keys if key in self._under_way]
         answers = self._workers.answers([task for task, _ in done])
-        for answer in filter(None, answers):
-            for row in json.loads(answer):
+        for text in filter(None, answers):
+            for row in json.loads(text):
                 self._mean += 0.05 * (row.get("duration", TASK) + STEP - self._mean)
                 yield row
         for (task, orders), answer in zip(done, answers, strict=True):
