@@ -62,7 +62,7 @@ def as_user(uid, code, shared, cache_dir="/nowhere/at/all"):
 
 
 def planted(shared):
-    """A module of another user in a folder that anybody can write to; says where it ran."""
+    """A module of another user in a folder that anybody can write to; its value shows that it ran."""
     folder = shared / f"rotorsim-{US}"
     (folder / "plants").mkdir(parents=True)
     body = "value = 'theirs'\n"

@@ -84,12 +84,12 @@ def test_a_hostile_unit_ends_a_command_in_a_sentence(unit, capsys, kind, what):
     with pytest.raises(SystemExit) as ended:
         command(["fmu", what, str(path)])
     printed = capsys.readouterr()
-    told = [line for line in printed.err.splitlines() if "will run as you" not in line]
+    lines = [line for line in printed.err.splitlines() if "will run as you" not in line]
     if ended.value.code == 0:
         assert what == "info" and kind.startswith(("library elsewhere", "nested", "machine"))
         return
     assert ended.value.code in (1, 2) and "Traceback" not in printed.err + printed.out
-    assert len(told) == (ended.value.code == 2) and all(line.isprintable() for line in told)
+    assert len(lines) == (ended.value.code == 2) and all(line.isprintable() for line in lines)
 
 
 @pytest.mark.parametrize("kind", ["upwards", "absolute", "bomb"])
