@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from identification.errors import ModelError
 from identification.local.models import LinearModel
 from identification.lpv.model import LpvModel
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.mat import is_mat, read_mat
 from rotorsim.base.own_files import instead
 

@@ -13,6 +13,7 @@ from rotorsim.base.errors import (
     ConvergenceError as ConvergenceError,
     DataError as DataError,
     LeftOut as LeftOut,
+    NoCache as NoCache,
     LimitError as LimitError,
     MachineFileError as MachineFileError,
     NoLiftOffError as NoLiftOffError,

@@ -34,7 +34,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping as Tables
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -48,6 +47,7 @@ from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES
 from identification.records.units import quantity, quantity_at
 from identification.records.vectors import VECTORS
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
@@ -135,8 +135,6 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
     except tomllib.TOMLDecodeError as error:
         reason = instead(path, "a mapping", "") or f"not a TOML file: {str(error)[:200]}; correct that line"
         raise ReadError(f"{path}: {reason}") from error
-    except RecursionError as error:
-        raise ReadError(f"{path}: brackets are nested too deeply for a mapping; remove some") from error
     except ReadError as error:
         ours = instead(path, "a mapping", "a mapping of measured data")
         reason = f"{ours}; 'rotorsim data mapping' drafts one" if ours else str(error)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.units import is_unit
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.sentences import listing, quote
 
 MARK = "rotorsim record"
@@ -120,7 +120,7 @@ def parse_header(text: str) -> Header:
     try:
         found = json.loads(text)
         header = Header(found["attrs"], found["variables"], found["samples"], found.get("probes", {}))
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise ReadError("the header of the record is damaged; take the original file") from error
     good = isinstance(header.attrs, dict) and isinstance(header.variables, dict) and isinstance(header.samples, int)
     good = good and isinstance(header.probes, dict) and all(isinstance(v, list) for v in header.probes.values())

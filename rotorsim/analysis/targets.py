@@ -7,7 +7,6 @@ Targets with role = "predict" are reported and not fitted.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 from rotorsim.analysis.axes import TEXT, checked
 from rotorsim.analysis.figures import UNITS
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.units import parse
 

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import csv
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +36,7 @@ import numpy as np
 
 from identification.records.units import amplitude_factor, factor
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.sentences import listing, quote
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.units import parse

@@ -66,3 +66,7 @@ class LeftOut(UserWarning):
 
 class NotCarried(UserWarning):
     """Warning, raised for a part of a foreign object or file that has no counterpart; its sentence alone is printed."""
+
+
+class NoCache(UserWarning):
+    """Warning, raised where no folder is safe for compiled kernels; the command line prints its sentence alone."""

@@ -87,7 +87,7 @@ def thesis() -> Iterator[Figure]:
 
 
 def many(cases: int = MANY) -> Iterator[Figure]:
-    """Cases without physics: memory of client and scheduler on the way, time to ask the index and to collect."""
+    """Cases without physics: memory of this process on the way, time to ask the index and to collect."""
     plan = make_plan(STUB.format(cases))
     with tempfile.TemporaryDirectory() as name, _memory() as seen:
         folder = Path(name) / "store"
@@ -95,7 +95,7 @@ def many(cases: int = MANY) -> Iterator[Figure]:
         yield Figure(f"campaign: {cases} cases without physics", outcome.seconds, "s")
         yield Figure("  cases left or failed", cases - outcome.done, "1", 0.0)
         quarter, last = seen[-1 - int(0.75 * outcome.busy)], statistics.median(seen[-5:])
-        yield Figure("  memory of client and scheduler, a quarter done", quarter, "MB")
+        yield Figure("  memory, a quarter done", quarter, "MB")
         yield Figure("  more at the end, per case", (last - quarter) / (0.75 * cases) * 1e3, "kB", 0.2)
         begin = time.perf_counter()
         with closing(open_store(folder).index()) as index:

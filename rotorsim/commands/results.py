@@ -6,7 +6,6 @@ not even then, and the folder of a campaign belongs to the campaign.
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import finish_sets
 from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
 from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks

@@ -11,7 +11,6 @@ Cites: thesis.
 from __future__ import annotations
 
 import hashlib
-import json
 import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -22,6 +21,7 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import OtherMachine
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.mat import is_mat, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
@@ -48,8 +48,6 @@ def parse(text: str) -> dict[str, Any]:
         return tomllib.loads(text.removeprefix("\ufeff"))
     except ValueError as error:
         raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
-    except RecursionError as error:
-        raise MachineFileError("not a machine file: brackets are nested too deeply; remove some") from error
 
 
 def dumps(part: Part) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.exchange import toml_text as tomllib
 
 Interval = tuple[float, float]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, reduce
@@ -10,6 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.machine import Machine
 from rotorsim.machine.edit import expanded
