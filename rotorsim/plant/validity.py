@@ -182,6 +182,25 @@ def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exce
         yield Exceeded("pressure", "machine", pressure, limit, "Pa", text)
 
 
+def known_speed(machine: Machine) -> tuple[float, str] | None:
+    """Highest speed [rad/s] up to which the model of a machine was checked or holds, and its reason; None without one.
+
+    Limits that depend on the pressure in a film are not among them; see `exceeded`.
+    """
+    checked, made = machine.checked, machine.drive.highest_speed
+    found = [] if checked is None else [(checked.highest_speed, f"the highest checked speed ({checked.against})")]
+    if made is not None:
+        found.append((made, "drive.highest_speed, for which the machine is made"))
+    for name, film in zip(machine.film_names, machine.films, strict=True):
+        for key, number in (
+            ("bearing", bearing_number(machine.gas, film, 1.0)),
+            ("mach", surface_mach(machine.gas, film, 1.0)),
+        ):
+            bound = BOUNDS[key]
+            found.append((bound.limit / number, f"the {bound.name} {bound.limit:g} in {name} ({bound.why})"))
+    return min(found, default=None)
+
+
 def beyond(assembly: Assembly, slowest: float, fastest: float, pressure: float) -> tuple[str, ...]:
     """Sentences of what a run at a gauge pressure [Pa] exceeds, with the speed from which on or up to which it does.
 
