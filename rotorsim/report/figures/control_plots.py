@@ -1,4 +1,4 @@
-"""Figures of the control study: impact energies, impact sizes, waterfalls, reachable speeds."""
+"""Figures of the control study: impact responses, impact sizes, waterfalls, reachable speeds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rotorsim.report.figures.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_
 
 
 def ratios_figure(ratios: dict[str, np.ndarray]) -> go.Figure:
-    """Closed over open impact energies (points, 2) by law: a dot for each point, a bar for the mean."""
+    """Closed over open norms of the impact response (points, 2) by law: a dot for each point, a bar for the mean."""
     figure = go.Figure()
     for axis, name in enumerate("xy"):
         colour = AXIS_COLOURS[name]

@@ -22,20 +22,35 @@ def bode_caption(run: Run) -> str:
     """Where the orders peak."""
     if not run.summary["peaks"]:
         return "The shaft did not turn long enough for whole revolutions to be tracked."
-    return " ".join(_order_sentence(run, int(n)) for n in run.tracked["order"].values)
+    return " ".join(
+        [*(_order_sentence(run, int(n)) for n in run.tracked["order"].values), start_text(run.summary)]
+    ).strip()
 
 
 def _order_sentence(run: Run, order: int) -> str:
     peaks = [p for p in run.peaks if p["order"] == order]
     if not peaks:
-        return f"{order}X stays below a thousandth of the largest order."
+        return f"{order}X is not resolved, or stays below a thousandth of the largest order."
     resonant = [p for p in peaks if p["local_maximum"]]
     if resonant:
         return f"{order}X peaks at " + " and ".join(_place(p) for p in _first_of_each_axis(resonant)) + "."
+    where = " and ".join(_place(p) + (end_of_run(p) if run.swept else "") for p in peaks)
     if not run.swept:
-        return f"{order}X is at most " + " and ".join(_place(p) for p in peaks) + "."
-    where = " and ".join(_place(p) for p in peaks)
-    return f"{order}X passes no resonance; its largest value lies at an end of the speed range: {where}."
+        return f"{order}X is at most {where}."
+    return f"{order}X passes no resonance; it is largest at {where}."
+
+
+def end_of_run(extreme: dict[str, Any]) -> str:
+    """Rest of a sentence about an extreme that lies at an end of its run, where it may be larger beyond; else empty."""
+    return f", at the {extreme['at_end']} of the run" if extreme["at_end"] else ""
+
+
+def start_text(summary: dict[str, Any]) -> str:
+    """A sentence about the start transient that the numbers leave out; empty without one."""
+    begin = summary["start_transient_s"]
+    if not begin:
+        return ""
+    return f"The first {begin:.3g} s, in which the rotor swings from rest onto its orbit, are left out of the numbers."
 
 
 def _first_of_each_axis(peaks: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -87,7 +102,7 @@ def orbits_caption(run: Run) -> str:
     text = (
         f"{TURNS} revolutions at {count} instant{'s' * (count > 1)}, the disc about its middle; dots mark whole turns "
         "of the shaft. The largest distance of the disc from its mean is "
-        f"{largest['um']:.3g} µm at {largest['rpm']:.0f} rpm."
+        f"{largest['um']:.3g} µm at {largest['rpm']:.0f} rpm{end_of_run(largest)}."
     )
     if "journal" in run.record and run.machine and run.machine.film:
         gaps = dict.fromkeys(f"{film.clearance * TO_UM:.3g}" for film in run.machine.films)
@@ -125,7 +140,7 @@ def overview_caption(run: Run) -> str:
         films = run.summary.get("films", {})
         where = f" in the bearing {min(films, key=lambda name: films[name]['smallest_um'])}" if films else ""
         at = f"{film['time_s']:.2f} s, {film['rpm']:.0f} rpm"
-        sentences.append(f"The film is thinnest{where} at {at}, with {film['um']:.3g} µm.")
+        sentences.append(f"The film is thinnest{where} at {at}{end_of_run(film)}, with {film['um']:.3g} µm.")
     if contact:
         sentences.append(contact_text(contact))
     word = feed_word(run.machine)

@@ -10,6 +10,7 @@ from rotorsim.base.constants import TO_RPM
 from rotorsim.experiments.limits import BEYOND
 from rotorsim.report.pages.film_parts import feed_word
 from rotorsim.report.pages.run import Run
+from rotorsim.report.text.captions import end_of_run
 from rotorsim.report.text.parameters import quantities, with_unit
 from rotorsim.signals.probes import shown
 
@@ -57,8 +58,10 @@ def results(run: Run) -> Rows:
     """The numbers of the summary."""
     s = run.summary
     rows = [("Speed", _speed(s["speed_rpm"]) if run.speed_known else "not in the record")]
+    if s["start_transient_s"]:
+        rows.append(("Start transient, left out below", f"{s['start_transient_s']:.3g} s"))
     for peak in run.peaks if not run.driven else ():
-        kind = "peak" if peak["local_maximum"] else ("largest, at an end of the range" if run.swept else "largest")
+        kind = "peak" if peak["local_maximum"] else "largest" + (end_of_run(peak) if run.swept else "")
         rows.append(
             (f"{peak['order']}X, disc {peak['axis']}, {kind}", f"{peak['um']:.3g} µm 0-pk at {peak['rpm']:.0f} rpm")
         )
@@ -100,7 +103,7 @@ def _speed(found: dict[str, float]) -> str:
 
 def _where(run: Run, found: dict[str, float]) -> str:
     at = f"{found['rpm']:.0f} rpm, " if run.speed_known else ""
-    return f"{found['um']:.3g} µm at {at}{found['time_s']:.2f} s"
+    return f"{found['um']:.3g} µm at {at}{found['time_s']:.2f} s{end_of_run(found) if run.swept else ''}"
 
 
 def _contact(found: dict[str, Any]) -> str:
