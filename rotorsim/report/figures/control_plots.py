@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_RPM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
 
 
@@ -40,7 +41,7 @@ def sizes_figure(rows: dict[str, list[dict[str, Any]]]) -> go.Figure:
         for k, (speed, pressure) in enumerate(points):
             at = [row for row in own if (row["speed"], row["pressure"]) == (speed, pressure)]
             ratio = [max(c / o for c, o in zip(row["closed"], row["open"], strict=True)) for row in at]
-            name = f"{speed * TO_RPM:.0f} rpm, {pressure / MPA:.1f} MPa"
+            name = f"{speed * TO_RPM:.0f} rpm, {quantity(pressure / MPA, 'MPa', '.1f')}"
             figure.add_trace(go.Scatter(x=[row["peak"] for row in at], y=ratio, name=name, legendgroup=name,
                                         showlegend=column == 1, line={"color": PIN_COLOURS[k]}), 1, column)  # fmt: skip
         figure.add_hline(y=1, line={"color": INK, "width": 1, "dash": "dot"}, row=1, col=column)

@@ -10,6 +10,7 @@ import xarray as xr
 
 from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.shaft_plots import critical_speed_map, distinct, response_figure, shaft_campbell
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -108,4 +109,4 @@ def name(found: xr.Dataset) -> str:
 def at(found: xr.Dataset) -> str:
     """Sentence about the supply pressure; empty for a machine without a film."""
     films = "gas_film" in str(found.attrs["machine"])
-    return f"Supply pressure {found.attrs['pressure'] * TO_MPA:.4g} MPa gauge." if films else ""
+    return f"Supply pressure {quantity(found.attrs['pressure'] * TO_MPA, 'MPa', '.4g')} gauge." if films else ""

@@ -11,6 +11,7 @@ import xarray as xr
 
 from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.comparison_plots import Results, common_kind, compare_results
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -41,6 +42,7 @@ def result_rows(results: Results) -> list[Row]:
     return [{"result": name, **row} for name, found in results.items() for row in rows(found)]
 
 
+@in_page_units
 def write_result_comparison(
     results: Results, path: str | Path, units: str = "metric", figures: str | None = None
 ) -> Path:

@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
@@ -50,7 +51,7 @@ def page(result: Verification) -> str:
         found = sentence(alone, held)
         text = (
             f"{found[0].upper()}{found[1:]}. Spectra of y over speed; one colour scale for both, which ends at "
-            f"{LOUD:g} um."
+            f"{quantity(LOUD, 'µm', 'g')}."
         )
         text += "".join(f" Beyond the range in which the model was checked: {one}." for one in held.beyond)
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
