@@ -147,7 +147,12 @@ def unit_in(text: str) -> str | None:
 
 def label(text: str) -> str:
     """A label of a column or an axis with the unit in its brackets in the units of the page."""
-    return BRACKETED.sub(lambda at: f"[{imperial(at[1])[0]}", text) if is_imperial() else text
+    return imperial_label(text) if is_imperial() else text
+
+
+def imperial_label(text: str) -> str:
+    """A label with the unit in its brackets as an imperial one."""
+    return BRACKETED.sub(lambda at: f"[{imperial(at[1])[0]}", text)
 
 
 def in_shown_units(text: str, unit: str | None) -> str:

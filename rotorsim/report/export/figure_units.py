@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.report.export import figure_table as table
-from rotorsim.report.export.display_units import LEADING, NUMBER, PLACED, imperial, label, scaled, unit_in
+from rotorsim.report.export.display_units import LEADING, NUMBER, PLACED, imperial, imperial_label, scaled, unit_in
 
 TEXTS = {"text", "hovertemplate", "title"}
 """Entries that state units: titles of axes, of panels and of colour scales, and the text at a point."""
@@ -177,7 +177,7 @@ def _texts(value: Any, key: str = "") -> Any:
 
 def _text(value: str) -> str:
     """A text with the units in brackets, behind placeholders and at its beginning in imperial ones."""
-    value = PLACED.sub(lambda at: f"{at[1]}{imperial(at[2])[0]}", label(value))
+    value = PLACED.sub(lambda at: f"{at[1]}{imperial(at[2])[0]}", imperial_label(value))
     return LEADING.sub(lambda at: imperial(at[1])[0], value)
 
 
