@@ -52,7 +52,7 @@ def test_speeds_of_the_other_sense_are_beyond_a_table_too(pump):
 def unstable():
     """A rotor with internal friction, whose whirl begins where the damping of its bearings is used up."""
     machine = load_machine("plain_rotor")
-    return Plant(machine.replace("effects.internal_damping.eta_v", "2e-4 s"))
+    return Plant(machine.replace("effects.internal_damping.time", "0.2 ms"))
 
 
 def test_speeds_at_which_a_mode_grows_are_said_and_are_no_peak():
