@@ -81,6 +81,11 @@ class LpvModel(Shown):
         return np.asarray(self.points.min(axis=0))
 
     @property
+    def slack(self) -> np.ndarray:
+        """Speed [rad/s] and pressure [Pa] (2,) beyond the range at which a point still counts as inside."""
+        return 0.01 * (self.high - self.low) + (0.5, 500.0)
+
+    @property
     def high(self) -> np.ndarray:
         """Largest speed [rad/s] and pressure [Pa]."""
         return np.asarray(self.points.max(axis=0))
@@ -91,8 +96,8 @@ class LpvModel(Shown):
 
     def outside(self, speed: float, pressure: float) -> bool:
         """Whether an operating point lies beyond the range of those identified, by more than 1 % of the range."""
-        q, slack = np.array([speed, pressure]), 0.01 * (self.high - self.low) + (0.5, 500.0)
-        return bool(np.any(q < self.low - slack) or np.any(q > self.high + slack))
+        q = np.array([speed, pressure])
+        return bool(np.any(q < self.low - self.slack) or np.any(q > self.high + self.slack))
 
     def at(self, speed: float, pressure: float) -> LinearModel:
         """Frozen model at `speed` [rad/s] and gauge `pressure` [Pa]; warns and marks it where it is extrapolated."""

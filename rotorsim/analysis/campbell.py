@@ -18,6 +18,7 @@ from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,8 +90,14 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "branch": np.arange(1, modes + 1),
             "order": ("order", [1, 2, 3], {"units": "1", "long_name": "order of the speed"}),
         },
-        plant.provenance() | {"kind": "campbell", "pressure": float(pressure)},
-    )
+        plant.provenance() | linear_warnings(plant, speeds, _least(zeta), pressure)
+        | {"kind": "campbell", "pressure": float(pressure)},
+    )  # fmt: skip
+
+
+def _least(zeta: np.ndarray) -> np.ndarray:
+    """Least damping ratio (speeds,) of the branches (branches, speeds); NaN where none is known."""
+    return np.where(np.isnan(zeta).all(axis=0), np.nan, np.nanmin(np.nan_to_num(zeta, nan=np.inf), axis=0))
 
 
 def lowest_modes(plant: Plant, model: LinearPlant, count: int) -> tuple[np.ndarray, np.ndarray]:

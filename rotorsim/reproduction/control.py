@@ -77,7 +77,7 @@ class ControlStudy:
     left_out: tuple[str, ...] = ()
 
     def ratio(self, name: str) -> np.ndarray:
-        """Closed over open impact energy (20, 2)."""
+        """Closed over open norm of the impact response (20, 2)."""
         return _ratio(self.impacts, name)
 
     def held_ratio(self, name: str) -> np.ndarray:
@@ -85,7 +85,7 @@ class ControlStudy:
         return _ratio(self.held_out, name)
 
     def effort(self, name: str) -> np.ndarray:
-        """Mean control energy (2,) [V/N]."""
+        """Mean control effort (2,) [V/N]."""
         return _effort(self.impacts[name])
 
     def held_effort(self, name: str) -> np.ndarray:
@@ -102,8 +102,8 @@ def _ratio(found: dict[str, list[dict[str, Any]]], name: str) -> np.ndarray:
     return np.asarray(closed / open_)
 
 
-def _effort(energies: list[dict[str, Any]]) -> np.ndarray:
-    return np.asarray(np.array([e["effort"] for e in energies]).mean(axis=0))
+def _effort(responses: list[dict[str, Any]]) -> np.ndarray:
+    return np.asarray(np.array([e["effort"] for e in responses]).mean(axis=0))
 
 
 def _no_progress(name: str, done: int, of: int) -> None:

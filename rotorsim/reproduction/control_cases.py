@@ -26,7 +26,7 @@ from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import spectra_of
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
-from rotorsim.verify.impacts import Energies, impact_answers, impact_energies, ring_down
+from rotorsim.verify.impacts import ImpactResponse, impact_answers, impact_responses, ring_down
 from rotorsim.verify.running import Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import safe_speed
 from rotorsim.verify.transients import amplitude, amplitudes, runup
@@ -60,8 +60,8 @@ def design(model_path: str, name: str, preset: str, changes: list[str], out: str
 
 
 def hits(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
-    """Impact energies at operating points [rad/s, Pa]."""
-    return [asdict(impact_energies(_plant(machine), _law(law), *q)) for q in points]
+    """Impact responses at operating points [rad/s, Pa]."""
+    return [asdict(impact_responses(_plant(machine), _law(law), *q)) for q in points]
 
 
 def ring_downs(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
@@ -80,11 +80,11 @@ def ringing(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict
 
 
 def hits_by_size(machine: str, law: str) -> list[dict[str, Any]]:
-    """Impact energies of the open loop and of a law for hits of several sizes."""
+    """Impact responses of the open loop and of a law for hits of several sizes."""
     rows = []
     for speed, pressure in SIZE_POINTS:
         for peak in SIZES:
-            pair = [impact_energies(_plant(machine), one, speed, pressure, peak) for one in (None, _law(law))]
+            pair = [impact_responses(_plant(machine), one, speed, pressure, peak) for one in (None, _law(law))]
             row: dict[str, Any] = {"speed": speed, "pressure": pressure, "peak": peak, "largest": pair[1].largest}
             row |= {"open": pair[0].response, "closed": pair[1].response}
             rows.append(row | {"damping": (pair[0].damping, pair[1].damping)})
@@ -180,8 +180,8 @@ def verification(machine: str, law: str, before: list[dict[str, Any]], after: li
     """The rows of a full verification whose hits are known."""
     one = _law(law)
     assert one is not None
-    energies = [tuple(Energies(**row) for row in rows) for rows in (before, after)]
-    found = closed_loop(one, _plant(machine), open_loop=energies[0], closed=energies[1])
+    responses = [tuple(ImpactResponse(**row) for row in rows) for rows in (before, after)]
+    found = closed_loop(one, _plant(machine), open_loop=responses[0], closed=responses[1])
     return {"rows": found.table, "passed": found.passed}
 
 

@@ -50,10 +50,10 @@ def control_blocks(found: ControlStudy) -> list[Block]:
     ratios = {name: found.ratio(name) for name in found.impacts if name != "open loop"}
     runs = {"open loop": found.safe["open loop"]} | found.safe
     blocks = [
-        Block("Hits", "Energies of the answers to hits of 20 N over those of the open loop: twenty operating points, "
+        Block("Hits", "Norms of the responses to hits of 20 N over those of the open loop: twenty operating points, "
               "two directions.", figure=ratios_figure(ratios)),
-        Block("Hits in numbers", "Mean of the twenty points, the worst, how many of them got worse, control energy.",
-              ("law", "x", "y", "worst", "above 1", "effort x, y [V/N]", "smallest damping"), _energies(found)),
+        Block("Hits in numbers", "Mean of the twenty points, the worst, how many of them got worse, control effort.",
+              ("law", "x", "y", "worst", "above 1", "effort x, y [V/N]", "smallest damping"), _responses(found)),
         Block("Hits at points held out", "Neither the twenty nor those that the weights were chosen at.",
               ("law", "x", "y", "worst", "above 1", "effort x, y [V/N]"), _held_out(found)),
         Block("Hits of other sizes", "A linear loop would draw level lines.", figure=sizes_figure(found.by_size)),
@@ -77,17 +77,17 @@ def control_blocks(found: ControlStudy) -> list[Block]:
     return blocks
 
 
-def _energies(found: ControlStudy) -> list[tuple[str, ...]]:
-    return [(*_energy(name, found.ratio(name), found.effort(name)), f"{found.damping(name):.3f}")
+def _responses(found: ControlStudy) -> list[tuple[str, ...]]:
+    return [(*_response_row(name, found.ratio(name), found.effort(name)), f"{found.damping(name):.3f}")
             for name in found.impacts if name != "open loop"]  # fmt: skip
 
 
 def _held_out(found: ControlStudy) -> list[tuple[str, ...]]:
-    return [_energy(name, found.held_ratio(name), found.held_effort(name)) for name in found.held_out
+    return [_response_row(name, found.held_ratio(name), found.held_effort(name)) for name in found.held_out
             if name != "open loop"]  # fmt: skip
 
 
-def _energy(name: str, ratio: np.ndarray, effort: np.ndarray) -> tuple[str, ...]:
+def _response_row(name: str, ratio: np.ndarray, effort: np.ndarray) -> tuple[str, ...]:
     above = np.count_nonzero(~(ratio.max(axis=1) <= 1))
     return (name, f"{ratio[:, 0].mean():.3f}", f"{ratio[:, 1].mean():.3f}", f"{ratio.max():.3f}",
             f"{above} of {len(ratio)}", f"{effort[0]:.3f}, {effort[1]:.3f}")  # fmt: skip

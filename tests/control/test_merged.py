@@ -97,7 +97,7 @@ def test_a_model_of_the_pins_is_refused():
         lqr.design(pins, lqr.Spec(speed=314.0))
 
 
-def test_a_hit_on_an_oscillator_has_the_energy_of_its_closed_form():
+def test_a_hit_on_an_oscillator_has_the_norm_of_its_closed_form():
     """Sum of y^2 Ts = v^2 / (4 zeta omega^3) for a light oscillator that starts with velocity v."""
     omega, zeta, Ts = 0.75, 0.05, 0.2  # rad/ms, 1, ms
     from rotorsim.control.numerics.systems import held

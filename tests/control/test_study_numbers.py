@@ -11,11 +11,13 @@ from rotorsim.reproduction import control
 from rotorsim.reproduction.claims.control_numbers import control_numbers
 from rotorsim.reproduction.claims.rules import claims, points
 from rotorsim.reproduction.control import OPEN, RINGING, ControlStudy, _ringing
-from rotorsim.verify.impacts import Energies
+from rotorsim.verify.impacts import ImpactResponse
 
 
-def energies(name, response, effort):
-    return [asdict(Energies(*q, (response, response / 2), (effort, effort), 1.0, False, 0.1)) for q in points(name)]
+def responses(name, response, effort):
+    return [
+        asdict(ImpactResponse(*q, (response, response / 2), (effort, effort), 1.0, False, 0.1)) for q in points(name)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,7 @@ def found(model):
     for name, ending in (("lpv", ""), ("lpv thesis", " thesis")):
         study.laws[name] = study.laws[f"hinf{ending}"].with_(gamma=1.5, about={"optimal_gamma": 1.4})
     for name, size in ((OPEN, 1.0), ("lpv", 0.5), ("hinf", 0.6), ("lpv thesis", 0.4), ("hinf thesis", 0.8)):
-        study.impacts[name], study.held_out[name] = energies("impacts", size, size), energies("held_out", size, size)
+        study.impacts[name], study.held_out[name] = responses("impacts", size, size), responses("held_out", size, size)
         study.runup[name] = {"amplitude": [size, size / 2], "half": [61.0, 67.0], "third": [39.0, 44.0]}
     for name, zeta in ((OPEN, 0.02), *((name, 0.1) for name in RINGING)):
         study.ringing[name] = [{"speed": w, "pressure": p, "wn": (700.0, 750.0), "zeta": (zeta, 1.5 * zeta)}

@@ -8,6 +8,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
 
 UNSAFE = "#7a3b3b"
@@ -141,7 +142,7 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
 
 
 def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: str) -> None:
-    label = f"{float(one['pressure']) * TO_MPA:.3g} MPa"
+    label = f"{quantity(float(one['pressure']) * TO_MPA, 'MPa')}"
     for mode in range(2):
         sense = [_sense(v) for v in one["whirl_ratio"].isel(mode=mode).values]
         look = {"color": colour, "width": 2, "dash": DASHES[mode]}

@@ -28,7 +28,7 @@ from rotorsim.reproduction.control import DESIGNS, OPEN, ControlStudy
 from rotorsim.reproduction.control_cases import ringing
 from rotorsim.reproduction.experiments.limit import least_level
 from rotorsim.reproduction.experiments.measures_identification import Figures, local, lpv
-from rotorsim.verify.impacts import impact_energies
+from rotorsim.verify.impacts import impact_responses
 from rotorsim.verify.running import run_rows, steady_rows
 from rotorsim.verify.safe_speed import safe_speed
 from rotorsim.verify.transients import amplitudes
@@ -117,7 +117,7 @@ def interpolation(plant: Plant, shipped: Plant) -> Figures:
 def hits(plant: Plant, shipped: Plant) -> Figures:
     """C7 at `HITS`: response with H-infinity, the thesis' weights, over that without control."""
     law = _nominal_law(plant)
-    found = [[impact_energies(plant, one, w * KRPM, p * MPA) for w, p in HITS] for one in (law, None)]
+    found = [[impact_responses(plant, one, w * KRPM, p * MPA) for w, p in HITS] for one in (law, None)]
     closed, open_ = (np.array([one.response for one in some]) for some in found)
     return {f"C7.hinf_{axis}": float((closed / open_)[:, k].mean()) for k, axis in enumerate("xy")}
 
