@@ -85,7 +85,7 @@ def _on_films(number: int, rng: np.random.Generator) -> tuple[Machine, float]:
             f'nominal_stiffness = "1 MN/m"\n{sleeve}\n'
         )
     text += '\n[effects.gravity]\nacceleration = "9.81 m/s^2"\n'
-    return Machine.from_text(text), float(rng.uniform(200, 400) / diameter * 2 * np.pi * 10)
+    return Machine.from_text(text), float(rng.uniform(1.5e5, 3e5) / diameter)
 
 
 def _on_tables(number: int, rng: np.random.Generator) -> tuple[Machine, float]:
