@@ -54,7 +54,7 @@ class LinearPlant(Shown):
     wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn;
     static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. Eigenvalues are looked for around `near`
     [rad/s], the rotor's first natural frequency on its nominal bearing. `rotor` holds modal stiffness and damping and
-    the rows of the journal; the film's own matrices are in `film`.
+    the rows of the journal; the film's own matrices are in `film`; the shaft turns at `speed` [rad/s].
     """
 
     S: np.ndarray
@@ -63,6 +63,7 @@ class LinearPlant(Shown):
     near: float
     rotor: LinearRotor
     film: LinearFilm | None = None
+    speed: float = 0.0
     inputs: tuple[str, ...] = INPUTS
     outputs: tuple[str, ...] = OUTPUTS
 
@@ -183,7 +184,7 @@ class LinearPlant(Shown):
 
     @property
     def whirl(self) -> tuple[str, ...]:
-        """Sense of whirl of each mode at the disc, from its orbit: forward is from x to y."""
+        """Sense of whirl of each mode at the disc, from its orbit: forward is that of the rotation, x to y at rest."""
         # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
         return tuple("mixed" if abs(v) < 0.02 else ("forward" if v > 0 else "backward") for v in self.whirl_ratio)
 
@@ -191,7 +192,8 @@ class LinearPlant(Shown):
     def whirl_ratio(self) -> np.ndarray:
         """Roundness of each mode's orbit at the disc (n_modes,): 1 a forward circle, 0 a line, -1 a backward circle."""
         x, y = self._disc_shapes
-        return np.asarray(-2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2))
+        roundness = -2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
+        return np.asarray(roundness if self.speed >= 0 else -roundness)
 
     @cached_property
     def static_gain(self) -> np.ndarray:
@@ -329,7 +331,7 @@ def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
         E[:n, 4] = -film.J_u[:, -1]
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
     S = np.concatenate([np.zeros(0) if film is None else film.S, np.ones(2 * m)])
-    return LinearPlant(S, E, H, near, rotor, film)
+    return LinearPlant(S, E, H, near, rotor, film, speed)
 
 
 def linear_films(a: Assembly, w: np.ndarray, speed: float) -> LinearFilm:
