@@ -10,7 +10,7 @@ from plotly.subplots import make_subplots
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
 
-UNSAFE = "#7a3b3b"
+UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
 """Light enough for numbers on the lines and for the shade above."""
 DASHES = ("solid", "dash", "dot", "dashdot")
@@ -57,7 +57,8 @@ def contour_figure(found: xr.Dataset) -> go.Figure:
                        contours={"showlabels": True, "labelfont": {"size": 10, "color": INK}}, line={"width": 0.8},
                        hovertemplate=f"%{{x:.0f}} rpm, %{{y:.3g}} MPa: %{{z:.4g}}<extra>{title}</extra>",
                        ncontours=9), row, column)  # fmt: skip
-        figure.add_trace(_shade(found, x, y), row, column)
+        for shade in _shades(found, x, y):
+            figure.add_trace(shade, row, column)
         figure.update_xaxes(range=[x[0], x[-1]], row=row, col=column)
         figure.update_yaxes(range=[y[0], y[-1]], row=row, col=column)
         if k + columns >= len(panels):
@@ -108,11 +109,17 @@ def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.nda
     return np.asarray(data.transpose("pressure", "speed").values)
 
 
-def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
-    """Unsafe region, half way to the next safe point; a contour, because plotly draws those over heat maps."""
-    unsafe = 1.0 - found["safe"].transpose("pressure", "speed").values
-    clear, colour = faint(UNSAFE, 0.0), faint(UNSAFE, 0.42)
-    return go.Contour(x=compact(x), y=compact(y), z=unsafe, showscale=False, hoverinfo="skip", zmin=0, zmax=1,
+def _shades(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> list[go.Contour]:
+    """What is not safe, and what is not known where anything is not, each half way to the next point."""
+    safe = found["safe"].transpose("pressure", "speed").values
+    shades = [_shade((safe == 0).astype(float), x, y, UNSAFE)]
+    return shades + ([_shade(np.isnan(safe).astype(float), x, y, UNKNOWN)] if np.isnan(safe).any() else [])
+
+
+def _shade(there: np.ndarray, x: np.ndarray, y: np.ndarray, shade: str) -> go.Contour:
+    """Region of a map (pressure, speed) where a flag is 1; a contour, because plotly draws those over heat maps."""
+    clear, colour = faint(shade, 0.0), faint(shade, 0.42)
+    return go.Contour(x=compact(x), y=compact(y), z=there, showscale=False, hoverinfo="skip", zmin=0, zmax=1,
                       colorscale=[[0, clear], [0.5, clear], [0.5, colour], [1, colour]], line={"width": 0},
                       contours={"start": 0.5, "end": 0.5, "size": 1, "coloring": "fill"})  # fmt: skip
 
