@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.analysis.critical import MODES, interpolated
 from rotorsim.base.rounding import DAMPED
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MARGIN = 0.15
+MODES = 2
 
 
 def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
@@ -41,3 +41,17 @@ def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
         critical_speed=((*order, "mode_critical"), critical, {"units": "rad/s", "long_name": "critical speed"}),
         safe=((*order, "speed"), safe.astype(float), {"units": "1", "long_name": text}),
     ).assign_attrs(safe_margin=margin)
+
+
+def interpolated(speeds: np.ndarray, wn: np.ndarray) -> float:
+    """First crossing of wn (n,) with the speeds (n,) by linear interpolation; extrapolated by a fifth at most."""
+    gap = wn - speeds
+    good = np.isfinite(gap)
+    if good.sum() < 2:
+        return float("nan")
+    s, g = speeds[good], gap[good]
+    change = np.flatnonzero((g[:-1] > 0) & (g[1:] <= 0))
+    k = int(change[0]) if change.size else len(s) - 2
+    if not change.size and (g[-1] <= 0 or g[-1] > 0.2 * s[-1]):
+        return float("nan")
+    return float(s[k] - g[k] * (s[k + 1] - s[k]) / (g[k + 1] - g[k]))
