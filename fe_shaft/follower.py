@@ -32,6 +32,10 @@ FINEST = 2e-7
 """Shortest step over the range: a mode that is not certain there ends."""
 CARRIED = 1e-3
 """Step over the range after which the end of the values that have a pencil is known well enough."""
+SHORTEST = 1e-7
+"""Shortest step between two pencils in a subspace."""
+PARTNER = 0.3
+"""Overlap up to which a mode has no partner at the neighbouring value yet."""
 COARSEST = 10
 """Fewest steps of the range."""
 ON_LINE = 1e-9
@@ -169,11 +173,41 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
     there = _turned(there, here)
     if first:
         here = _turned(here, there)
-    P = overlap(here.pencil, here.modes, there.pencil, there.modes)
-    if not P.size:
+    ahead = carried(here.modes, there.pencil)
+    if ahead is None or not len(ahead.values) or not len(there.modes.values):
         return here, there, {}
+    P = overlap(there.pencil, ahead, there.pencil, there.modes)
     best = P.argmax(axis=1)
     return here, there, {j: int(k) for j, k in enumerate(best) if P[j, k] > CERTAIN and P[:, k].argmax() == j}
+
+
+def carried(modes: Modes, pencil: Pencil) -> Modes | None:
+    """What the modes of a neighbour become in their own subspace, in their order; None where that is not certain.
+
+    The pencil in the subspace, k by k, is changed from that of the neighbour to this one in as many steps as it takes:
+    modes that exchange their vectors over a short way, as the two planes of a rotor do near rest, need no more nodes.
+    """
+    if not len(modes.values):
+        return modes
+    J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
+    try:
+        there = np.linalg.solve(S, J)
+        now, turn, back, step = 0.0, np.eye(len(S), dtype=complex), np.eye(len(S), dtype=complex), 1.0
+        while now < 1:
+            step = min(step, 1 - now)
+            values, vectors = np.linalg.eig(np.diag(modes.values) * (1 - now - step) + there * (now + step))
+            inverse = np.linalg.inv(vectors)
+            P = np.abs((back @ vectors) * (inverse @ turn).T)
+            best = P.argmax(axis=1)
+            if len(set(best)) == len(best) and P[np.arange(len(best)), best].min() > CERTAIN:
+                now, turn, back, step = now + step, vectors[:, best], inverse[best], 2 * step
+            elif step < SHORTEST:
+                return None
+            else:
+                step /= 2
+        return Modes(values[best], modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) -> bool:
@@ -186,7 +220,7 @@ def _with_partners(node: Node, other: Node, region: Region) -> Node:
     """The node with what the modes of the other one become here, if that is not among its modes yet."""
     assert node.pencil is not None and other.pencil is not None
     P = overlap(other.pencil, other.modes, node.pencil, node.modes)
-    alone = region.holds(other.modes.values) & ((P.max(axis=1) if P.shape[1] else np.zeros(len(P))) < CERTAIN)
+    alone = region.holds(other.modes.values) & ((P.max(axis=1) if P.shape[1] else np.zeros(len(P))) < PARTNER)
     if not alone.any():
         return node
     more = refined(node.pencil, other.modes.take(alone))

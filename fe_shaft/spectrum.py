@@ -20,7 +20,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, eig
+from scipy.linalg import eig
 
 Vector = NDArray[np.complex128]
 
@@ -169,7 +169,9 @@ def everything(pencil: Pencil) -> Modes:
     S, J = pencil.times_S(eye).real, pencil.times_J(eye).real
     values, left, right = eig(np.linalg.solve(S, J), left=True)
     keep = values.imag >= 0
-    return joined(pencil, nothing(pencil.size), Modes(values[keep], right[:, keep], np.linalg.solve(S.T, left[:, keep])))
+    return joined(
+        pencil, nothing(pencil.size), Modes(values[keep], right[:, keep], np.linalg.solve(S.T, left[:, keep]))
+    )
 
 
 def around(pencil: Pencil, shift: complex) -> Modes:
@@ -201,8 +203,12 @@ def around(pencil: Pencil, shift: complex) -> Modes:
 def unknown(known: Modes, new: Modes, region: Region) -> Modes:
     """The new modes in the region or near it that are not among the known ones."""
     wider = replace(region, reach=1.2 * region.reach, zeta=min(region.zeta + 0.1, 1.0))
-    inside = wider.holds(new.values) | ((np.abs(new.values.imag) <= OSCILLATES * np.abs(new.values)) & (new.values.real > 0))
-    return new.take([k for k in np.flatnonzero(inside) if not _met(known.values, known.right.T, new.values[k], new.right[:, k])])
+    inside = wider.holds(new.values) | (
+        (np.abs(new.values.imag) <= OSCILLATES * np.abs(new.values)) & (new.values.real > 0)
+    )
+    return new.take(
+        [k for k in np.flatnonzero(inside) if not _met(known.values, known.right.T, new.values[k], new.right[:, k])]
+    )
 
 
 def _met(values: Sequence[complex], vectors: Sequence[Vector], value: complex, vector: Vector) -> bool:
@@ -268,7 +274,9 @@ def joined(pencil: Pencil, known: Modes, new: Modes) -> Modes:
     for value, x, y in zip(new.values, new.right.T, new.left.T, strict=True):
         if _met(values, right, value, x):
             continue
-        values.append(value), right.append(x), left.append(y)
+        values.append(value)
+        right.append(x)
+        left.append(y)
     if not values:
         return known
     V, Y, s = np.column_stack(right), np.column_stack(left), np.array(values)
@@ -291,7 +299,11 @@ def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
         (lambda t: region.floor * np.exp(1j * end * (1 - t)), -1j * end, 1),
     ]
     g = _Quotient(pencil, known)
-    turns = sum(_turned(lambda t: g.at(path(t), rate), count) for path, rate, count in pieces) / np.pi
+
+    def side(path: Callable[[float], complex], rate: complex, count: int) -> float:
+        return _turned(lambda t: g.at(path(t), rate), count)
+
+    turns = sum(side(*piece) for piece in pieces) / np.pi
     return float(round(turns)) if abs(turns - round(turns)) < 0.05 else float("nan")
 
 
@@ -327,7 +339,7 @@ def _wrapped(angle: float) -> float:
 
 
 def _turned(phase: Callable[[float], tuple[float, float]], count: int) -> float:
-    """Change of a phase over 0 <= t <= 1; halves intervals until values and derivatives agree; NaN where they do not."""
+    """Change of a phase over 0 <= t <= 1, intervals halved until values and derivatives agree; NaN where they do not."""
     known: dict[float, tuple[float, float]] = {}
 
     def at(t: float) -> tuple[float, float]:

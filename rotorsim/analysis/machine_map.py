@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.analysis.axes import Field
-from rotorsim.analysis.critical import critical_speeds
+from rotorsim.analysis.campbell import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.safe_region import safe_region

@@ -71,7 +71,9 @@ def unbalance_response(
     import xarray as xr
 
     speeds = checked("response: speeds [rad/s]", speeds)
-    unbalances = tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
+    unbalances = (
+        tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
+    )
     places = measuring_places(plant)
     response = np.full((len(speeds), len(places), 2), np.nan, complex)
     zeta = np.full(len(speeds), np.nan)

@@ -191,9 +191,13 @@ class LinearPlant(Shown):
     @property
     def whirl_ratio(self) -> np.ndarray:
         """Roundness of each mode's orbit at the disc (n_modes,): 1 a forward circle, 0 a line, -1 a backward circle."""
-        x, y = self._disc_shapes
-        roundness = -2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
-        return np.asarray(roundness if self.speed >= 0 else -roundness)
+        return self.roundness(self._modes[1])
+
+    def roundness(self, vectors: np.ndarray) -> np.ndarray:
+        """Roundness (k,) of the orbits of states (n, k) at the disc, positive where they turn as the shaft does."""
+        x, y = self.H @ vectors
+        found = -2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
+        return np.asarray(found if self.speed >= 0 else -found)
 
     @cached_property
     def static_gain(self) -> np.ndarray:
