@@ -38,8 +38,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 CRITICAL: dict[str, tuple[str, str]] = {
     "critical_speed": ("rad/s", "speed that a natural frequency equals"),
     "critical_zeta": ("1", "damping ratio at the critical speed"),
-    "critical_rises": ("1", "1: the natural frequency rises above the speed, 0: it falls below"),
-    "critical_whirl": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+    "critical_direction": ("1", "1: the natural frequency rises above the speed, -1: it falls below"),
+    "critical_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
 }
 """Variables of a critical speed, in the order of the columns of `safe_region.Surroundings.critical`: unit, name."""
 

@@ -35,9 +35,9 @@ FIRST = 4
 class Surroundings:
     """Modes at and critical speeds around the speeds (n,) of a row of a map.
 
-    `looked` (n,) is 1 where all modes there and all critical speeds within the margin were looked for, `zeta_least` (n,)
-    the least damping ratio, `critical` (k, 4) by crossing: speed [rad/s], damping ratio, 1 where the natural frequency
-    rises above the speed, roundness of the orbit. `models` are the linear models by speed.
+    `looked` (n,) is 1 where all modes there and all critical speeds within the margin were looked for, `zeta_least`
+    (n,) the least damping ratio, `critical` (k, 4) by crossing: speed [rad/s], damping ratio, 1 where the natural
+    frequency rises above the speed and -1 where it falls below, roundness of the orbit. `models` are the linear models by speed.
     """
 
     looked: np.ndarray
@@ -52,7 +52,7 @@ def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundi
     try:
         found = modes_over_speed(plant, speeds, pressure, FIRST, (1,))
         critical = [
-            (c.at, -c.modes.values[0].real / abs(c.modes.values[0]), float(c.upward),
+            (c.at, -c.modes.values[0].real / abs(c.modes.values[0]), 1.0 if c.upward else -1.0,
              float(roundness(c.pencil, c.modes.right)[0])) for c in found.crossings
         ]  # fmt: skip
     except (RotorsimError, np.linalg.LinAlgError):

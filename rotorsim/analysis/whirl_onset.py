@@ -16,7 +16,8 @@ import numpy as np
 from fe_shaft.follower import Followed, Node, follow
 from fe_shaft.spectrum import Modes, Region, modes_in
 from rotorsim.analysis.axes import checked
-from rotorsim.analysis.modes_over_speed import ABOVE as BEYOND, BELOW, DAMPED as STRONGLY, at_speed
+from rotorsim.analysis.campbell import HIGHEST, highest_speed
+from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
@@ -27,10 +28,8 @@ from rotorsim.plant.linearise import LinearPlant
 if TYPE_CHECKING:
     import xarray as xr
 
-HIGHEST, STEP = 40e3 * RPM, 1e3 * RPM
-"""Least speed [rad/s] up to which is looked, and the steps of the search up to there."""
-ABOVE = 4.0
-"""Speed up to which is looked, over the rotor's first natural frequency on its nominal bearings."""
+STEP = 1e3 * RPM
+"""Steps [rad/s] of the search up to the least highest speed, in proportion up to others."""
 FIRST = 2
 """Pairs of the rotor's modes on its nominal bearings that are looked at, however low the highest speed."""
 WIDEST, NARROWEST = 8, 40
@@ -76,11 +75,6 @@ def whirl_onset(
         },
         {"pressure": (over, pressures, {"units": "Pa", "long_name": "supply pressure, gauge"})},
     )
-
-
-def highest_speed(plant: Plant) -> float:
-    """Speed [rad/s] up to which the onset of whirl is looked for when none is given."""
-    return max(HIGHEST, ABOVE * float(plant.assembly.mesh.reduced.frequencies.min()))
 
 
 def stability_limit(plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5) -> float:
@@ -137,7 +131,7 @@ class Search:
         """The search for onsets up to the `highest` speed [rad/s]."""
         hints = plant.assembly.mesh.reduced.frequencies
         first = float(np.sort(hints)[: 2 * FIRST].max())
-        reach = BEYOND * max(highest, 1.1 * first)
+        reach = ABOVE * max(highest, 1.1 * first)
         return cls(plant, pressure, Region(reach, BELOW * reach, STRONGLY), np.unique(hints.round(3)).tolist())
 
     def least(self, speed: float) -> tuple[float, float]:
@@ -176,8 +170,8 @@ def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
 def first_loss(search: Search, speeds: np.ndarray) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
-    Between the first of the nodes over ascending speeds (n,) [rad/s] at which a mode grows by more than rounding and the
-    one before it; a rotor that is not carried there does not whirl.
+    Between the first of the nodes over ascending speeds (n,) [rad/s] at which a mode grows by more than rounding and
+    the one before it; a rotor that is not carried there does not whirl.
     """
 
     def margin(speed: float) -> float:
