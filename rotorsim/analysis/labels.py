@@ -42,6 +42,12 @@ CRITICAL: dict[str, tuple[str, str]] = {
     "critical_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
 }
 """Variables of a critical speed, in the order of the columns of `safe_region.Surroundings.critical`: unit, name."""
+BRANCHES: dict[str, tuple[str, str]] = {
+    "branch_wn": ("rad/s", "natural frequency of a mode, followed"),
+    "branch_zeta": ("1", "damping ratio of a mode, followed"),
+    "branch_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+}
+"""Variables of a branch, in the order of the last axis of `safe_region.Surroundings.branches`: unit, name."""
 
 
 def coordinates(
@@ -67,11 +73,13 @@ def coordinates(
 def label(
     tables: dict[str, np.ndarray],
     critical: np.ndarray,
+    branches: np.ndarray,
     coords: dict[str, Any],
     fields: Sequence[Field],
     attrs: dict[str, Any],
 ) -> xr.Dataset:
-    """The Dataset of tables (fields..., pressure, speed, ...) and critical speeds (fields..., pressure, k, 4)."""
+    """The Dataset of tables (fields..., pressure, speed, ...), of critical speeds (fields..., pressure, k, 4) and of
+    branches (fields..., pressure, b, speed, 3)."""
     import xarray as xr
 
     over = (*(f.name for f in fields), "pressure", "speed")
@@ -81,9 +89,9 @@ def label(
         if tables[key].ndim > len(over) + len(dims):
             dims = tuple(d for dim in dims for d in (("bearing", dim) if dim == "axis" else (dim,)))
         variables[key] = ((*over, *dims), tables[key], {"units": unit, "long_name": text})
-    for column, (key, (unit, text)) in enumerate(CRITICAL.items()):
-        dims = (*over[:-1], "critical")
-        variables[key] = (dims, critical[..., column], {"units": unit, "long_name": text})
+    for known, dims, values in ((CRITICAL, ("critical",), critical), (BRANCHES, ("branch", "speed"), branches)):
+        for column, (key, (unit, text)) in enumerate(known.items()):
+            variables[key] = ((*over[:-1], *dims), values[..., column], {"units": unit, "long_name": text})
     modes = tables["wn"].shape[-1] if "wn" in tables else 0
     extra = {"mode": ("mode", np.arange(1, modes + 1), {"long_name": "mode, by frequency"})} if modes else {}
     used = {d for dims, *_ in variables.values() for d in dims}

@@ -23,8 +23,8 @@ from rotorsim.plant import Plant
 if TYPE_CHECKING:
     import xarray as xr
 
-Row = tuple[list[dict[str, np.ndarray]], np.ndarray]
-"""Points of one pressure of one machine, and the critical speeds (k, 4) around them."""
+Row = tuple[list[dict[str, np.ndarray]], np.ndarray, np.ndarray]
+"""Points of one pressure of one machine, critical speeds (k, 4) around them, branches of modes (b, speeds, 3)."""
 
 
 def operating_map(
@@ -90,10 +90,13 @@ def operating_map(
             raise
         finishing()
         ended = "interrupted"
-    tables, critical = _tables(rows, len(jobs), shape), _critical(rows, len(jobs), shape)
+    tables = _tables(rows, len(jobs), shape)
+    critical, branches = (_padded([rows[i][k] if i in rows else None for i in range(len(jobs))], shape) for k in (1, 2))
     at = AT if frequencies is None else _names(frequencies)
     coords = labels.coordinates(fields, speeds, pressures, at, plant.machine.film_names)
-    return labels.label(tables, critical, coords, fields, plant.provenance() | {"kind": "map", "ended": ended})
+    return labels.label(
+        tables, critical, branches, coords, fields, plant.provenance() | {"kind": "map", "ended": ended}
+    )
 
 
 def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | None) -> None:
@@ -119,7 +122,7 @@ def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[f
         if row["lifted"]:
             row |= {"zeta_least": np.array(found.zeta_least[k]), "looked": np.array(found.looked[k])}
         rows.append(row)
-    return rows, found.critical
+    return rows, found.critical, found.branches
 
 
 def _names(frequencies: Sequence[float]) -> tuple[str, ...]:
@@ -128,10 +131,10 @@ def _names(frequencies: Sequence[float]) -> tuple[str, ...]:
 
 def _tables(rows: dict[int, Row], n_jobs: int, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
     """Arrays (*shape, ...) of everything that any point has, NaN where a point has it not."""
-    sizes = {key: value.shape for row, _ in rows.values() for point in row for key, value in point.items()}
+    sizes = {key: value.shape for row, *_ in rows.values() for point in row for key, value in point.items()}
     tables = {key: np.full((n_jobs, shape[-1], *size), np.nan) for key, size in sizes.items()}
     done = np.zeros((n_jobs, shape[-1]))
-    for number, (row, _) in rows.items():
+    for number, (row, *_) in rows.items():
         done[number] = 1.0
         for k, point in enumerate(row):
             for key, value in point.items():
@@ -139,12 +142,13 @@ def _tables(rows: dict[int, Row], n_jobs: int, shape: tuple[int, ...]) -> dict[s
     return {key: table.reshape(*shape, *table.shape[2:]) for key, table in (tables | {"done": done}).items()}
 
 
-def _critical(rows: dict[int, Row], n_jobs: int, shape: tuple[int, ...]) -> np.ndarray:
-    """Critical speeds (*shape without the speeds, k, 4), NaN where a pressure has fewer."""
-    most = max(len(critical) for _, critical in rows.values())
-    table = np.full((n_jobs, most, len(labels.CRITICAL)), np.nan)
-    for number, (_, critical) in rows.items():
-        table[number, : len(critical)] = critical
+def _padded(rows: list[np.ndarray | None], shape: tuple[int, ...]) -> np.ndarray:
+    """Lists (k, ...) of every pressure as one array (*shape without the speeds, k, ...), NaN where one is shorter."""
+    known = [row for row in rows if row is not None]
+    table = np.full((len(rows), max(map(len, known)), *known[0].shape[1:]), np.nan)
+    for line, row in zip(table, rows, strict=True):
+        if row is not None:
+            line[: len(row)] = row
     return table.reshape(*shape[:-1], *table.shape[1:])
 
 

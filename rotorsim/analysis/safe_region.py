@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rotorsim.analysis.campbell import along_speeds
 from rotorsim.analysis.modes_over_speed import MARGIN, ModesOverSpeed, modes_over_speed, roundness
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.rounding import DAMPED
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 AMPLIFIED = 2.5
 """Amplification factor 1 / (2 zeta) from which a crossing is a critical speed."""
+SHOWN = 6
+"""Branches that are kept for a Campbell diagram."""
 FIRST = 4
 """Modes that are looked at at every speed, however low it is: the first two pairs."""
 
@@ -37,12 +40,15 @@ class Surroundings:
 
     `looked` (n,) is 1 where all modes there and all critical speeds within the margin were looked for, `zeta_least`
     (n,) the least damping ratio, `critical` (k, 4) by crossing: speed [rad/s], damping ratio, 1 where the natural
-    frequency rises above the speed and -1 where it falls below, roundness of the orbit. `models` are the linear models by speed.
+    frequency rises above the speed and -1 where it falls below, roundness of the orbit. `branches` (b, n, 3) are
+    natural frequency [rad/s], damping ratio and roundness of the lowest modes, followed. `models` are the linear models
+    by speed.
     """
 
     looked: np.ndarray
     zeta_least: np.ndarray
     critical: np.ndarray
+    branches: np.ndarray
     models: dict[float, LinearPlant]
 
 
@@ -56,12 +62,14 @@ def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundi
              float(roundness(c.pencil, c.modes.right)[0])) for c in found.crossings
         ]  # fmt: skip
     except (RotorsimError, np.linalg.LinAlgError):
-        return Surroundings(0.0 * np.nan_to_num(none), none, np.zeros((0, 4)), {})
+        return Surroundings(np.zeros(len(speeds)), none, np.zeros((0, 4)), np.zeros((0, len(speeds), 3)), {})
     nodes = {node.at: node for node in found.followed.nodes}
     least = [_least(found, speed) for speed in speeds.tolist()]
     models = {at: node.pencil for at, node in nodes.items() if isinstance(node.pencil, LinearPlant)}
+    s, senses, _ = along_speeds(found, speeds, SHOWN)
+    branches = np.stack([np.abs(s), -s.real / np.abs(s), senses], axis=-1)
     looked = np.array([float(_looked(found, speed)) for speed in speeds.tolist()])
-    return Surroundings(looked, np.array(least), np.array(critical).reshape(-1, 4), models)
+    return Surroundings(looked, np.array(least), np.array(critical).reshape(-1, 4), branches, models)
 
 
 def _least(found: ModesOverSpeed, speed: float) -> float:

@@ -125,21 +125,22 @@ def _shade(there: np.ndarray, x: np.ndarray, y: np.ndarray, shade: str) -> go.Co
 
 
 def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
-    """Natural frequencies and damping ratios over speed at a few pressures, with 1X, 2X, 3X and the forbidden band."""
-    carried = np.flatnonzero(np.isfinite(_values(found, "wn", {"mode": 0})).any(axis=1))
+    """Natural frequencies and damping ratios of the modes, followed over speed at a few pressures, with 1X, 2X, 3X."""
+    wn = found["branch_wn"].transpose("pressure", "branch", "speed").values * TO_HZ
+    carried = np.flatnonzero(np.isfinite(wn).any(axis=(1, 2)))
     chosen = carried[np.unique(np.linspace(0, len(carried) - 1, pressures).round().astype(int))]
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
     speed = found["speed"].values * TO_RPM
     for k, i in enumerate(chosen):
         _add_modes(figure, found.isel(pressure=int(i)), speed, PIN_COLOURS[k % len(PIN_COLOURS)])
-    top = np.nanmax(found["wn"].values[..., :2]) * TO_HZ * 1.08
     for order in (1, 2, 3):
         figure.add_trace(go.Scatter(x=compact(speed), y=compact(order * np.abs(speed) / 60), mode="lines",
                                     name=f"{order}X", hoverinfo="skip",
                                     line={"color": INK, "width": 1, "dash": DASHES[order]}), 1, 1)  # fmt: skip
     _add_crossings(figure, found)
-    low = np.nanmin(found["wn"].values[..., :2]) * TO_HZ * 0.92
-    figure.update_yaxes(title_text="natural frequency [Hz]", range=[low, top], row=1, col=1)
+    first = np.where(np.isnan(wn), np.inf, wn).min(axis=2)[:, :2]
+    top = 1.15 * max(first[np.isfinite(first)].max(), np.abs(speed).max() / 60)
+    figure.update_yaxes(title_text="natural frequency [Hz]", range=[0.92 * np.nanmin(wn), top], row=1, col=1)
     figure.update_yaxes(title_text="damping ratio", row=2, col=1)
     figure.add_hline(y=0, line={"color": INK, "width": 1}, row=2)
     figure.update_xaxes(title_text="speed [rpm]", range=[speed.min(), speed.max()], row=2, col=1)
@@ -149,13 +150,15 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
 
 def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: str) -> None:
     label = f"{float(one['pressure']) * TO_MPA:.3g} MPa"
-    for mode in range(2):
-        sense = [_sense(v) for v in one["whirl_ratio"].isel(mode=mode).values]
-        look = {"color": colour, "width": 2, "dash": DASHES[mode]}
-        for row, name, scale in ((1, "wn", TO_HZ), (2, "zeta", 1.0)):
+    for branch in range(one.sizes["branch"]):
+        if not np.isfinite(one["branch_wn"].isel(branch=branch)).any():
+            continue
+        sense = [_sense(v) for v in one["branch_whirl_ratio"].isel(branch=branch).values]
+        look = {"color": colour, "width": 2, "dash": DASHES[branch % len(DASHES)]}
+        for row, name, scale in ((1, "branch_wn", TO_HZ), (2, "branch_zeta", 1.0)):
             figure.add_trace(
-                go.Scatter(x=compact(speed), y=compact(one[name].isel(mode=mode).values * scale), mode="lines+markers",
-                           name=f"{label}, {'lower' if mode == 0 else 'upper'} mode", legendgroup=f"{label}{mode}",
+                go.Scatter(x=compact(speed), y=compact(one[name].isel(branch=branch).values * scale),
+                           mode="lines+markers", name=f"{label}, mode {branch + 1}", legendgroup=f"{label}{branch}",
                            showlegend=row == 1, line=look, text=sense,
                            marker={"symbol": ["triangle-up" if s == "forward" else "triangle-down" if s == "backward"
                                               else "circle" for s in sense], "size": 7},
@@ -167,17 +170,19 @@ def _sense(ratio: float) -> str:
 
 
 def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
-    """Marks where orders meet modes, as far as they were computed."""
-    if "crossing_speed" not in found:
-        return
-    crossings = found["crossing_speed"].transpose("order", ...)
-    fastest = np.abs(found["speed"].values).max() * TO_RPM
-    for order in crossings["order"].values:
-        x = crossings.sel(order=order).values.ravel() * TO_RPM
-        good = np.isfinite(x) & (np.abs(x) <= fastest)
+    """Marks where orders meet modes: of 1X those that the map knows, of all orders where they were asked for."""
+    if "crossing_speed" in found:
+        by_order = found["crossing_speed"].transpose("order", ...)
+        known = {int(order): by_order.sel(order=order).values.ravel() for order in by_order["order"].values}
+    else:
+        known = {1: found["critical_speed"].values.ravel()}
+    speed = found["speed"].values * TO_RPM
+    for order, values in known.items():
+        x = values * TO_RPM
+        good = np.isfinite(x) & (x >= speed.min()) & (x <= speed.max())
         if not good.any():
             continue
-        figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * x[good] / 60), mode="markers",
+        figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * np.abs(x[good]) / 60), mode="markers",
                                     name=f"{order}X crossings", marker={"symbol": "x-thin", "size": 9,
                                     "line": {"width": 1.6, "color": INK}},
                                     hovertemplate="%{x:.0f} rpm<extra></extra>"), 1, 1)  # fmt: skip

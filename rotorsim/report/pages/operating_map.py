@@ -65,8 +65,11 @@ def blocks(one: xr.Dataset) -> list[Block]:
             + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
         ).strip()
         out.append(Block("Operating map", shaded, figure=contour_figure(one)))
-    if one.sizes["speed"] > 1 and np.isfinite(one["wn"]).any():
-        text = "Triangles up whirl forward at the disc, down backward. Crosses: orders of the speed meet a mode."
+    if one.sizes["speed"] > 1 and np.isfinite(one["branch_wn"]).any():
+        text = (
+            "The lowest modes, followed over the speed. Triangles up whirl forward at the disc, down backward. "
+            "Crosses: orders of the speed meet a mode."
+        )
         out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
     if has_onset(one):
         text = "Whirl onset: right of it a mode grows. Lift-off: below it the film does not carry the rotor."
