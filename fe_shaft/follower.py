@@ -130,7 +130,7 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
             if step > CARRIED * width:
                 waiting.append(node(0.5 * (here.at + there.at), (here if there.pencil is None else there).modes))
                 continue
-            one = {}
+            one: dict[int, int] = {}
         elif here.pencil is None:
             one = {}
         else:
@@ -173,12 +173,15 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
     there = _turned(there, here)
     if first:
         here = _turned(here, there)
-    ahead = carried(here.modes, there.pencil)
-    if ahead is None or not len(ahead.values) or not len(there.modes.values):
+    near = np.flatnonzero(region.wider.holds(here.modes.values))
+    assert there.pencil is not None
+    ahead = carried(here.modes.take(near), there.pencil)
+    if ahead is None or not len(near) or not len(there.modes.values):
         return here, there, {}
     P = overlap(there.pencil, ahead, there.pencil, there.modes)
     best = P.argmax(axis=1)
-    return here, there, {j: int(k) for j, k in enumerate(best) if P[j, k] > CERTAIN and P[:, k].argmax() == j}
+    pairs = [(j, int(k)) for j, k in enumerate(best) if P[j, k] > CERTAIN and P[:, k].argmax() == j]
+    return here, there, {int(near[j]): k for j, k in pairs}
 
 
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
@@ -254,7 +257,7 @@ def _branches(nodes: list[Node], links: list[dict[int, int]], region: Region) ->
     inside = [region.holds(n.modes.values) if len(n.modes.values) else np.zeros(0, bool) for n in nodes]
     back = [{}, *({k: j for j, k in one.items()} for one in links)]
     out = []
-    for i, node in enumerate(nodes):
+    for i in range(len(nodes)):
         for k in np.flatnonzero(inside[i]).tolist():
             before = back[i].get(k)
             if before is not None and inside[i - 1][before]:
@@ -272,7 +275,6 @@ def _branches(nodes: list[Node], links: list[dict[int, int]], region: Region) ->
                     break
                 places.append((step + 1, onward))
             out.append(Branch(tuple(places), begins, ends))
-    del node
     return tuple(out)
 
 
@@ -283,7 +285,7 @@ def _why(node: Node, mode: int | None, region: Region) -> str:
 
 
 def crossings(family: Family, found: Followed, orders: Sequence[float] = (1.0, 2.0, 3.0)) -> list[Crossing]:
-    """Crossings of \\|s\\| with order times \\|parameter\\| along every branch, in the region, by order and parameter."""
+    """Crossings of \\|s\\| with order times \\|parameter\\| along every branch, by order and parameter."""
     out = []
     for number, branch in enumerate(found.branches):
         line = _Line(family, found, branch)

@@ -82,6 +82,11 @@ class Region:
         inside = (size > self.floor) & (size < self.reach) & (-np.real(s) < self.zeta * size)
         return inside & (np.imag(s) > OSCILLATES * size)
 
+    @property
+    def wider(self) -> Region:
+        """The region with a rim, in which modes are followed beyond the border."""
+        return Region(1.3 * self.reach, 0.5 * self.floor, min(self.zeta + 0.15, 0.5 * (1 + self.zeta)))
+
     def border(self, s: complex) -> str:
         """The border beyond which an eigenvalue [rad/s] lies; empty inside."""
         if abs(s) >= self.reach:
@@ -175,10 +180,10 @@ def everything(pencil: Pencil) -> Modes:
 
 
 def around(pencil: Pencil, shift: complex) -> Modes:
-    """Modes nearest to a shift [rad/s] in a block Krylov space of (J - shift S)^-1 S, not refined, left ones unknown."""
+    """Modes nearest to a shift [rad/s] in a block Krylov space of (J - shift S)^-1 S, with random left vectors."""
     factor, rng = pencil.factor(shift), np.random.default_rng(0)
 
-    def inverse(block: Vector) -> Vector:
+    def inverse(block: Any) -> Any:
         return np.column_stack([factor.solve(b) for b in pencil.times_S(block).T])
 
     basis = np.linalg.qr(inverse(rng.standard_normal((pencil.size, WIDTH)) + 0j))[0]
@@ -202,16 +207,13 @@ def around(pencil: Pencil, shift: complex) -> Modes:
 
 def unknown(known: Modes, new: Modes, region: Region) -> Modes:
     """The new modes in the region or near it that are not among the known ones."""
-    wider = replace(region, reach=1.2 * region.reach, zeta=min(region.zeta + 0.1, 1.0))
-    inside = wider.holds(new.values) | (
-        (np.abs(new.values.imag) <= OSCILLATES * np.abs(new.values)) & (new.values.real > 0)
-    )
-    return new.take(
-        [k for k in np.flatnonzero(inside) if not _met(known.values, known.right.T, new.values[k], new.right[:, k])]
-    )
+    grows = (np.abs(new.values.imag) <= OSCILLATES * np.abs(new.values)) & (new.values.real > 0)
+    inside = np.flatnonzero(region.wider.holds(new.values) | grows)
+    vectors = list(known.right.T)
+    return new.take([k for k in inside if not _met(known.values, vectors, complex(new.values[k]), new.right[:, k])])
 
 
-def _met(values: Sequence[complex], vectors: Sequence[Vector], value: complex, vector: Vector) -> bool:
+def _met(values: Any, vectors: Sequence[Vector], value: complex, vector: Vector) -> bool:
     """Whether a vector lies in the span of those with nearly the same eigenvalue."""
     near = [k for k, other in enumerate(values) if abs(value - other) < NEAR * abs(value)]
     if not near:
@@ -257,7 +259,7 @@ def iterated(pencil: Pencil, guess: Modes, k: int) -> tuple[complex, Vector, Vec
             growth = np.vdot(right, new) / np.vdot(right, right)
             apart = np.linalg.norm(new - growth * right) / np.linalg.norm(new)
             both = np.vdot(left, pencil.times_S(new[:, None])[:, 0]) / np.vdot(left, pushed)
-            right, value = new / np.linalg.norm(new), shift + 1 / both
+            right, value = new / np.linalg.norm(new), complex(shift + 1 / both)
             if before is not None and abs(value - before) < SETTLED * abs(value) and apart < 1e-6:
                 return value, right, left
             if not np.isfinite(value) or (before is not None and apart > 0.03):
@@ -282,7 +284,7 @@ def joined(pencil: Pencil, known: Modes, new: Modes) -> Modes:
     V, Y, s = np.column_stack(right), np.column_stack(left), np.array(values)
     overlap = Y.conj().T @ pencil.times_S(V)
     close = np.abs(s[:, None] - s) < NEAR * np.abs(s[:, None])
-    return Modes(s, V, Y @ np.linalg.inv(np.where(close, overlap, 0.0)).conj().T)
+    return Modes(s, V, Y @ np.linalg.pinv(np.where(close, overlap, 0.0)).conj().T)
 
 
 def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
@@ -339,7 +341,7 @@ def _wrapped(angle: float) -> float:
 
 
 def _turned(phase: Callable[[float], tuple[float, float]], count: int) -> float:
-    """Change of a phase over 0 <= t <= 1, intervals halved until values and derivatives agree; NaN where they do not."""
+    """Change of a phase over 0 <= t <= 1, intervals halved until values and derivatives agree, else NaN."""
     known: dict[float, tuple[float, float]] = {}
 
     def at(t: float) -> tuple[float, float]:
