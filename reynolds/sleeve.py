@@ -94,7 +94,7 @@ class Grooves:
 
     depth [m]; `share` of the circumference that is groove; `angle` [rad] from the circumferential direction; `land`
     [m], length without grooves in the middle of a herringbone; on the journal or on the sleeve. They pump inwards when
-    the shaft turns from x to y.
+    the shaft turns from x to y; those of a negative angle, the mirror image, when it turns from y to x.
 
     Examples
     --------

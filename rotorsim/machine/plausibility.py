@@ -84,7 +84,7 @@ def _inside(machine: MachineTables) -> Questions:
 
 def _gas(machine: MachineTables) -> Questions:
     """Stated properties of the gas that are not those of the named one."""
-    if machine.films and machine.gas is not None:
+    if machine.films:
         yield from ((f"gas.{field}", sentence) for field, sentence in machine.gas.doubts())
 
 

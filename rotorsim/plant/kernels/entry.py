@@ -84,10 +84,14 @@ def coasting(w, P):
     torque = outer_torque(w, P) - P.viscous_drag * speed
     if speed > 0.0:
         torque -= P.dry_drag
+    elif speed < 0.0:
+        torque += P.dry_drag
     for f in range(ROTOR.n_films):
         torque -= friction_torque(film_part(w, f), film_constants(P, f), FILM, speed)
     # dry drag stops the shaft and does not turn it round
-    return max(torque / P.inertia, -speed / P.sample) if speed >= 0.0 else torque / P.inertia
+    if speed < 0.0:
+        return min(torque / P.inertia, -speed / P.sample)
+    return max(torque / P.inertia, -speed / P.sample)
 
 
 @inlined
