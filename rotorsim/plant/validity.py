@@ -171,16 +171,27 @@ def exceeded(simulation: Simulation, pressure: float) -> list[Exceeded]:
     a = simulation.assembly
     speed = float(simulation.w[a.rotor.speed])
     found = [*_unchecked(a.machine, speed, pressure), *beyond_tables(a.machine, speed)]
-    bounds = BOUNDS | ({"knudsen": SLIPPING} if "slip" in a.machine.effects else {})
     numbers = film_numbers(simulation)
-    for key, bound in bounds.items():
-        where = [name for name, one in zip(a.machine.film_names, numbers, strict=True) if one[key] > bound.limit]
-        if where:
-            value = max(one[key] for one in numbers)
-            place = f"{'films' if len(where) > 1 else 'film'} {', '.join(where)}" if len(numbers) > 1 else "film"
-            text = f"{bound.name} {value:.3g} > {bound.limit:g} in the {place} ({bound.why})"
-            found.append(Exceeded(bound.name, place, value, bound.limit, "1", text))
+    bounds = [BOUNDS | ({"knudsen": SLIPPING} if slips(simulation, k) else {}) for k in range(len(numbers))]
+    for key in BOUNDS:
+        for bound in dict.fromkeys(own[key] for own in bounds):
+            films = zip(a.machine.film_names, numbers, bounds, strict=True)
+            where = {name: one[key] for name, one, own in films if own[key] == bound and one[key] > bound.limit}
+            if where:
+                value = max(where.values())
+                place = f"{'films' if len(where) > 1 else 'film'} {', '.join(where)}" if len(numbers) > 1 else "film"
+                text = f"{bound.name} {value:.3g} > {bound.limit:g} in the {place} ({bound.why})"
+                found.append(Exceeded(bound.name, place, value, bound.limit, "1", text))
     return found
+
+
+def slips(simulation: Simulation, number: int = 0) -> bool:
+    """Whether the gas of a film slips at the walls now, by half its mean free path at least."""
+    a = simulation.assembly
+    v, F = a.film_part(simulation.w, number), a.film_constants(number)
+    # mean free path times pressure: that of the effect, and that of the gas by its viscosity and R_g T
+    own = v[a.film.mu] * sqrt(pi / 2 * F.source * F.dy * F.dz)
+    return bool(v[a.film.slip] / 6 >= 0.5 * own)
 
 
 def beyond_tables(machine: Machine, speed: float) -> Iterator[Exceeded]:

@@ -5,8 +5,8 @@ This file is a template as `step` is.
 
 from __future__ import annotations
 
-from reynolds.film import friction_torque
 from reynolds.jit import inlined, kernel
+from reynolds.texture import friction_torque
 from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import add_force
