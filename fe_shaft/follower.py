@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from fe_shaft.spectrum import Modes, Pencil, Region, iterated, joined, modes_in, nothing, predicted, refined
+from fe_shaft.spectrum import NEAR, Modes, Pencil, Region, joined, modes_in, nothing, predicted, refined, settled
 
 CERTAIN = 0.7
 """Overlap of modes at neighbouring values above which they are one."""
@@ -350,12 +350,14 @@ class _Line:
             assert node.pencil is not None
             guess = predicted(pencil, node.modes)
             alike = overlap(node.pencil, node.modes.take([k]), pencil, guess)[0]
-            pair = iterated(pencil, guess, int(alike.argmax()))
-            if pair is None:
+            first = int(alike.argmax())
+            near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
+            group = settled(pencil, guess.take(near))
+            if not len(group.values):
                 continue
-            mode = joined(pencil, nothing(pencil.size), Modes(np.array([pair[0]]), pair[1][:, None], pair[2][:, None]))
-            if overlap(node.pencil, node.modes.take([k]), pencil, mode)[0, 0] > 0.5 * CERTAIN:
-                return pencil, mode
+            alike = overlap(node.pencil, node.modes.take([k]), pencil, group)[0]
+            if alike.max() > 0.5 * CERTAIN:
+                return pencil, group.take([int(alike.argmax())])
         return None
 
     def _root(self, points: dict[float, float], a: float, b: float, order: float) -> Crossing | None:

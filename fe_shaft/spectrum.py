@@ -32,6 +32,8 @@ NEAR = 1e-3
 """Relative distance of eigenvalues within which two vectors may be one mode that was met twice."""
 ALIKE = 1e-3
 """Part of a vector outside the span of the vectors nearby below which it adds no mode."""
+LOOSE = 1e10
+"""Condition of left against right vectors above which they span no common subspace."""
 SMALL = 130
 """Size up to which all eigenvalues are computed at once."""
 DEPTH, WIDTH = 14, 2
@@ -238,36 +240,59 @@ def refined(pencil: Pencil, seed: Modes) -> Modes:
 
 
 def settled(pencil: Pencil, guess: Modes) -> Modes:
-    """Eigenpairs by inverse iteration from guesses; those that do not settle, or are met again, are left out."""
-    found = [pair for k in range(len(guess.values)) if (pair := iterated(pencil, guess, k)) is not None]
-    if not found:
-        return nothing(pencil.size)
-    values, right, left = (np.array(part) for part in zip(*found, strict=True))
-    return joined(pencil, nothing(pencil.size), Modes(values, right.T, left.T))
+    """Eigenpairs by inverse iteration from guesses, near ones together; what does not settle is left out."""
+    known, left_over = nothing(pencil.size), list(range(len(guess.values)))
+    while left_over:
+        first = guess.values[left_over[0]]
+        group = [k for k in left_over if abs(guess.values[k] - first) < NEAR * abs(first)]
+        left_over = [k for k in left_over if k not in group]
+        found = iterated(pencil, guess.take(group))
+        alone = [group] if found is not None or len(group) == 1 else [[k] for k in group]
+        for one in alone if found is None else []:
+            single = iterated(pencil, guess.take(one))
+            known = known if single is None else joined(pencil, known, single)
+        known = known if found is None else joined(pencil, known, found)
+    return known
 
 
-def iterated(pencil: Pencil, guess: Modes, k: int) -> tuple[complex, Vector, Vector] | None:
-    """Eigenvalue and vectors of inverse iteration from guess k, the shift moved after it where that is slow."""
-    value, right, left = complex(guess.values[k]), guess.right[:, k], guess.left[:, k]
+def iterated(pencil: Pencil, guess: Modes) -> Modes | None:
+    """Eigenpairs of an invariant subspace by inverse iteration with a Ritz step from both sides; None if it stays open.
+
+    The shift is moved onto the mean of the eigenvalues where that is slow.
+    """
+    values = guess.values
+    right, left = np.linalg.qr(guess.right)[0], np.linalg.qr(guess.left)[0]
     for _ in range(6):
-        shift = value * (1 + 1e-9)
-        factor, before = pencil.factor(shift), None
-        for _ in range(6):
-            pushed, pulled = pencil.times_S(right[:, None])[:, 0], pencil.times_S(left[:, None], True)[:, 0]
-            new, left = factor.solve(pushed), factor.adjoint(pulled)
-            left = left / np.linalg.norm(left)
-            growth = np.vdot(right, new) / np.vdot(right, right)
-            apart = np.linalg.norm(new - growth * right) / np.linalg.norm(new)
-            both = np.vdot(left, pencil.times_S(new[:, None])[:, 0]) / np.vdot(left, pushed)
-            right, value = new / np.linalg.norm(new), complex(shift + 1 / both)
-            if before is not None and abs(value - before) < SETTLED * abs(value) and apart < 1e-6:
-                return value, right, left
-            if not np.isfinite(value) or (before is not None and apart > 0.03):
+        shift = complex(values.mean()) * (1 + 1e-9)
+        factor, before = pencil.factor(shift), values
+        for turn in range(6):
+            pushed = pencil.times_S(right)
+            new = np.column_stack([factor.solve(b) for b in pushed.T])
+            left = np.column_stack([factor.adjoint(b) for b in pencil.times_S(left, True).T])
+            left = np.linalg.qr(left)[0]
+            apart = np.linalg.norm(new - right @ (right.conj().T @ new)) / np.linalg.norm(new)
+            inner = left.conj().T @ pushed
+            if not np.isfinite(apart) or np.linalg.cond(inner) > LOOSE:
+                return None
+            theta, mix = np.linalg.eig(np.linalg.solve(inner, left.conj().T @ pencil.times_S(new)))
+            order = np.argsort(-np.abs(theta), kind="stable")
+            values, vectors = shift + 1 / theta[order], new @ mix[:, order]
+            right = np.linalg.qr(vectors)[0]
+            change = np.abs(np.sort_complex(values) - np.sort_complex(before)).max()
+            if turn and change < SETTLED * np.abs(values).min() and apart < 1e-6:
+                return _paired(pencil, values, vectors / np.linalg.norm(vectors, axis=0), left)
+            if turn and apart > 0.03:
                 break
-            before = value
-        if not np.isfinite(value):
-            return None
+            before = values
     return None
+
+
+def _paired(pencil: Pencil, values: Vector, right: Vector, left: Vector) -> Modes | None:
+    """The modes with left vectors out of a left subspace that make left^H S right = I."""
+    overlap = left.conj().T @ pencil.times_S(right)
+    if np.linalg.cond(overlap) > LOOSE:
+        return None
+    return Modes(values, right, left @ np.linalg.inv(overlap).conj().T)
 
 
 def joined(pencil: Pencil, known: Modes, new: Modes) -> Modes:
