@@ -11,7 +11,7 @@ import xarray as xr
 
 from rotorsim.analysis.campbell import critical_rows
 from rotorsim.analysis.unbalance_response import peak_of
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.comparison_plots import Results, common_kind, compare_results
 from rotorsim.report.pages.study import Block, save_study_page
