@@ -1,7 +1,9 @@
-"""Machines and input rows shared by the tests of the plant."""
+"""Machines and input rows shared by the tests of the plant; the studies, which are not installed, on the path."""
 
+import sys
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from shared import shared
 
+sys.path.append(str(Path(__file__).parents[1]))
 SILENT = {
     "effects.unbalance.me": "0 g*mm",
     "effects.coupling.force_2x": "0 N",
