@@ -2,6 +2,7 @@
 
 import ast
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from rotorsim.verify.running import Run
 from studies.thesis.claims import control_numbers, verdicts
 from studies.thesis.claims.hysteresis import drift
 from studies.thesis.claims.judge import VERDICTS
-from studies.thesis.claims.rules import claims
+from studies.thesis.claims.rules import Figure, claims
 from studies.thesis.control_cases import onset, peaks
 from studies.thesis.control_study import DESIGNS, ControlStudy
 from studies.thesis.whole_study import layout
@@ -81,10 +82,11 @@ def test_plain_values_hold_what_a_script_needs():
 def test_no_verdict_is_written_into_code_outside_the_judge():
     files = sorted(Path(studies.__file__).parent.joinpath("thesis").rglob("*.py"))
     assert {"judge.py", "commands.py", "verdicts.py", "run.py"} <= {file.name for file in files}
+    verdicts = set(VERDICTS) - {field.name for field in fields(Figure)}  # of the intervals "met" and "near"
     for file in files:
         words = {node.value.lower() for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
                  if isinstance(node, ast.Constant) and isinstance(node.value, str)}  # fmt: skip
-        assert file.name == "judge.py" or not words & set(VERDICTS), file.name
+        assert file.name == "judge.py" or not words & verdicts, file.name
 
 
 def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
