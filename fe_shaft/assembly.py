@@ -181,12 +181,14 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         first = layout.place(point.n)
         M[first, first] += point.mx
         M[first + 1, first + 1] += point.my
+    damped = _mass_damping(rotor, layout)
     N = shaft(_turning) if any(e.eta_v for e in rotor.shaft_elements) else np.zeros_like(M)
     C = (
         shaft(_material_damping)
         if any(e.alpha or e.beta or e.eta_v for e in rotor.shaft_elements)
         else np.zeros_like(M)
     )
+    C = C if damped is None else C + damped
     H, N_h = (shaft(m) if rotor.hysteretic else np.zeros_like(M) for m in (_loss, _driving))
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
@@ -194,6 +196,21 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         _add(layout, K_b, bearing, bearing.stiffness)
         _add(layout, C_b, bearing, bearing.damping)
     return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b)
+
+
+def _mass_damping(rotor: RotorElements, layout: DofLayout) -> Matrix | None:
+    """Damping alpha M (ndof, ndof) of discs and point masses; None where none has any."""
+    if not any([*(disk.alpha for disk in rotor.disk_elements), *(p.alpha for p in rotor.point_mass_elements)]):
+        return None
+    C = np.zeros((layout.ndof, layout.ndof))
+    for disk in rotor.disk_elements:
+        place = slice(4 * disk.n, 4 * disk.n + 4)
+        C[place, place] += disk.alpha * elements.disk_mass_matrix(disk)
+    for point in rotor.point_mass_elements:
+        first = layout.place(point.n)
+        C[first, first] += point.alpha * point.mx
+        C[first + 1, first + 1] += point.alpha * point.my
+    return C
 
 
 def _add(layout: DofLayout, matrix: Matrix, bearing: BearingElement, block: Matrix) -> None:

@@ -91,7 +91,7 @@ class ModalResult:
     def dataset(self) -> xr.Dataset:
         """All of it as labelled data over mode and node, with the half axes and inclinations of the orbits."""
         x, y = self.node_shapes
-        major, minor = whirl.half_axes(x, y)
+        major, minor = whirl.half_axes(x, y, self.speed)
         per_node = ("node", "mode")
         return dataset(
             {
@@ -191,7 +191,7 @@ def named(
     transverse = np.concatenate([x, y])
     largest = transverse[np.abs(transverse).argmax(axis=0), np.arange(len(values))]
     shapes = shapes / largest
-    return ModalResult(float(speed), values, shapes, whirl.name(x, y), rotor.nodes_pos)
+    return ModalResult(float(speed), values, shapes, whirl.name(x, y, speed), rotor.nodes_pos)
 
 
 def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

@@ -1,4 +1,4 @@
-r"""Film thickness, film forces and friction torque.
+r"""Film thickness, slip at the walls, film forces and friction torque.
 
 .. math:: h = c - X\cos\theta - Y\sin\theta, \qquad
           F_X = -\int (p - p_a)\cos\theta \,\mathrm dA, \quad F_Y = -\int (p - p_a)\sin\theta\,\mathrm dA
@@ -18,7 +18,12 @@ at its sides, where a journal touches first.
 is the friction torque against the rotation: Couette drag plus the pressure-driven part. Source: Hamrock (2004), section
 8.5.
 
-Cites: hamrock_2004.
+A gas that slips at both walls (first order, Burgdorfer 1959) passes a gap h as if h^3 were h^2 (h + 6 lambda), and
+drags as if h were h + 2 lambda, with the mean free path lambda = lambda_a p_a / p: at a wall its speed is that of the
+wall and lambda times the slope of the profile. The pressure-driven part of the friction balances the pressures on a gap
+and has no slip in it.
+
+Cites: burgdorfer_1959, hamrock_2004.
 """
 
 from __future__ import annotations
@@ -216,8 +221,43 @@ def smallest_gap(w, L, number, mean):
 
 
 @view
+def slip_length(w, L, p):
+    """6 lambda [m] of the gas at pressure p [Pa], 0 for one that does not slip; w[slip] is 6 lambda p."""
+    return w[L.slip] / p if L.rarefied == 1 else 0.0
+
+
+@view
+def shear_gap(h, slip):
+    """Gap [m] whose drag is that of the gap h [m] with slip = 6 lambda [m]."""
+    return h + slip * (1.0 / 3.0)
+
+
+@inlined
+def slip_flow(w, L, kt, kz):
+    """Add the flow of a gas that slips at both walls, with w[slip] = 6 lambda p at once for all cells."""
+    slip = 2.0 * w[L.slip]
+    for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
+        hf = 0.5 * (w[L.h + k] + w[L.h + k + L.stride])
+        hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
+        w[L.flow_t + k] -= kt * slip * (hf * hf) * (w[L.p + k + L.stride] - w[L.p + k])
+        w[L.flow_z + k] += kz * slip * w[L.link + k] * (hz * hz) * (w[L.p + k] - w[L.p + k + 1])
+
+
+@inlined
+def slip_jacobian(w, L, k, face_t, face_z, kt, kz):
+    """Derivative after q = p^2 at node k of the slip flow through a theta or z face with thickness face_t, face_z."""
+    return w[L.slip] / w[L.p + k] * kt * face_t * face_t, w[L.slip] / w[L.p + k] * kz * face_z * face_z
+
+
+@view
+def mean_gap(w, L, k):
+    """Mean thickness [m] in cell k, grooves and steps with it."""
+    return w[L.h + k] if L.textured == 0 else w[L.h + k] + w[L.deep + k]
+
+
+@view
 def stored(w, L, k):
-    """Mass p h of cell k (times R_g T); grooves and steps hold gas too, by their mean depth."""
+    """Mass p h of cell k (times R_g T); grooves and steps hold gas too."""
     return w[L.p + k] * w[L.h + k] if L.textured == 0 else w[L.p + k] * (w[L.h + k] + w[L.deep + k])
 
 
@@ -239,8 +279,9 @@ def force(w, L):
 
 
 @inlined
-def friction_torque(w, F, L, speed):
-    """Friction torque [N m] at shaft speed `speed` [rad/s]; positive brakes a positive speed."""
+def smooth_torque(w, F, L, speed):
+    """Friction torque [N m] of a film with a smooth gap at shaft speed `speed` [rad/s]; positive brakes a positive
+    speed."""
     drag = w[L.mu] * speed * F.radius
     inside = 0.0
     edges = 0.0
@@ -249,9 +290,11 @@ def friction_torque(w, F, L, speed):
         for j in range(L.n_rows):
             k = line + j
             slope = (w[L.p + k + L.stride] - w[L.p + k - L.stride]) / (2.0 * F.dy)
-            inside += w[L.weight + k] * (drag / w[L.h + k] + 0.5 * w[L.h + k] * slope)
+            gap = shear_gap(w[L.h + k], slip_length(w, L, w[L.p + k]))
+            inside += w[L.weight + k] * (drag / gap + 0.5 * w[L.h + k] * slope)
         # the edges carry half a cell of Couette drag on either side
-        upper = w[L.h + line + L.n_rows]
-        lower = upper if L.half == 1 else w[L.h + line - 1]
+        slip = slip_length(w, L, F.pa)
+        upper = shear_gap(w[L.h + line + L.n_rows], slip)
+        lower = upper if L.half == 1 else shear_gap(w[L.h + line - 1], slip)
         edges += 0.5 * drag * (1.0 / upper + 1.0 / lower)
     return F.radius * F.dy * F.dz * (inside * (1.0 + L.half) + edges)

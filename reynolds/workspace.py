@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, cells, fill, make_layout
+from reynolds.grid import Grid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
@@ -139,7 +139,7 @@ class FilmModel:
         if layout.foil and self.sleeve.foil is not None:
             w[layout.soft : layout.soft + layout.length] = 1 / self.sleeve.foil.stiffness
         if layout.textured:
-            fill_texture(w, layout, grid, self.sleeve)
+            fill_texture(w, layout, grid, self.sleeve, self.clearance)
 
     def _fill_footprints(self, w: np.ndarray, ix: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> None:
         index = cells(layout)
@@ -200,7 +200,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
     layout = make_layout(
         first.grid, max(laws, default=0), sources, readers, rarefied,
-        foil=any(f.sleeve.foil is not None for f in films), textured=any(f.sleeve.textured for f in films),
+        foil=any(f.sleeve.foil is not None for f in films), texture=_texture([f.sleeve for f in films]),
         edges=max(len(f.stretches) for f in films) - first.grid.n_theta,
     )  # fmt: skip
     w = np.zeros(len(films) * layout.size)
@@ -209,6 +209,17 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
         part = slice(k * layout.size, (k + 1) * layout.size)
         film.fill(w[part], ix[k * layout.n_integers : (k + 1) * layout.n_integers], layout, own)
     return layout, w, ix
+
+
+def _texture(sleeves: Sequence[Sleeve]) -> Texture | None:
+    """What all sleeves together ask for; None for smooth ones."""
+    if not any(sleeve.textured for sleeve in sleeves):
+        return None
+    return Texture(
+        max(len(sleeve.steps) for sleeve in sleeves),
+        any(sleeve.grooves is not None for sleeve in sleeves),
+        any(sleeve.jumps for sleeve in sleeves),
+    )
 
 
 def _largest(sizes: Sequence[Sequence[int]], count: int) -> list[int]:

@@ -20,6 +20,7 @@ from rotorsim.plant.journal_room import journal_room
 from rotorsim.signals.probes import shown
 
 AT = {name: i for i, name in enumerate(COLUMNS)}
+DISC = [AT["disc_x"], AT["disc_y"]]
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
 """Samples behind an orbit (0.2 s at 5 kHz), a trace (0.5 s) and a spectrum (1 s)."""
 POINTS = 500
@@ -98,7 +99,8 @@ def make_frame(
     frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0, geometry.Ts)
     frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3) if len(rows) >= SPECTRUM else None
     frame["orders"] = no_orders(rows[-SPECTRUM:], geometry.Ts)
-    frame["now"] = _numbers(rows, geometry.Ts) | {"probes": _probe_swings(rows, geometry)}
+    away = float(np.hypot(*(rows[-ORBIT:, DISC] - rest).T).max()) * TO_UM
+    frame["now"] = _numbers(rows, geometry.Ts) | {"probes": _probe_swings(rows, geometry), "away": round(away, 2)}
     if pressure is not None:
         frame["orbit"]["journal"] = (
             _pair(rows[-ORBIT:], "journal", 2) if not shown else _journal(rows[-ORBIT:], geometry, shown)
@@ -127,7 +129,10 @@ def no_orders(rows: np.ndarray, Ts: float) -> str:
 
 
 def swing(rows: np.ndarray, Ts: float) -> tuple[list[float], str]:
-    """Half the peak-to-peak value of the measured disc x, y [um] over SWING samples and a revolution, or the reason."""
+    """Half the peak-to-peak value of the disc x, y [um] over SWING samples and a revolution, or the reason for none.
+
+    It is that of the disc's displacement, not of what the sensors show: their noise is no swing.
+    """
     speed, length = abs(float(rows[-1, AT["speed"]])), SWING
     if speed > STANDING:
         length = max(SWING, int(np.ceil(2 * np.pi / (speed * Ts))))
@@ -135,7 +140,7 @@ def swing(rows: np.ndarray, Ts: float) -> tuple[list[float], str]:
         return [], f"a turn takes longer than {LENGTH * Ts:g} s"
     if len(rows) < length:
         return [], f"after {length * Ts:.1f} s"
-    return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * TO_UM, axis=0), 2), ""
+    return _plain(0.5 * np.ptp(rows[-length:, DISC] * TO_UM, axis=0), 2), ""
 
 
 def _numbers(rows: np.ndarray, Ts: float) -> dict[str, Any]:

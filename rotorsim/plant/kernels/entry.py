@@ -5,8 +5,8 @@ This file is a template as `step` is.
 
 from __future__ import annotations
 
-from reynolds.film import friction_torque
 from reynolds.jit import inlined, kernel
+from reynolds.texture import friction_torque
 from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import add_force
@@ -84,10 +84,14 @@ def coasting(w, P):
     torque = outer_torque(w, P) - P.viscous_drag * speed
     if speed > 0.0:
         torque -= P.dry_drag
+    elif speed < 0.0:
+        torque += P.dry_drag
     for f in range(ROTOR.n_films):
         torque -= friction_torque(film_part(w, f), film_constants(P, f), FILM, speed)
     # dry drag stops the shaft and does not turn it round
-    return max(torque / P.inertia, -speed / P.sample) if speed >= 0.0 else torque / P.inertia
+    if speed < 0.0:
+        return min(torque / P.inertia, -speed / P.sample)
+    return max(torque / P.inertia, -speed / P.sample)
 
 
 @inlined
