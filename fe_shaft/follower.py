@@ -21,6 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from fe_shaft.spectrum import NEAR, Modes, Pencil, Region, joined, modes_in, nothing, predicted, refined, settled
 
@@ -38,8 +39,8 @@ PARTNER = 0.3
 """Overlap up to which a mode has no partner at the neighbouring value yet."""
 COARSEST = 10
 """Fewest steps of the range."""
-ON_LINE = 1e-9
-"""Relative distance from an order line that counts as on it."""
+ON_LINE = 1e-10
+"""Relative accuracy of a crossing with an order line."""
 
 Family = Callable[[float], Pencil | None]
 
@@ -385,35 +386,17 @@ class _Line:
         return None
 
     def _root(self, points: dict[float, float], a: float, b: float, order: float) -> Crossing | None:
-        """Root between two values: inverse interpolation through the nearest values, halving where it leads out."""
-        upward = (points[b] > points[a]) == (a + b > 0)
-        known = {x: g for x, g in points.items() if (x >= 0) == (a + b > 0) or x in (a, b)}
-        for _ in range(60):
-            near = sorted(sorted(known, key=lambda x: abs(known[x]) if a <= x <= b else abs(x - a) + 1e300)[:4])
-            x = _inverse(near, [known[v] for v in near])
-            if not a < x < b:
-                x = 0.5 * (a + b)
+        """Root between two values by Brent's method; None where the mode is not certain on the way."""
+
+        def gap(x: float) -> float:
+            if x in points:
+                return points[x]
             there = self.at(x)
-            if there is None:
-                return None
-            g = abs(there[1].values[0]) - order * abs(x)
-            if abs(g) <= ON_LINE * order * abs(x) or b - a <= 1e-12 * abs(b):
-                return Crossing(0, order, x, upward, *there)
-            known[x] = g
-            if (g > 0) == (known[a] > 0):
-                a = x
-            else:
-                b = x
-        return None
+            return float("nan") if there is None else float(abs(there[1].values[0]) - order * abs(x))
 
-
-def _inverse(x: Sequence[float], g: Sequence[float]) -> float:
-    """Value of the polynomial x(g) at g = 0; NaN where two of g are alike."""
-    table = list(x)
-    for level in range(1, len(x)):
-        for i in range(len(x) - level):
-            apart = g[i + level] - g[i]
-            if not apart:
-                return float("nan")
-            table[i] = (g[i + level] * table[i] - g[i] * table[i + 1]) / apart
-    return table[0]
+        try:
+            x = brentq(gap, a, b, xtol=ON_LINE * max(abs(a), abs(b)), rtol=ON_LINE)
+        except ValueError:
+            return None
+        there = self.at(x)
+        return None if there is None else Crossing(0, order, x, (points[b] > points[a]) == (a + b > 0), *there)

@@ -64,7 +64,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     if modes < 1:
         raise DataError(f"campbell: {modes} modes; give 1 or more")
     found = modes_over_speed(plant, speeds, pressure, least=modes)
-    values, senses, shown = _shown(found, speeds, modes)
+    values, senses, shown = along_speeds(found, speeds, modes)
     wn = np.abs(values)
     zeta = -values.real / wn
     over = ("branch", "speed")
@@ -91,7 +91,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     )
 
 
-def _shown(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, list[int]]:
+def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """Eigenvalues and roundness (shown, speed) of the branches with the lowest frequencies, and their numbers."""
     followed, place = found.followed, {float(v): k for k, v in enumerate(speeds)}
     every = np.full((len(followed.branches), len(speeds)), np.nan, complex)

@@ -32,7 +32,8 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
     """Root mean square of Hann-weighted amplitude spectra of a variable (time, axis), less another if given.
 
     A sine of amplitude a shows a, a circular orbit of radius a shows a at its signed frequency, positive where it turns
-    as the shaft does in the middle of the record. Frequencies reach `most` [Hz]. Test: ``test_signals.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
+    as the shaft does in the middle of the record. Frequencies reach `most` [Hz].
+    Test: ``test_signals.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
 
     Examples
     --------

@@ -37,8 +37,9 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
     Returns
     -------
     Dataset
-        `amplitude` (line, frequency, axis) 0-pk [m]; `full` (line, signed_frequency) [m], spectrum of x + i y (of x - i y
-        where the shaft turns from y to x), positive frequency = forward; coordinates `time` [s], `speed` [rad/s]; attribute `resolution_hz` = 1 / piece.
+        `amplitude` (line, frequency, axis) 0-pk [m]; `full` (line, signed_frequency) [m], spectrum of x + i y (of
+        x - i y where the shaft turns from y to x), positive frequency = forward; coordinates `time` [s], `speed`
+        [rad/s]; attribute `resolution_hz` = 1 / piece.
     """
     name, n = displacement_name(record), record.sizes["time"]
     if n < 2:

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from mirror import mirrored
 
 import fe_shaft
 import rotorsim as rs
+from mirror import mirrored
 from rotorsim.plant import Plant
 from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
 

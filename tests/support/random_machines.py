@@ -65,15 +65,17 @@ def _on_films(number: int, rng: np.random.Generator) -> tuple[Machine, float]:
     diameter = rng.uniform(10, 30)
     length, clearance = diameter * rng.uniform(5, 9), diameter * rng.uniform(0.3, 0.7)
     form = FORMS[number // 2 % len(FORMS)]
+    first, many = rng.uniform(-180, 180), rng.integers(2, 5)
+    deep, on = clearance * rng.uniform(0.5, 2.5), rng.choice(["journal", "sleeve"])
+    share, slant, arc = rng.uniform(0.4, 0.65), rng.uniform(20, 40), rng.uniform(20, 60)
     sleeve = {
         "plain": "",
-        "lobes": f"lobes = {{ count = {rng.integers(2, 5)}, preload = {rng.uniform(0.2, 0.6):.3f},"
-        f' first_angle = "{rng.uniform(-180, 180):.1f} deg" }}',
-        "grooves": f'grooves = {{ on = "{rng.choice(["journal", "sleeve"])}", depth = "{clearance * rng.uniform(1, 2.5):.3f} um",'
-        f' share = {rng.uniform(0.4, 0.65):.3f}, angle = "{rng.uniform(20, 40):.2f} deg" }}',
-        "steps": f'steps = [{{ count = {rng.integers(2, 5)}, depth = "{clearance * rng.uniform(0.5, 2):.3f} um",'
-        f' arc = "{rng.uniform(20, 60):.1f} deg", first_angle = "{rng.uniform(0, 90):.1f} deg" }}]',
-        "foil": f'foil = {{ stiffness = "{rng.uniform(3, 12):.3f} GN/m^3", loss_factor = {rng.uniform(0.1, 0.4):.2f} }}',
+        "lobes": f'lobes = {{ count = {many}, preload = {share:.3f}, first_angle = "{first:.1f} deg" }}',
+        "grooves": f'grooves = {{ on = "{on}", depth = "{deep:.3f} um", share = {share:.3f},'
+        f' angle = "{slant:.2f} deg" }}',
+        "steps": f'steps = [{{ count = {many}, depth = "{deep:.3f} um", arc = "{arc:.1f} deg",'
+        f' first_angle = "{first:.1f} deg" }}]',
+        "foil": f'foil = {{ stiffness = "{slant / 4:.3f} GN/m^3", loss_factor = {share / 2:.2f} }}',
     }[form]
     text = HEAD.format(number=number, damping=rng.uniform(0.001, 0.01), element=round(length / 8, 3),
                        length=round(length, 3), diameter=round(diameter, 3))  # fmt: skip
@@ -85,7 +87,7 @@ def _on_films(number: int, rng: np.random.Generator) -> tuple[Machine, float]:
             f'nominal_stiffness = "1 MN/m"\n{sleeve}\n'
         )
     text += '\n[effects.gravity]\nacceleration = "9.81 m/s^2"\n'
-    return Machine.from_text(text), float(rng.uniform(200, 400) / diameter * 2 * np.pi * 10)
+    return Machine.from_text(text), float(rng.uniform(1.5e5, 3e5) / diameter)
 
 
 def _on_tables(number: int, rng: np.random.Generator) -> tuple[Machine, float]:
