@@ -129,6 +129,8 @@ def system(
 def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
     """Checks of a unit against the standard and, for `duration` [s], against the plant in Python.
 
+    The machine code in the unit runs in this process, with all that it may do: check units only of people you trust.
+
     Examples
     --------
     >>> import rotorsim as rs

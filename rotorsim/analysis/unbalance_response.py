@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.analysis.axes import checked
+from rotorsim.analysis.whirl_onset import Search
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
@@ -74,17 +75,20 @@ def unbalance_response(
     import xarray as xr
 
     speeds = checked("response: speeds [rad/s]", speeds)
-    unbalances = tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(speeds[-1]))
+    unbalances = (
+        tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
+    )
     places = measuring_places(plant)
     response = np.full((len(speeds), len(places), 2), np.nan, complex)
     zeta = np.full(len(speeds), np.nan)
+    search = Search.of(plant, pressure, float(np.abs(speeds).max()))
     for k, speed in enumerate(speeds.tolist()):
         try:
             model = plant.linearise(speed, pressure)
         except NoLiftOffError:
             continue
         response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
-        zeta[k] = model.zeta.min() if model.zeta.size else np.nan
+        zeta[k] = search.least_of(model)[0] if model.zeta.size else np.nan
     over = ("speed", "place", "axis")
     metres = {"units": "m", "long_name": "response, 0-pk"}
     return xr.Dataset(
@@ -185,14 +189,14 @@ def largest_response(
     Speeds at which a mode grows are left out: there is no steady response. The largest of `count` equal steps is
     narrowed by three divisions. NaN where no speed carries or is stable.
     """
-    z = (plant.assembly.mesh.probe,)
+    z, search = (plant.assembly.mesh.probe,), Search.of(plant, pressure, highest)
 
     def size(speed: float) -> float:
         try:
             model = plant.linearise(speed, pressure)
         except NoLiftOffError:
             return float("nan")
-        if model.zeta.size and model.zeta.min() < -DAMPED:
+        if search.least_of(model)[0] < -DAMPED:
             return float("nan")
         return float(half_axis(whirl(plant, model, speed, unbalances, z))[0])
 

@@ -137,11 +137,13 @@ def check(
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
     as_json: AsJson = False,
 ) -> None:
-    """Hold a unit against the standard and against the plant in Python; exit code 1 if a check fails."""
+    """Hold a unit against the standard and against the plant in Python, which runs the unit's own machine code with
+    your rights; exit code 1 if a check fails."""
     facts(file)
     found, length = [], quantity("duration", duration, "s")
     if not length > 0:
         raise DataError(f"--duration: {duration} is not a length of time; give e.g. '1 s'")
+    typer.echo(f"{file}: its machine code will run as you; check units only of people you trust", err=True)
     for one in checks(file, length):
         found.append(one)
         if not as_json:

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.completion import machines
+from rotorsim.commands.console import Console
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
@@ -195,7 +195,7 @@ def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
     table = Table(show_header=False)
     for label, value in rows:
         table.add_row(label, value)
-    console = Console()
+    console = Console(highlight=True)
     console.print(table)
     for kind, path in files.items():
         console.print(f"{kind}: {path}", soft_wrap=True, highlight=False)

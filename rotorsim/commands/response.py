@@ -13,7 +13,13 @@ import numpy as np
 import typer
 
 from rotorsim.analysis.axes import read_axis
-from rotorsim.analysis.campbell import campbell as find_modes, critical_speed_map
+from rotorsim.analysis.campbell import (
+    campbell as find_modes,
+    critical_rows,
+    critical_speed_map,
+    modes_line,
+    searched_line,
+)
 from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
@@ -147,14 +153,28 @@ def campbell(
 
             files["report"] = str(write_campbell(found, folder / "report.html", lines))
             files |= page.finish(files["report"])
-    critical = found["critical_speed"].values[0] * TO_RPM
-    warnings = warn_of(found)
+    rows, warnings = critical_rows(found), warn_of(found)
     if as_json:
-        known_rpm = [None if np.isnan(v) else v for v in critical]
-        typer.echo(json.dumps({"critical_rpm": known_rpm, "warnings": warnings, "files": files}, indent=2))
+        names = ("order", "rpm", "direction", "zeta", "whirl", "mode")
+        critical = [dict(zip(names, row, strict=True)) for row in rows]
+        sure = {"modes": _finite(found["modes"].values), "missing": _finite(found["missing"].values)}
+        typer.echo(json.dumps({"criticals": critical} | sure | {"warnings": warnings, "files": files}, indent=2))
         return
-    known = [(f"mode {k + 1}", "none" if np.isnan(v) else f"{v:.0f} rpm") for k, v in enumerate(critical)]
-    print_table([("1X critical speed", "interpolated"), *known], files)
+    print_table(
+        [
+            ("modes", modes_line(found)),
+            *(
+                (f"{order}X critical speed", f"{rpm:.0f} rpm, {direction}, damping {zeta:.3g}, {whirl}, mode {mode}")
+                for order, rpm, direction, zeta, whirl, mode in rows
+            ),
+            ("searched", searched_line(found)),
+        ],
+        files,
+    )
+
+
+def _finite(values: np.ndarray) -> list[int | None]:
+    return [None if np.isnan(v) else int(v) for v in values]
 
 
 def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unbalance, ...] | None:

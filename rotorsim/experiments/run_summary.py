@@ -149,4 +149,4 @@ def normal_density(record: xr.Dataset) -> float:
         gas = Machine.from_text(str(record.attrs.get("machine", ""))).gas
     except MachineFileError:
         gas = Gas()
-    return 101325 / (gas.gas_constant * 273.15)
+    return 101325 / (gas.R * 273.15)

@@ -34,6 +34,7 @@ def implausible(machine: MachineTables) -> Questions:
     yield from _inertias(machine)
     yield from _journals(machine)
     yield from _inside(machine)
+    yield from _gas(machine)
 
 
 def _inertias(machine: MachineTables) -> Questions:
@@ -79,6 +80,12 @@ def _inside(machine: MachineTables) -> Questions:
         for path, film in _films(machine):
             if abs(place - film.position) < film.length / 2 * (1 - 1e-9):
                 yield at, f"'{show(place, 'm')}' puts {what} inside the sleeve of {path}; check where it stands"
+
+
+def _gas(machine: MachineTables) -> Questions:
+    """Stated properties of the gas that are not those of the named one."""
+    if machine.films:
+        yield from ((f"gas.{field}", sentence) for field, sentence in machine.gas.doubts())
 
 
 def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:

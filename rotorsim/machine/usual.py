@@ -108,8 +108,9 @@ def questions(machine: Part) -> list[str]:
     """Sentences about the unusual and implausible values of a machine that its file does not name as meant."""
     meant = getattr(machine, "unusual", ())
     asked = [(path, q) for path, value, unit in numbers(machine) if (q := question(path, value, unit))]
+    known = {path for path, _ in asked}
     with suppress(AttributeError, TypeError):  # parts of a file that cannot be read are missing
-        asked += [(path, f"{path}: {sentence}") for path, sentence in implausible(machine)]  # type: ignore[arg-type]
+        asked += [(path, f"{path}: {q}") for path, q in implausible(machine) if path not in known]  # type: ignore[arg-type]
     way = "; a machine file may name what is meant: unusual = ['{}']"
     return [sentence + way.format(path) for path, sentence in asked if path not in meant]
 

@@ -8,7 +8,7 @@ with the shaft angle :math:`\alpha` from the record, amplitudes 0-pk and the pha
 maximum passes :math:`\varphi_n / n` of shaft rotation after the mark. Mean, slow trend and all orders are fitted at
 once by least squares, weighted by a Hann window so that what lies between the orders leaks little. An order's orbit is
 :math:`x + i y = r_f e^{i n \alpha} + r_b e^{-i n \alpha}` with
-:math:`r_f = (A_x + i A_y)/2` turning forward (from x to y) and :math:`r_b = \overline{(A_x - i A_y)}/2` backward;
+:math:`r_f = (A_x + i A_y)/2` turning forward (as the shaft does) and :math:`r_b = \overline{(A_x - i A_y)}/2` backward;
 its semi-axes are :math:`|r_f| \pm |r_b|`.
 
 An order is resolved in a window where it turns below the half of the sampling rate and stands out of what the fit

@@ -7,7 +7,6 @@ import pytest
 
 from identification import LinearModel
 from rotorsim.base.constants import KRPM
-from rotorsim.bench.control import rig_model
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
 from rotorsim.control.designs.merged import is_delayed_model_3, is_model_2, merged
@@ -16,6 +15,7 @@ from rotorsim.control.designs.plants import design_plant, sampled_plant, scaled_
 from rotorsim.control.designs.weight_search import MARGIN, candidates, chosen
 from rotorsim.control.loop.impacts import hit_ratios, hit_responses
 from rotorsim.control.numerics.systems import System, response
+from studies.benchmarks.control_laws import rig_model
 
 pytestmark = pytest.mark.numerical
 

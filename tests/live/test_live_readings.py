@@ -1,7 +1,5 @@
 """Readings of the live rig: modes from impacts, eigenvalues, spectra, orders, peak-to-peak motion."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from coarse_rig import RPM, make_rig, ran, shown
 from rotorsim.live.rig.eigenvalue import modes_at
 from rotorsim.live.runner import Runner
 from rotorsim.plant.columns import READ
+from waiting import until
 
 
 def test_a_reading_is_shown_with_its_scatter_and_dropped_by_a_reset(runner):
@@ -78,11 +77,13 @@ def test_a_hit_beyond_the_range_of_linear_motion_is_not_read(runner):
 
 
 def test_eigenvalues_name_their_point_and_are_those_of_the_settings(runner):
-    for _ in range(600):
+
+    def computed():
         runner._obey()
-        if not (modes := runner.frame()["status"]["modes"])["why"]:
-            break
-        time.sleep(0.1)
+        modes = runner.frame()["status"]["modes"]
+        return None if modes["why"] else modes
+
+    modes = until(computed)
     assert (modes["speed"], modes["pressure"]) == (3000, 0.3)
     assert modes["zeta"] == pytest.approx(modes_at(runner.rig.assembly, 3000 * RPM, 0.3e6).zeta, abs=1e-4)
     runner.rig.set("gas_heating.rise", 20.0)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.shaft_plots import critical_speed_map, distinct, response_figure, shaft_campbell
 from rotorsim.report.pages.study import Block, save_study_page
@@ -56,12 +57,16 @@ def write_campbell(found: xr.Dataset, path: str | Path, stiffness: xr.Dataset | 
     >>> found = rs.analysis.campbell(rs.Plant("plain_rotor"), [0.0, 100.0, 200.0], modes=4)
     >>> page = rs.report.write_campbell(found, "campbell.html")
     """
-    text = "Triangles up whirl forward at the measuring plane, down backward."
-    orders = ("mode", "1X [rpm]", "2X [rpm]", "3X [rpm]")
+    text = (
+        "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
+        "a mode leaves the region that is looked at or the film does not carry."
+    )
+    orders = ("order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode")
+    sure = f"Modes: {modes_line(found)}. Critical speeds are searched from {searched_line(found)}."
     ends = ("mode", "speed [rpm]", "frequency [Hz]", "damping ratio", "whirl")
     blocks = [
         Block("Campbell diagram", text, figure=shaft_campbell(found)),
-        Block("Critical speeds", "Interpolated between the speeds.", orders, criticals(found)),
+        Block("Critical speeds", sure, orders, criticals(found)),
         Block("Modes at the ends", "", ends, _ends(found)),
     ]
     if stiffness is not None:
@@ -87,17 +92,21 @@ def warned(found: xr.Dataset) -> str:
     return "".join(f" Warning: {sentence}." for sentence in str(found.attrs.get("warnings", "")).splitlines())
 
 
-def criticals(found: xr.Dataset) -> list[tuple[str, ...]]:
-    """Critical speeds [rpm] of each mode at the orders 1, 2, 3 as text."""
-    values = found["critical_speed"].values * TO_RPM
-    return [(str(k + 1), *("-" if np.isnan(v) else f"{v:.0f}" for v in values[:, k])) for k in range(values.shape[1])]
+def criticals(found: xr.Dataset) -> list[tuple[object, ...]]:
+    """Critical speeds: order, speed [rpm], how the natural frequency passes, damping, amplification, whirl, mode."""
+    return [
+        (f"{order}X", f"{rpm:.0f}", "rises above" if direction == "upward" else "falls below", zeta,
+         f"{1 / (2 * zeta):.3g}" if zeta > 0 else "grows", whirl, str(mode))
+        for order, rpm, direction, zeta, whirl, mode in critical_rows(found)
+    ]  # fmt: skip
 
 
 def _ends(found: xr.Dataset) -> list[tuple[object, ...]]:
     return [
         (str(int(one["branch"])), f"{float(one['speed']) * TO_RPM:.0f}", float(one["wn"]) * TO_HZ, float(one["zeta"]),
          str(one["whirl"].values))
-        for one in (found.isel(branch=k, speed=end) for k in range(found.sizes["branch"]) for end in (0, -1))
+        for k in range(found.sizes["branch"])
+        for one in (found.isel(branch=k, speed=int(end)) for end in np.flatnonzero(found["wn"].notnull()[k])[[0, -1]])
     ]  # fmt: skip
 
 

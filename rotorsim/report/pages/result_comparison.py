@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.analysis.campbell import critical_rows
 from rotorsim.analysis.unbalance_response import peak_of
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM
+from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.comparison_plots import Results, common_kind, compare_results
 from rotorsim.report.pages.study import Block, save_study_page
@@ -81,12 +82,11 @@ def _peak(found: xr.Dataset) -> Iterator[Row]:
 
 
 def _critical(found: xr.Dataset) -> Iterator[Row]:
-    for k, speed in enumerate(found["critical_speed"].values[0]):
-        ends = found["wn"].values[k, [0, -1]]
-        yield {
-            "mode": k + 1, "1X critical speed [rpm]": _number(speed, TO_RPM),
-            "first frequency [Hz]": _number(ends[0], TO_HZ), "last frequency [Hz]": _number(ends[1], TO_HZ),
-        }  # fmt: skip
+    rows = [row for row in critical_rows(found) if row[0] == 1]
+    for _, rpm, direction, zeta, whirl, mode in rows:
+        yield {"1X critical speed [rpm]": rpm, "passes": direction, "damping ratio": zeta, "whirl": whirl, "mode": mode}
+    if not rows:
+        yield {"1X critical speed [rpm]": None}
 
 
 def _onset(found: xr.Dataset) -> Iterator[Row]:

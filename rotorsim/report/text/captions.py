@@ -107,7 +107,8 @@ def orbits_caption(run: Run) -> str:
     )
     if "journal" in run.record and run.machine and run.machine.film:
         gaps = dict.fromkeys(displacement(film.clearance) for film in run.machine.films)
-        text += f" The dashed circle is the radial clearance, {' and '.join(gaps)}."
+        text += f" The dashed line is where a journal touches; the clearance is {' and '.join(gaps)}"
+        text += ", without what bends the foil." if any(film.foil for film in run.machine.films) else "."
     return text
 
 

@@ -127,15 +127,11 @@ def filtered_caption(run: Run) -> str:
     parts = []
     for n, (x, y) in zip((1, 2), mean_orders(run.tracked), strict=True):
         f, b = abs(x + 1j * y) / 2 * TO_UM, abs(x - 1j * y) / 2 * TO_UM
-        parts.append(f"{n}X: {quantity(f, 'µm')} {_whirl(run, True)}, {quantity(b, 'µm')} {_whirl(run, False)}.")
+        parts.append(f"{n}X: {quantity(f, 'µm')} forward, {quantity(b, 'µm')} backward.")
     return (
         " ".join(parts)
         + " Dots mark whole turns of the shaft. 1X and 2X are fitted over whole revolutions and averaged."
     )
-
-
-def _whirl(run: Run, forward: bool) -> str:
-    return "forward" if forward == (run.mean_speed >= 0) else "backward"
 
 
 def runout_caption(run: Run, runout: RunoutProfile) -> str:
