@@ -52,6 +52,7 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
     causalities = [v.get("causality", "local") for v in listed]
     return {
         "FMI version": root.get("fmiVersion"),
+        "name": root.get("modelName"),
         "model": root.get("description", "").removesuffix(ROWS).strip(),
         "software": data["software"],
         "machine hash": data.get("machine_hash", "none: no plant"),

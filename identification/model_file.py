@@ -31,7 +31,7 @@ def load_model(path: str | Path) -> LinearModel | LpvModel:
     if is_mat(path) and path.is_file():
         return _of_mat(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(path.read_text(encoding="utf-8-sig"))
         kind = data["kind"]
         return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
     except FileNotFoundError as error:

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.errors import LeftOut, NoCache, OtherMachine, RotorsimError, Unusual
+from rotorsim.base.errors import LeftOut, NoCache, NotCarried, OtherMachine, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
 from rotorsim.base.sentences import Shown
@@ -28,34 +28,35 @@ LIMITS: dict[type[Exception], str] = {
 """Errors that Python raises for an input that is too much for it."""
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run a command, by default that of this process; ends in SystemExit.
+def main(arguments: list[str] | None = None, app: Any = None) -> None:
+    """Run a command, by default that of this process; ends in SystemExit. `app` stands for rotorsim's own commands.
 
     A user's error ends as a sentence on stderr and exit code 2, without a traceback, Ctrl-C as one with exit code 130.
     """
     if arguments is not None:
-        command(arguments)
+        command(arguments, app)
         return
     with watched():
         try:
             _careful_streams()
-            command(sys.argv[1:])
+            command(sys.argv[1:], app)
         except KeyboardInterrupt:  # during the imports
             interrupted()
         except SystemExit as ended:
             leave(ended.code)
 
 
-def command(arguments: list[str]) -> None:
+def command(arguments: list[str], app: Any = None) -> None:
     """Run a command of these words."""
     debug, yes = "--debug" in arguments, "--yes" in arguments
     try:
         with warnings.catch_warnings(), printed():
             warnings.showwarning = partial(_show, warnings.showwarning)
-            from rotorsim.commands.app import app
+            if app is None:
+                from rotorsim.commands.app import app
 
             warnings.simplefilter("ignore" if yes else "error", Unusual)
-            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name="rotorsim")
+            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name=app.info.name)
     except BrokenPipeError:
         _print_no_more()
         sys.exit(1)
@@ -68,7 +69,7 @@ def command(arguments: list[str]) -> None:
 
 def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Show a warning: one of ours as its sentence."""
-    if issubclass(category, (LeftOut, NoCache, OtherMachine)):
+    if issubclass(category, (LeftOut, NoCache, NotCarried, OtherMachine)):
         print(message, file=sys.stderr)
     else:
         usual(message, category, *where)

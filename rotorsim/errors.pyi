@@ -17,6 +17,7 @@ from rotorsim.base.errors import (
     MachineFileError as MachineFileError,
     NoCache as NoCache,
     NoLiftOffError as NoLiftOffError,
+    NotCarried as NotCarried,
     OtherMachine as OtherMachine,
     RotorsimError as RotorsimError,
     Unusual as Unusual,

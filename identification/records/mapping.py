@@ -23,6 +23,9 @@
     coupling = "DC"                 # or AC; gap = "-10 V" or "mean" is taken off a DC-coupled one
     position = "150 mm"             # its plane; [disc] position = "150 mm" chooses the disc's among several
 
+    [file]                          # where it is not clear: delimiter = "tab", decimal = "comma"
+    encoding = "cp1252"             # UTF-8 is tried first, then Latin-1
+
 and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
 sign * scale * (column in SI, through the sensitivity if there is one) + offset.
 """
@@ -59,7 +62,7 @@ _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s",
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
 deviation of the clock of the displacements, angle of the only probe of vectors."""
 TURNS = "turns"
-_FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
+_FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma"), "encoding": ()}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
 
@@ -200,7 +203,7 @@ def _consistent(mapping: Mapping) -> Mapping:
         raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
     _no_second_source(mapping)
     alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
-    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll)):
+    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll or mapping.file)):
         raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
     twice = set(mapping.constants) & {name for name, _ in mapping.channels}
     if twice:
@@ -330,9 +333,19 @@ def _rate(value: Any) -> float:
 def _file(table: dict[str, Any]) -> dict[str, str]:
     _only("file", table, tuple(_FILE))
     for key, value in table.items():
-        if value not in _FILE[key]:
+        if key == "encoding":
+            _check_encoding(value)
+        elif value not in _FILE[key]:
             raise ReadError(f"file.{key}: {quote(value)}; write one of {', '.join(_FILE[key])}")
     return table
+
+
+def _check_encoding(name: Any) -> None:
+    """Raise ReadError unless a name is that of a text encoding."""
+    try:
+        "a".encode(name)
+    except (LookupError, TypeError, UnicodeError, ValueError) as error:
+        raise ReadError(f"file.encoding: {quote(name)} is no encoding; write e.g. 'utf-8' or 'latin-1'") from error
 
 
 def _only(path: str, table: dict[str, Any], known: tuple[str, ...]) -> None:
@@ -352,6 +365,6 @@ def _text(path: Path) -> str:
     if path.stat().st_size > MAX_BYTES:
         raise ReadError("is above the limit of 1 MB; is it a mapping?")
     try:
-        return path.read_bytes().decode("utf-8")
+        return path.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ReadError("cannot be read as text; a mapping is TOML in UTF-8") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,12 +25,21 @@ _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 @dataclass(frozen=True)
 class Column:
-    """Numbers (n,) as they stand in the file; `unit` as the file states it, None if it does not."""
+    """Numbers (n,) as they stand in the file; `unit` as the file states it, None if it does not.
+
+    `time` (n,) [s] is the column's own clock, whose zero lies `begin` [s] after a moment that all columns share, NaN
+    where the file states it of others alone.
+    `unread` names what else the file states about it and no reader takes; `fault` states why its values cannot be used.
+    """
 
     name: str
     values: np.ndarray
     unit: str | None = None
     aliases: tuple[str, ...] = ()
+    time: np.ndarray | None = None
+    begin: float = 0.0
+    unread: tuple[str, ...] = ()
+    fault: str = ""
 
 
 @dataclass(frozen=True)
@@ -52,9 +62,22 @@ class Table:
     others: dict[str, str] = field(default_factory=dict)
     time: np.ndarray | None = None
     header: Header | None = None
+    notes: tuple[str, ...] = ()
+    """Sentences about how the file was read, and about what it states and no reader takes."""
+
+    @property
+    def clocked(self) -> bool:
+        """Whether the file brings the times of its samples."""
+        return self.time is not None or any(column.time is not None for column in self.columns)
 
     def find(self, wanted: str | int) -> Column:
-        """The column of a name or of a number from 1; raises ReadError if there is none or more than one."""
+        """The column of a name or of a number from 1; raises ReadError if there is none, more than one, or a fault."""
+        column = self._find(wanted)
+        if column.fault:
+            raise ReadError(column.fault)
+        return column
+
+    def _find(self, wanted: str | int) -> Column:
         if isinstance(wanted, int):
             if not 1 <= wanted <= len(self.columns):
                 raise ReadError(f"no column {wanted}; the file has columns 1 to {len(self.columns)}")
@@ -76,6 +99,11 @@ class Table:
         except ReadError:
             return False
         return True
+
+
+def not_read(names: Sequence[str]) -> tuple[str, ...]:
+    """A note about properties of a file that no reader takes; none where there are none."""
+    return (f"{listing(names)} of the file: not read",) if names else ()
 
 
 def split_name(text: str) -> tuple[str, str | None]:

@@ -75,7 +75,7 @@ def _is_result(path: Path) -> bool:
 def _kind(path: Path) -> str:
     """Return the kind that a .json or .mat file states, empty for none."""
     try:
-        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8"))
+        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, DataError):
         return ""
     return str(data.get("kind", "")) if isinstance(data, dict) else ""

@@ -154,13 +154,14 @@ def _reason(error: OSError) -> str:
 
 @lru_cache
 def sources_hash(*places: str) -> str:
-    """Hash of source files, given as files or folders (with all below) relative to ROOT.
+    """Hash of source files, given as files or folders (with all below) relative to ROOT or absolute.
 
     Raises FileNotFoundError for a place that does not exist, so that a moved source cannot drop out unnoticed.
     """
     digest = hashlib.sha256()
     for path in source_files(*places):
-        digest.update(f"{path.relative_to(ROOT).as_posix()}\0".encode() + path.read_bytes())
+        name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
+        digest.update(f"{name}\0".encode() + path.read_bytes())
     return digest.hexdigest()
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import COMPLETE, is_ours, left_behind, make_folder, temporary, write_error, write_json
-from rotorsim.base.interrupt import Interrupt
+from rotorsim.base.interrupt import Interrupt, undoing
 
 ORDER = ".order"
 """File in the temporary folder: the names that move, and those that are removed."""
@@ -48,7 +48,8 @@ def replacing_all(folder: str | Path, names: Sequence[str] = ()) -> Iterator[Pat
     own = not folder.exists()
     try:
         make_folder(part)
-        yield part
+        with undoing():
+            yield part
         _note_order(part, names)
         with Interrupt():  # Ctrl-C comes too late from here on
             os.rename(part, ready)

@@ -19,6 +19,8 @@ from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from rotorsim.base.interrupt import undoing
+
 FULL = (errno.ENOSPC, errno.EDQUOT)
 ELSEWHERE = "choose another place"
 REASONS = {
@@ -104,7 +106,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
         check_target(target)
         with suppress(FileNotFoundError):  # a link of another user would lead the writing elsewhere
             os.unlink(str(part))
-        yield part
+        with undoing():
+            yield part
         with part.open("rb+") as file:
             to_disk(file)
         os.replace(part, target)

@@ -139,8 +139,18 @@ def done() -> None:
 
 
 def finishing() -> None:
-    """Note that the command ends by itself and may exceed `PATIENCE` while it writes its data."""
+    """Note that the command ends by itself and may exceed `PATIENCE` while it writes or removes its data."""
     _finishing.set()
+
+
+@contextmanager
+def undoing() -> Iterator[None]:
+    """Let what is around the block remove what it began, however long that takes, once Ctrl-C has ended the block."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        finishing()
+        raise
 
 
 @contextmanager

@@ -67,7 +67,7 @@ def own_kind(path: str | Path) -> str:
     if b"<html" in start[:1000].lower():
         return "a report"
     try:
-        text = start.decode("utf-8")
+        text = start.decode("utf-8-sig")
         content = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)
     except ValueError:
         return ""

@@ -48,6 +48,8 @@ def direct(stream: Any) -> Any:
 
 def quote(value: Any) -> str:
     """A value as a file has it: control characters escaped, cut to a readable length."""
+    if hasattr(value, "item") and getattr(value, "ndim", None) == 0:  # a number of NumPy, as a plain one
+        value = value.item()
     text = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
     return text if len(text) <= 60 else text[:56] + "..." + text[-1]
 

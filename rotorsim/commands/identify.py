@@ -29,7 +29,7 @@ from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
-from rotorsim.reproduction.identify_records import identify_records
+from rotorsim.study.identify_records import identify_records
 
 
 @example(

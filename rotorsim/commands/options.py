@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import wraps
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table
@@ -25,6 +25,9 @@ from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.usual import ask, ask_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MachineName = Annotated[
     str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.", autocompletion=machines)
@@ -177,6 +180,14 @@ def resumable(command: Callable[..., None]) -> Callable[..., None]:
             raise typer.Exit(130) from None
 
     return run
+
+
+def warn_of(found: xr.Dataset) -> list[str]:
+    """Sentences about where a result does not hold, after they are printed on stderr."""
+    sentences = str(found.attrs.get("warnings", "")).splitlines()
+    for sentence in sentences:
+        print(f"warning: {sentence}", file=sys.stderr)
+    return sentences
 
 
 def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:

@@ -134,7 +134,7 @@ def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:
     if not path.exists():
         return
     try:
-        known = dict(json.loads(path.read_text(encoding="utf-8")))
+        known = dict(json.loads(path.read_text(encoding="utf-8-sig")))
     except (ValueError, TypeError) as error:
         raise DataError(f"{path}: is damaged; name another folder") from error
     wrong = [name for name in inputs if known.get(name) != inputs[name]]

@@ -76,7 +76,7 @@ def _progress() -> Callable[[str], None] | None:
 def _first(path: Path) -> dict[str, float | None] | None:
     """Bounds of the first verification in the folder, from the table that is replaced; None where it states none."""
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = json.loads(path.read_text(encoding="utf-8-sig"))
         found = before.get("first_criteria", before["criteria"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -358,7 +358,7 @@ def load_law(path: str | Path) -> Law:
     if is_mat(path) and path.is_file():
         return law_exchange.from_mat(Law, path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(path.read_text(encoding="utf-8-sig"))
         if (kind := data.pop("kind", None)) != "law":
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
         for name in ("bias", "centre"):

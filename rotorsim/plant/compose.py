@@ -72,7 +72,7 @@ SOURCES = (
     lu, modal_rotor, motion_forces, films, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel,
     cosimulation,
 )  # fmt: skip
-KERNELS = ("kernel", "foundation", "warmed")
+KERNELS = ("kernel", "foundation", "warmed", "braking")
 """Kernels that an effect can have."""
 ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
 

@@ -8,7 +8,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing, contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +23,7 @@ from rotorsim.campaign.store.index import DONE, FAILED, PENDING
 from rotorsim.campaign.store.store import make_store, part_path, record_path
 from rotorsim.campaign.workers.case_process import PHYSICS, run as run_order
 from rotorsim.campaign.workers.cluster import Tls
+from waiting import PATIENCE, until
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="kills by the signals of POSIX"),
@@ -43,8 +43,6 @@ if __name__ == "__main__":
         sys.exit(2)
     print(json.dumps(outcome.__dict__))
 """
-PATIENCE = 3600.0
-"""Longest time [s] to wait for what must come: a hang and nothing less, however busy the computer is."""
 
 
 @contextmanager
@@ -77,16 +75,6 @@ def cells(process):
     for one in descendants(process):
         with suppress(psutil.Error):
             found += [one] if "rotorsim.campaign.workers.case_process" in one.cmdline() else []
-    return found
-
-
-def until(condition, process=None):
-    """Wait for something; fail if it does not come or the process ends before."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "did not come"
-        assert process is None or process.poll() is None, process.communicate()
-        time.sleep(0.05)
     return found
 
 
@@ -341,9 +329,9 @@ def test_no_process_of_a_campaign_on_this_computer_has_a_socket_that_others_can_
     with running(tmp_path, SLEEPING.format(3, "1 s"), tmp_path / "store", workers=2, physics="stub") as process:
         until(lambda: len(cells(process)) == 2, process)
         while process.poll() is None:
-            with suppress(psutil.NoSuchProcess):
+            with suppress(psutil.NoSuchProcess, subprocess.TimeoutExpired):
                 assert sockets(process) == []
-            time.sleep(0.1)
+                process.wait(0.1)
         out, err = process.communicate()
     assert process.returncode == 0, err
     assert json.loads(out)["done"] == 3

@@ -188,8 +188,8 @@ DAMAGE = {
     "facts of another kind": {"resources/model.json": b"[]"},
     "no variables": {"modelDescription.xml": b"<fmiModelDescription/>"},
     "no machine": {"resources/machine.toml": None},
-    "no library": {"binaries/x86_64-linux/RotorGasBearing.so": None},
-    "a library that is none": {"binaries/x86_64-linux/RotorGasBearing.so": b"nonsense"},
+    "no library": {"binaries/x86_64-linux/dtu_gas_bearing_plant.so": None},
+    "a library that is none": {"binaries/x86_64-linux/dtu_gas_bearing_plant.so": b"nonsense"},
     "a reference that is none": {"extra/org.fmi-standard.fmi-ls-ref/in.csv": b"time\nx\n"},
 }
 

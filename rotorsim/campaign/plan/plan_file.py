@@ -74,7 +74,7 @@ def read_plan(path: Path) -> str:
     if path.stat().st_size > MAX_BYTES:
         raise PlanError(f"{path}: {path.stat().st_size / 1e6:.3g} MB is above the limit of 10 MB; is it a plan?")
     try:
-        return path.read_bytes().decode("utf-8")
+        return path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise PlanError(f"{path}: is not text; a plan is TOML in UTF-8") from error
 

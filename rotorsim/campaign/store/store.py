@@ -100,7 +100,7 @@ def open_store(folder: str | Path) -> Store:
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+        manifest = json.loads(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
             raise StoreError(
                 f"{path}: has format {manifest['format']!r}, this version reads {FORMAT}; use the one it is of"
@@ -119,7 +119,7 @@ def open_store(folder: str | Path) -> Store:
 
 def machines(folder: Path) -> dict[str, str]:
     """Texts of a store's machines by their hash."""
-    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8-sig"))
     return {text_hash(text): text for text in manifest["machines"].values()}
 
 

@@ -125,7 +125,9 @@ def summary(found: xr.Dataset) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         "points": int(found["lifted"].size),
         "lifted": int(found["lifted"].sum()),
-        "safe": int(found["safe"].sum()),
+        "safe": int((found["safe"] == 1).sum()),
+        "not_safe": int((found["safe"] == 0).sum()),
+        "not_known": int(found["safe"].isnull().sum()),
         "ended": found.attrs["ended"],
     }
     for key, (name, scale) in RANGES.items():

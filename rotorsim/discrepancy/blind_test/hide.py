@@ -82,7 +82,7 @@ class Sealed:
 def read_truth(path: Path) -> Sealed:
     """The machine of a sealed truth; raises DataError where it cannot be read."""
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = json.loads(path.read_text(encoding="utf-8-sig"))
         values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}
         fixed = {str(name): float(v) for name, v in table["fixed"].items()}
         return Sealed(Point(values, fixed), int(table["seed"]))

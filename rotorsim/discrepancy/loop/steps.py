@@ -127,7 +127,7 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> Steps:
     if not path.exists():
         return Steps(dict(asked))
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = json.loads(path.read_text(encoding="utf-8-sig"))
         if table.pop("version") != VERSION:
             raise ValueError("version")
         steps = tuple(Step(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))
