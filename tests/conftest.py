@@ -1,9 +1,14 @@
-"""Machines and input rows shared by the tests of the plant; what lets no test depend on shell, speed or processors."""
+"""Machines and input rows shared by the tests of the plant; what lets no test depend on shell, speed or processors.
+
+The studies, which are not installed, are on the path.
+"""
 
 import os
 import signal
+import sys
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from rotorsim.base.processes import THREADS
@@ -24,6 +29,7 @@ from shared import shared
 
 settings.register_profile("any speed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any speed")
+sys.path.append(str(Path(__file__).parents[1]))
 SILENT = {
     "effects.unbalance.me": "0 g*mm",
     "effects.coupling.force_2x": "0 N",

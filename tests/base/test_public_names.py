@@ -25,8 +25,8 @@ def public(name):
 
 def test_the_packages_that_users_reach_for_are_there():
     assert {"control", "analysis", "report", "discrepancy", "campaign", "experiments", "verify", "balance", "live",
-            "machine", "plant", "errors", "signals", "effects", "bench", "fmu", "identification", "fe_shaft",
-            "reynolds", "reproduction"} == set(PACKAGES)  # fmt: skip
+            "machine", "plant", "errors", "signals", "effects", "fmu", "identification", "fe_shaft",
+            "reynolds", "study"} == set(PACKAGES)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", PACKAGES)

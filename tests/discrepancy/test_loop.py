@@ -11,8 +11,6 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.bench.decide import HiddenRig, loop_figures
-from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
 from rotorsim.discrepancy import decide
 from rotorsim.discrepancy.blind_test.hide import read_truth
 from rotorsim.discrepancy.loop import rigs
@@ -22,6 +20,8 @@ from rotorsim.discrepancy.loop.steps import FILE, OTHERS, Step, Steps, read_step
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.plan.allowed import ALLOWED
 from small_diagnosis import small_diagnosis
+from studies.benchmarks.decide import HiddenRig, loop_figures
+from studies.benchmarks.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
 
 ASKED = {"machine": "plain_rotor", "rig": "virtual:p", "allow": list(ALLOWED), "sure": 0.95}
 OPTION = SimpleNamespace(name="impact")
@@ -283,7 +283,7 @@ def test_rows_of_loops_and_of_rejected_seeds_are_read_as_they_were_written(tmp_p
     write_cases([TIE, Rejected(4, "no tie")], tmp_path / "cases")
     assert read_cases(tmp_path / "cases") == {3: TIE, 4: Rejected(4, "no tie")}
     (tmp_path / "cases").write_text('{"number": 1}\n')
-    with pytest.raises(DataError, match="line 1 is not a case of 'rotorsim bench decide'"):
+    with pytest.raises(DataError, match="line 1 is not a case of the part decide"):
         read_cases(tmp_path / "cases")
 
 

@@ -27,8 +27,8 @@ NOT_RUN = (
     (r"^python tests/regression/compare_commits", "needs two commits: the workflow of a change"),
     (r"^rotorsim live", "serves until Ctrl-C; tests/live starts it"),
     (
-        r"^rotorsim (campaign thesis|study)|^rotorsim bench$|my_campaign|records --model",
-        "hours; tests/campaign and reproduction",
+        r"^rotorsim (campaign thesis|study)|^python studies/|my_campaign|records --model",
+        "hours; tests/campaign and tests/studies",
     ),
     (r"^rotorsim diagnose rig.toml --until-decided", "waits for records that a person makes"),
     (r"^rotorsim diagnose my_rotor.toml measured", "needs the reader's records; docs/gap.md runs the command nightly"),
@@ -114,12 +114,11 @@ NIGHT = pytest.mark.nightly
 def material(tmp_path):
     """Return a folder with the files that pages name."""
     for name in ("model", "lpv"):
-        shutil.copy(ROOT / "rotorsim" / "bench" / "data" / "rig_model_2.json", tmp_path / f"{name}.json")
+        shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "rig_model_2.json", tmp_path / f"{name}.json")
     for name in ("hinf", "my_law"):
         shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "hinf.json", tmp_path / f"{name}.json")
     (tmp_path / "docs").symlink_to(ROOT / "docs")
-    (tmp_path / "rotorsim").mkdir()
-    (tmp_path / "rotorsim" / "bench").symlink_to(ROOT / "rotorsim" / "bench")
+    (tmp_path / "rotorsim").symlink_to(ROOT / "rotorsim")
     return tmp_path
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.bench.control import rig_model
 from rotorsim.control import plausibility_of
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.stability_check import Verdict, motion
+from studies.benchmarks.control_laws import rig_model
 from waiting import until
 
 

@@ -109,6 +109,29 @@ def test_the_swing_covers_a_turn():
     now = runner.frame()["now"]
     assert now["swing"] == [] and now["no_swing"] == "after 1.0 s"
     ran(runner, 4500)
-    measured = rig.history.last(5000)[:, READ : READ + 2]
-    assert runner.frame()["now"]["swing"] == pytest.approx(0.5e6 * np.ptp(measured, axis=0), abs=0.005)
+    disc = rig.history.last(5000)[:, :2]
+    assert runner.frame()["now"]["swing"] == pytest.approx(0.5e6 * np.ptp(disc, axis=0), abs=0.005)
+    runner.close()
+
+
+def test_noise_of_the_sensors_is_no_swing():
+    """A shaft that stands does not move, while its sensors show a micrometre of noise."""
+    rig = make_rig(speed=0.0)
+    runner = Runner(rig)
+    ran(runner, 1500)
+    rows = rig.history.last(1000)
+    assert 0.5e6 * np.ptp(rows[:, READ]) > 0.5
+    assert max(runner.frame()["now"]["swing"]) < 0.05
+    runner.close()
+
+
+def test_the_distance_from_rest_is_that_of_the_orbit():
+    rig = make_rig(speed=6000 * RPM)
+    runner = Runner(rig)
+    rig.set("unbalance.me", 5e-5)
+    ran(runner, 4000)
+    frame = runner.frame()
+    off = np.array(frame["orbit"]["disc"]) - np.array(frame["centre"])[:, None]
+    assert frame["now"]["away"] == pytest.approx(np.hypot(*off).max(), rel=0.02)
+    assert frame["now"]["away"] > runner.geometry.safety  # which the page flags
     runner.close()

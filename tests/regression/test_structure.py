@@ -24,18 +24,17 @@ MOST_LOCAL_IMPORTS, MOST_FILES = 150, 24
 BY_NAME = {
     "fmu/kernel_object.py",
     "rotorsim/base/public.py",
-    "rotorsim/bench/parts.py",
     "rotorsim/campaign/workers/case_process.py",
     "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
-    "rotorsim/reproduction/pool.py",
+    "rotorsim/study/pool.py",
 }
-"""Files that may import a module by a name: tables of public names, effects, commands, benchmarks, cases of workers."""
+"""Files that may import a module by a name: tables of public names, effects, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}
 WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py")
 """Tests that read a clock: they wait for what must come, or disturb a command at random moments."""
-OWN_MACHINES = ("rotorsim/effects", "rotorsim/bench", "rotorsim/reproduction")
-"""Folders whose files may set effects by name: their own, and fixed machines of benchmarks and of the thesis."""
+OWN_MACHINES = ("rotorsim/effects",)
+"""Folders whose files may set effects by name."""
 
 
 def name_of(path):
