@@ -2,6 +2,10 @@ r"""Linear bearings: constant coefficients, or tables over shaft speed and whirl
 
 The force on the shaft is -[k] (x, y) - [c] (dx, dy), relative to the ground or to the node `n_link` of a pedestal.
 Between the entries of a table coefficients are linear; outside it they are refused, or held constant on request.
+
+A table over the speed is that of a shaft that turns from x to y. A shaft that turns the other way is its mirror image:
+coefficients at abs(Omega) with the cross terms of the opposite sign. Constant coefficients do not know of the rotation
+and hold for either sense.
 """
 
 from __future__ import annotations
@@ -32,7 +36,8 @@ class BearingElement:
     cxx, cxy, cyx, cyy : float or array
         Damping [N s/m]; `cyy` defaults to `cxx`, the cross terms to 0.
     frequency : array (n_speed,), optional
-        Speeds of the shaft at which the tables stand [rad/s], ascending.
+        Speeds of the shaft at which the tables stand [rad/s], ascending from 0 or above; a shaft that turns the other
+        way has the same table with cross terms of the opposite sign.
     whirl_frequency : array (n_whirl,), optional
         Whirl frequencies at which the tables stand [rad/s], ascending.
     n_link : int, optional
@@ -44,7 +49,7 @@ class BearingElement:
     Raises
     ------
     ShaftError
-        If a table holds NaN, is unsorted or does not fit its axes.
+        If a table holds NaN, is unsorted, does not fit its axes or begins below 0.
 
     Examples
     --------
@@ -75,7 +80,7 @@ class BearingElement:
                 object.__setattr__(self, name, getattr(self, other))
         for axis in ("frequency", "whirl_frequency"):
             if getattr(self, axis) is not None:
-                object.__setattr__(self, axis, grid(f"{owner}: {axis} [rad/s]", getattr(self, axis)))
+                object.__setattr__(self, axis, _from_rest(f"{owner}: {axis} [rad/s]", getattr(self, axis)))
         if self.extrapolate not in ("error", HOLD):
             raise ShaftError(f"{owner}: extrapolate = {self.extrapolate!r}; choose 'error' or 'hold'.")
         for name in _NAMES:
@@ -116,7 +121,10 @@ class BearingElement:
         return self._matrix("c", lambda value: np.asarray(value).flat[0])
 
     def stiffness_at(self, speed: float, whirl: float | None = None) -> NDArray[np.float64]:
-        """Stiffness (2, 2) [N/m] at `speed` [rad/s]; the `whirl` frequency is the speed where it is not given."""
+        """Stiffness (2, 2) [N/m] at `speed` [rad/s], the mirror image's where it is negative.
+
+        The `whirl` frequency is the speed where it is not given.
+        """
         return self._at("k", speed, whirl)
 
     def damping_at(self, speed: float, whirl: float | None = None) -> NDArray[np.float64]:
@@ -128,7 +136,8 @@ class BearingElement:
             return self._matrix(kind, lambda value: value)
         point = {"frequency": abs(speed), "whirl_frequency": abs(speed if whirl is None else whirl)}
         weights = [self._weights(axis, x) for axis, x in point.items() if getattr(self, axis) is not None]
-        return self._matrix(kind, lambda value: _contract(value, weights))
+        found = self._matrix(kind, lambda value: _contract(value, weights))
+        return mirrored(found) if speed < 0 and self.frequency is not None else found
 
     def _matrix(self, kind: str, read: Any) -> NDArray[np.float64]:
         return np.array([[read(getattr(self, f"{kind}{row}{column}")) for column in "xy"] for row in "xy"], dtype=float)
@@ -143,6 +152,29 @@ class BearingElement:
                 "rad/s; extend the table or set extrapolate='hold'."
             )
         return np.array([np.interp(x, grid, unit) for unit in np.eye(len(grid))])
+
+
+def mirrored(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coefficients (..., 2, 2) of the mirror image, y to -y: cross terms change their sign.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fe_shaft.bearing import mirrored
+    >>> mirrored(np.array([[2.0, 1.0], [-1.0, 2.0]])).tolist()
+    [[2.0, -1.0], [1.0, 2.0]]
+    """
+    return coefficients * np.array([[1.0, -1.0], [-1.0, 1.0]])
+
+
+def _from_rest(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """An ascending axis (n,) of magnitudes; raises ShaftError for a negative one."""
+    found = grid(name, values)
+    if found[0] < 0:
+        raise ShaftError(
+            f"{name}: the table begins at {found[0]:g}; begin at 0 or above, negative ones are the mirror image."
+        )
+    return found
 
 
 def _contract(value: Any, weights: list[NDArray[np.float64]]) -> float:

@@ -1,8 +1,10 @@
 r"""Critical speeds: speeds Omega that equal the natural frequency \|lambda(Omega)\| of a mode.
 
-Undamped with constant bearings they are the real eigenvalues of K q = Omega^2 (M - i G) q (forward and backward whirl
-at once). These are the first guesses; from there every one is followed with damping and tables by the secant method on
-\|lambda\| - Omega, the mode being the one whose frequency is nearest to the speed and whose shape is alike.
+Every mode is followed over the speed, with damping and with the bearings' tables at the speed itself, and each crossing
+with the line \|lambda\| = Omega, upwards or downwards, is solved with the matrices there. Modes with a damping ratio
+above 1/sqrt(2) have no peak over the speed and are left out. Up to which speed to follow, where no limit is given, is
+read from the undamped rotor: with constant bearings its critical speeds are the real eigenvalues of K q = Omega^2 (M -
+i G) q.
 
 Source: Friswell et al. (2010), section 6.8.
 
@@ -20,14 +22,20 @@ from scipy.linalg import eig
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
+from fe_shaft.bearing import HOLD
 from fe_shaft.checks import ShaftError
+from fe_shaft.follower import Crossing, crossings, follow
 from fe_shaft.labelled import dataset
+from fe_shaft.second_order import SecondOrder
+from fe_shaft.spectrum import Region
 from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_PASSES = 30
+_DAMPED = 0.5**0.5
+_FLOOR, _ABOVE = 1e-4, 1.02
+"""Lowest frequency that is followed, and highest, over the highest speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +52,21 @@ class CriticalSpeedResult:
         Its damping ratio there [1].
     whirl : ndarray (n_critical,) of str
         Its whirl; unbalance drives forward whirl, and any whirl of an unsymmetric rotor.
+    upward : ndarray (n_critical,) of bool
+        Whether its natural frequency rises above the speed there.
+    searched : tuple (float, float)
+        Lowest and highest speed at which critical speeds were looked for [rad/s].
+    proven : bool
+        Whether the number of modes is proven at every speed on the way.
     """
 
     wn: NDArray[np.float64]
     wd: NDArray[np.float64]
     damping_ratio: NDArray[np.float64]
     whirl: NDArray[np.str_]
+    upward: NDArray[np.bool_]
+    searched: tuple[float, float]
+    proven: bool
 
     def dataset(self) -> xr.Dataset:
         """Labelled data over critical."""
@@ -60,68 +77,86 @@ class CriticalSpeedResult:
                 "wd": (over, self.wd, "rad/s", "damped natural frequency at the critical speed"),
                 "damping_ratio": (over, self.damping_ratio, "1", "damping ratio at the critical speed"),
                 "whirl": (over, self.whirl, "", "sense of whirl"),
+                "upward": (over, self.upward, "1", "natural frequency rises above the speed"),
             },
             {},
         )
 
 
 def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count: int = 6) -> CriticalSpeedResult:
-    """The `count` lowest critical speeds of `rotor`, up to `limit` [rad/s] where one is given."""
+    """The `count` lowest critical speeds of `rotor`, up to `limit` [rad/s] where one is given.
+
+    Bearings whose tables may not be continued bound the speeds that are searched.
+    """
     if count < 1 or (limit is not None and not limit > 0):
         raise ShaftError(f"critical speed: count = {count}, limit = {limit}; both must be positive.")
-    found: list[tuple[float, complex, str]] = []
-    for guess in _guesses(rotor)[: 2 * count]:
-        speed, value, sense = _refine(rotor, guess)
-        new = all(abs(speed - f[0]) > 1e-7 * speed or abs(value - f[1]) > 1e-6 * speed or sense != f[2] for f in found)
-        if np.isfinite(speed) and new and (limit is None or speed <= limit):
-            found.append((speed, value, sense))
-    found = sorted(found, key=lambda entry: entry[0])[:count]
-    values = np.array([entry[1] for entry in found], dtype=complex)
-    wn = np.array([entry[0] for entry in found])
-    return CriticalSpeedResult(wn, values.imag, -values.real / np.abs(values), np.array([entry[2] for entry in found]))
+    low, high = _tabled(rotor)
+    found: list[Crossing] = []
+    searched, proven = (low, low), True
+    for top in [min(high, limit)] if limit is not None else _tops(rotor, count, high):
+        if top <= low:
+            continue
+        found, proven = _up_to(rotor, low, top)
+        searched = (low, top)
+        if len(found) >= count:
+            break
+    return _result(rotor, found[:count], searched, proven)
+
+
+def _tabled(rotor: AssembledRotor) -> tuple[float, float]:
+    """Lowest and highest speed [rad/s] that the bearings' tables allow."""
+    ends = [axis[[0, -1]] for b in rotor.bearing_elements if b.extrapolate != HOLD for axis in b.axes]
+    return max((float(a) for a, _ in ends), default=0.0), min((float(b) for _, b in ends), default=np.inf)
+
+
+def _up_to(rotor: AssembledRotor, low: float, high: float) -> tuple[list[Crossing], bool]:
+    """Crossings between two speeds [rad/s], ascending, and whether the modes are proven at every node."""
+
+    def family(speed: float) -> SecondOrder:
+        return SecondOrder(*modal.free_matrices(rotor, speed))
+
+    kinks = [float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis if low < v < high]
+    region = Region(_ABOVE * high, _FLOOR * high, _DAMPED)
+    followed = follow(family, sorted({low, high, *kinks}), region)
+    every = crossings(family, followed, (1.0,))
+    return sorted(every, key=lambda c: c.at), all(node.modes.proven for node in followed.nodes)
+
+
+def _tops(rotor: AssembledRotor, count: int, high: float) -> list[float]:
+    """Speeds [rad/s] up to which to follow, one after the other until there are `count` critical speeds."""
+    guesses = _guesses(rotor)
+    if not len(guesses):
+        return []
+    chosen = [guesses[min(k, len(guesses)) - 1] for k in (count, 2 * count, len(guesses))]
+    return sorted({float(min(high, 1.2 * g)) for g in chosen})
+
+
+def _result(
+    rotor: AssembledRotor, found: list[Crossing], searched: tuple[float, float], proven: bool
+) -> CriticalSpeedResult:
+    values, senses = np.zeros(len(found), complex), []
+    for k, one in enumerate(found):
+        vector = one.modes.right[: len(rotor.free)]
+        values[k] = modal.damped_by_work(*modal.free_matrices(rotor, one.at), one.modes.values, vector)[0]
+        senses.append(str(modal.named(rotor, one.at, one.modes.values, vector).whirl[0]))
+    return CriticalSpeedResult(
+        np.array([one.at for one in found]), values.imag, -values.real / np.abs(values), np.array(senses, dtype=str),
+        np.array([one.upward for one in found], bool), searched, proven,
+    )  # fmt: skip
 
 
 def _guesses(rotor: AssembledRotor) -> NDArray[np.float64]:
-    """Undamped critical speeds with the bearings as they are at the speed itself, or nearest to it in their tables."""
+    """Undamped critical speeds [rad/s], of each bearing as stiff as it is at most in its tables."""
     block = np.ix_(rotor.free, rotor.free)
-    tables = [np.asarray(b.frequency) for b in rotor.bearing_elements if b.frequency is not None]
-    speed = 0.0 if not tables else float(max(table[0] for table in tables))
+    speeds = {0.0} | {float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis}
+    low, high = _tabled(rotor)
+    stiffest = max(sorted(v for v in speeds if low <= v <= high), key=lambda v: float(np.trace(rotor.K(v))))
     M = rotor.parts.M[block] - 1j * rotor.parts.G[block]
     unit = 1 / np.sqrt(np.diag(rotor.parts.M)[rotor.free])
-    mass, spring = eig(M * unit * unit[:, None], rotor.K(speed)[block] * unit * unit[:, None], right=False,
+    mass, spring = eig(M * unit * unit[:, None], rotor.K(stiffest)[block] * unit * unit[:, None], right=False,
                        homogeneous_eigvals=True)  # fmt: skip
     moving = np.abs(spring) > len(M) * EPS * np.abs(spring).max()  # else the motion of a rigid body
     inverse = mass[moving] / spring[moving]
     real = inverse.real > 1e-12 * np.abs(inverse).max(initial=0.0)
     real &= np.abs(inverse.imag) < 0.3 * np.abs(inverse)
     return np.sort(1 / np.sqrt(inverse[real].real))
-
-
-def _refine(rotor: AssembledRotor, guess: float) -> tuple[float, complex, str]:
-    """Secant steps from a guess; NaN where they do not settle."""
-    points: list[tuple[float, float]] = []
-    speed, shape, value, sense = guess, None, complex(np.nan), ""
-    for _ in range(_PASSES):
-        run = modal.run_modal(rotor, speed)
-        mode = _nearest(run, speed, shape)
-        value, shape, sense = complex(run.eigenvalues[mode]), run.shapes[:, mode], str(run.whirl[mode])
-        gap = abs(value) - speed
-        if abs(gap) <= 1e-10 * speed:
-            return speed, value, sense
-        points.append((speed, gap))
-        slope = -0.8 if len(points) < 2 else (points[-1][1] - points[-2][1]) / (points[-1][0] - points[-2][0])
-        speed = speed - gap / slope if slope < -1e-3 else speed + gap
-        if not 0 < speed < 10 * guess:
-            break
-        if abs(speed - points[-1][0]) <= 1e-11 * speed:
-            return speed, value, sense
-    return float("nan"), value, sense
-
-
-def _nearest(run: modal.ModalResult, speed: float, shape: NDArray[np.complex128] | None) -> int:
-    """The mode that is like `shape` and near in frequency."""
-    far = np.abs(run.wn - speed) / speed
-    if shape is None:
-        return int(far.argmin())
-    size = np.linalg.norm(run.shapes, axis=0) * np.linalg.norm(shape)
-    return int((np.abs(run.shapes.conj().T @ shape) / size - far).argmax())

@@ -33,6 +33,13 @@ INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
                    "plenum_2", "plenum_3", "local_p", "local_h")  # fmt: skip
 NOZZLE_TERMS = 16
+PLACE = 5
+"""Numbers of a place where the gap is smallest, in w[places]: distance of the sleeve from its centre, reach of the
+journal towards it, direction x and y, and the second derivative of the gap after the angle."""
+STRETCH = 13
+"""Numbers of a stretch of the sleeve that is smooth, in w[stretches]: line, first and last share of the step to the
+next, middle of its arc [rad], depth [m]; at either end the direction x and y, distance from the centre [m] and its
+derivative after the angle."""
 
 
 class Layout(NamedTuple):
@@ -175,6 +182,9 @@ class Layout(NamedTuple):
     convergence: int
     mu: int
     slip: int
+    outline: int
+    places: int
+    stretches: int
     size: int
 
 
@@ -250,9 +260,9 @@ class Grid:
 
 def make_layout(
     grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
-    foil: bool = False, texture: Texture | None = None,
+    foil: bool = False, texture: Texture | None = None, edges: int = 0,
 ) -> Layout:  # fmt: skip
-    """Lay the film's arrays out; sizes are the footprint cells of each injector.
+    """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
 
     A film whose gap is not smooth has a `texture`. A `rarefied` film slips at the walls by w[slip]; mu and slip stand
     in the workspace because effects change them.
@@ -280,6 +290,8 @@ def make_layout(
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
+        "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
+        "stretches": STRETCH * (grid.n_theta + edges),
     } | further  # fmt: skip
     offsets, at = {}, 0
     for name, size in sizes.items():

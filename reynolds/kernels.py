@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reynolds.film import force
+from reynolds.film import closest_places, force, smallest_gap
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.steady import begin_pseudo_step
@@ -48,6 +48,13 @@ def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
 def friction_torque(w, F, L, speed):
     """`reynolds.texture.friction_torque` as a call."""
     return torque(w, F, L, speed)
+
+
+@kernel
+def least_gap(w, F, L):
+    """Smallest gap [m] round the journal where it is, in a sleeve that no effect changes."""
+    places = closest_places(w, F, L, w[L.journal], w[L.journal + 1], F.clearance, F.uneven)
+    return smallest_gap(w, L, places, F.clearance)
 
 
 @kernel

@@ -120,7 +120,7 @@ class Grooves:
 
     depth [m]; `share` of the circumference that is groove; `angle` [rad] from the circumferential direction; `land`
     [m], length without grooves in the middle of a herringbone; on the journal or on the sleeve. They pump inwards when
-    the shaft turns from x to y.
+    the shaft turns from x to y; those of a negative angle, the mirror image, when it turns from y to x.
 
     Examples
     --------
@@ -194,6 +194,28 @@ class Sleeve:
     def jumps(self) -> bool:
         """Whether the gap jumps between lobes."""
         return self.lobes is not None and self.lobes.edges.size > 0
+
+    def recesses(self, length: float) -> tuple[Steps, ...]:
+        """Pockets as long as a film of a `length` [m], which leave no land at their angles."""
+        return tuple(row for row in self.steps if row.length is None or row.length >= length)
+
+    def edges(self, length: float) -> np.ndarray:
+        """Angles [rad] of the ends of lobes and of pockets as long as a film of a `length` [m]."""
+        found = [np.zeros(0)]
+        if self.lobes is not None:
+            found.append(
+                self.lobes.first_angle
+                + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset)
+            )
+        for row in self.recesses(length):
+            middles = row.first_angle + 2 * np.pi / row.count * np.arange(row.count)
+            found += [middles - row.arc / 2, middles + row.arc / 2]
+        return np.concatenate(found)
+
+    def arc(self, clearance: float) -> tuple[float, float]:
+        """Clearance [m] of an arc about its own centre, and the distance of that from the middle."""
+        wide = clearance if self.lobes is None else clearance / (1 - self.lobes.preload)
+        return wide, wide - clearance
 
     @property
     def symmetric(self) -> bool:
@@ -352,6 +374,33 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
     below = np.hstack([behind[:, :1], before[:, :-1]]) if grid.half else before[:, :-1]
     above = behind if grid.half else behind[:, 1:]
     fill(w, layout.deep, layout, below + above + pieces.raised[:, None], 0.0)
+
+
+def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
+    """Stretches (n, STRETCH) between lines of the grid and edges of lobes and pockets, within which the form is smooth.
+
+    Pockets count where they are as long as the film: else the land at their ends is closer.
+    """
+    lobes, step = sleeve.lobes, grid.dtheta
+    arc = 2 * np.pi / (1 if lobes is None else lobes.count)
+    first = 0.0 if lobes is None else lobes.first_angle - lobes.offset * arc
+    cuts = np.concatenate([np.arange(grid.n_theta), (sleeve.edges(grid.length) / step) % grid.n_theta])
+    cuts = np.unique(np.round(cuts, 9) % grid.n_theta)
+    ends = np.append(cuts[1:], grid.n_theta)
+    middle = 0.5 * (cuts + ends) * step
+    pit = np.zeros_like(middle)
+    for row in sleeve.recesses(grid.length):
+        pit = np.where(row.inside(middle, 0 * middle, grid.length), row.depth, pit)
+    about = np.zeros_like(middle)
+    if lobes is not None:
+        about = first + arc * np.floor((middle - first) / arc) + lobes.offset * arc
+    line = np.floor(0.5 * (cuts + ends))
+    wide, lobe = sleeve.arc(clearance)
+    columns = [line, cuts - line, ends - line, about, pit]
+    for place in (cuts * step, ends * step):
+        form = wide - lobe * np.cos(place - about) + pit
+        columns += [np.cos(place), np.sin(place), form, lobe * np.sin(place - about)]
+    return np.stack(columns, axis=1)
 
 
 def _fill_patches(w: np.ndarray, layout: Layout, offset: int, values: np.ndarray) -> None:

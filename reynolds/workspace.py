@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from reynolds.errors import FilmError
 from reynolds.grid import Grid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
-from reynolds.sleeve import PLAIN, Sleeve, fill_texture
+from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
-    "grooved",
+    "grooved", "recessed", "wide", "lobe", "stretches",
 )  # fmt: skip
 FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
@@ -85,8 +86,14 @@ class FilmModel:
         row = (
             gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
             rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
+            float(sleeve.recesses(grid.length) != ()), *sleeve.arc(self.clearance), len(self.stretches),
         )  # fmt: skip
         return np.array([row], FILM_DTYPE).view(np.recarray)
+
+    @cached_property
+    def stretches(self) -> np.ndarray:
+        """Smooth stretches (n, STRETCH) round the sleeve."""
+        return stretches(self.sleeve, self.grid, self.clearance)
 
     def footprints(self) -> list[Footprint]:
         """Every injector on the grid."""
@@ -128,6 +135,7 @@ class FilmModel:
             fill(w, offset, layout, np.broadcast_to(gap[:, None], shape), gap)
         for offset in (layout.p, layout.p_1, layout.p_2, layout.p_3):
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
+        w[layout.stretches : layout.stretches + self.stretches.size] = self.stretches.ravel()
         if layout.foil and self.sleeve.foil is not None:
             w[layout.soft : layout.soft + layout.length] = 1 / self.sleeve.foil.stiffness
         if layout.textured:
@@ -193,6 +201,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     layout = make_layout(
         first.grid, max(laws, default=0), sources, readers, rarefied,
         foil=any(f.sleeve.foil is not None for f in films), texture=_texture([f.sleeve for f in films]),
+        edges=max(len(f.stretches) for f in films) - first.grid.n_theta,
     )  # fmt: skip
     w = np.zeros(len(films) * layout.size)
     ix = np.zeros(len(films) * layout.n_integers, np.int64)

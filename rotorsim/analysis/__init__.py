@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 from rotorsim.analysis.axes import Field, read_axis, read_field
 from rotorsim.analysis.calibrate import Calibration, calibrate, judge
 from rotorsim.analysis.calibrated import calibration_numbers, save_calibrated
-from rotorsim.analysis.campbell import campbell, critical_speed_map
+from rotorsim.analysis.campbell import campbell, critical_speed_map, critical_speeds
 from rotorsim.analysis.citations import cite
-from rotorsim.analysis.critical import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.load_capacity import load_capacity
 from rotorsim.analysis.machine_map import map_machine

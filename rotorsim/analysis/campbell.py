@@ -1,37 +1,35 @@
-"""Campbell diagram from 0 Hz: the lowest modes of the coupled machine over speed, followed from speed to speed.
+"""Campbell diagram and critical speeds of the coupled machine, from its modes followed over the speed.
 
-Modes of film and rotor are looked for around every natural frequency of the rotor on its nominal bearings; those with a
-damping ratio above one half, most of them motions of the gas, are left out.
+All modes of film and rotor below a frequency and with a damping ratio below one half are followed, their number proven
+at every speed; which of them are shown is a choice afterwards. A critical speed is a crossing of a natural frequency
+with an order line, in either direction, solved with the linear model at that speed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from fe_shaft import BearingElement
 from rotorsim.analysis.axes import checked
-from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness, sense
+from rotorsim.base.constants import RPM, TO_HZ, TO_RPM
+from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DAMPED = 0.5
-"""Damping ratio above which a mode is left out."""
-SAME = 1e-6
-"""Relative distance of eigenvalues that are one mode, found from two shifts."""
-SENSE = 0.3
-"""Weight of the sense of whirl, against the relative change of the eigenvalue, in following a mode."""
+HIGHEST, ABOVE = 40e3 * RPM, 4.0
+"""Speed [rad/s] up to which critical speeds are searched at least, and over the rotor's first natural frequency."""
 
 
 def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float = 0.0, modes: int = 8) -> xr.Dataset:
-    """The lowest modes over the speeds (n,) [rad/s], at a gauge supply pressure [Pa] for machines with a film.
+    """Modes over the speeds (n,) [rad/s], at a gauge supply pressure [Pa] for machines with a film.
 
     Parameters
     ----------
@@ -41,13 +39,18 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     pressure : float
         Supply pressure [Pa, gauge].
     modes : int
-        How many, the lowest first at each speed.
+        How many branches are shown, those of the lowest frequencies; fewer where the region holds fewer.
 
     Returns
     -------
     Dataset
-        wn [rad/s], zeta, log_dec, whirl_ratio and whirl by branch and speed, NaN where the film does not carry or there
-        are fewer; critical_speed [rad/s] by order (1, 2, 3) and branch, interpolated.
+        Over branch and speed wn [rad/s], zeta, log_dec, whirl_ratio and whirl (forward as the shaft turns), NaN where
+        the branch is outside the region or the film does not carry; `begins` and `ends` say why. Over speed the
+        numbers of modes in the region and of those `missing` among them (0: proven, NaN: not carried or not proven).
+        Over critical, of all branches by order and speed: critical_speed [rad/s], critical_order, critical_direction
+        (-1 where the natural frequency falls below the line, 1 where it rises above), critical_zeta,
+        critical_amplification 1 / (2 zeta), critical_whirl and critical_branch. The attributes hold the region and the
+        searched range of speeds, which reaches beyond the asked one by 15 %.
 
     Examples
     --------
@@ -61,70 +64,191 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     speeds = checked("campbell: speeds [rad/s]", speeds)
     if modes < 1:
         raise DataError(f"campbell: {modes} modes; give 1 or more")
-    values, senses = np.full((modes, len(speeds)), np.nan, complex), np.full((modes, len(speeds)), np.nan)
-    for k, speed in enumerate(speeds.tolist()):
-        try:
-            model = plant.linearise(speed, pressure)
-        except NoLiftOffError:
-            continue
-        s, sense = lowest_modes(plant, model, modes)
-        order = _follow(values[:, k - 1], senses[:, k - 1], s, sense) if k else np.arange(len(s))
-        values[order, k], senses[order, k] = s, sense
-    wn, zeta = np.abs(values), -values.real / np.abs(values)
+    found = modes_over_speed(plant, speeds, pressure, least=modes)
+    values, senses, shown = along_speeds(found, speeds, modes)
+    wn = np.abs(values)
+    zeta = -values.real / wn
     over = ("branch", "speed")
-    whirl = np.where(np.isnan(senses), "", np.where(np.abs(senses) < 0.02, "mixed",
-                     np.where(senses > 0, "forward", "backward")))  # fmt: skip
-    critical = np.array([[_crossing(speeds, row, order) for row in wn] for order in (1, 2, 3)])
+    counts = np.array([_counts(found, float(v)) for v in speeds])
+    branches = [found.followed.branches[b] for b in shown]
     return xr.Dataset(
         {
             "wn": (over, wn, {"units": "rad/s", "long_name": "natural frequency"}),
             "zeta": (over, zeta, {"units": "1", "long_name": "damping ratio"}),
             "log_dec": (over, 2 * np.pi * zeta / np.sqrt(1 - zeta**2), {"units": "1", "long_name": "log. decrement"}),
             "whirl_ratio": (over, senses, {"units": "1", "long_name": "roundness of the orbit, 1 forward"}),
-            "whirl": (over, whirl, {"long_name": "sense of whirl"}),
-            "critical_speed": (("order", "branch"), critical, {"units": "rad/s", "long_name": "critical speed"}),
-        },
+            "whirl": (over, sense(senses), {"long_name": "sense of whirl"}),
+            "begins": ("branch", [b.begins for b in branches], {"long_name": "where the branch begins"}),
+            "ends": ("branch", [b.ends for b in branches], {"long_name": "where the branch ends"}),
+            "modes": ("speed", counts[:, 0], {"units": "1", "long_name": "modes in the region"}),
+            "missing": ("speed", counts[:, 1], {"units": "1", "long_name": "modes in the region that are not found"}),
+        }
+        | criticals(found, shown),
         {
             "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
-            "branch": np.arange(1, modes + 1),
-            "order": ("order", [1, 2, 3], {"units": "1", "long_name": "order of the speed"}),
+            "branch": np.arange(1, len(shown) + 1),
         },
-        plant.provenance() | {"kind": "campbell", "pressure": float(pressure)},
+        plant.provenance() | linear_warnings(plant, speeds, _least(zeta), pressure)
+        | {"kind": "campbell", "pressure": float(pressure)} | about(found),
+    )  # fmt: skip
+
+
+def _least(zeta: np.ndarray) -> np.ndarray:
+    """Least damping ratio (speeds,) of the branches (branches, speeds); NaN where none is known."""
+    if not len(zeta):
+        return np.full(zeta.shape[1], np.nan)
+    return np.where(np.isnan(zeta).all(axis=0), np.nan, np.nanmin(np.nan_to_num(zeta, nan=np.inf), axis=0))
+
+
+def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Eigenvalues and roundness (shown, speed) of the branches with the lowest frequencies, and their numbers."""
+    followed, place = found.followed, {float(v): k for k, v in enumerate(speeds)}
+    every = np.full((len(followed.branches), len(speeds)), np.nan, complex)
+    senses = np.full(every.shape, np.nan)
+    for b, branch in enumerate(followed.branches):
+        for i, k in branch.places:
+            node = followed.nodes[i]
+            if node.at in place and node.pencil is not None and found.region.holds(node.modes.values[k]):
+                every[b, place[node.at]] = node.modes.values[k]
+                senses[b, place[node.at]] = roundness(node.pencil, node.modes.right[:, [k]])[0]
+    seen = [b for b in range(len(every)) if np.isfinite(every[b]).any()]
+    shown = sorted(seen, key=lambda b: float(np.nanmin(np.abs(every[b]))))[:count]
+    return every[shown], senses[shown], shown
+
+
+def _counts(found: ModesOverSpeed, speed: float) -> tuple[float, float]:
+    """Modes in the region at a speed [rad/s], and those missing among them."""
+    node = next(n for n in found.followed.nodes if n.at == speed)
+    if node.pencil is None:
+        return float("nan"), float("nan")
+    return float(found.region.holds(node.modes.values).sum()), node.modes.missing
+
+
+def criticals(found: ModesOverSpeed, shown: Sequence[int] = ()) -> dict[str, Any]:
+    """Variables of the critical speeds, over critical; `shown` are the branches with the first numbers."""
+    every = found.crossings
+    zeta = np.array([-c.modes.values[0].real / abs(c.modes.values[0]) for c in every])
+    ratio = np.array([roundness(c.pencil, c.modes.right)[0] for c in every])
+    rest = [b for b in range(len(found.followed.branches)) if b not in shown]
+    number = {b: k for k, b in enumerate([*shown, *rest], 1)}
+    with np.errstate(divide="ignore"):
+        amplification = np.where(zeta > 0, 1 / (2 * zeta), np.inf)
+    over = ("critical",)
+    return {
+        "critical_speed": (over, np.array([c.at for c in every]), {"units": "rad/s", "long_name": "critical speed"}),
+        "critical_order": (over, np.array([c.order for c in every], int), {"units": "1", "long_name": "order"}),
+        "critical_direction": (
+            over, np.array([1 if c.upward else -1 for c in every], int),
+            {"units": "1", "long_name": "natural frequency leaves the line, 1 upwards"},
+        ),
+        "critical_zeta": (over, zeta, {"units": "1", "long_name": "damping ratio at the critical speed"}),
+        "critical_amplification": (
+            over, amplification, {"units": "1", "long_name": "amplification factor 1/(2 zeta), inf where it grows"},
+        ),
+        "critical_whirl": (over, sense(ratio), {"long_name": "sense of whirl at the critical speed"}),
+        "critical_branch": (over, np.array([number[c.branch] for c in every], int), {"long_name": "branch"}),
+    }  # fmt: skip
+
+
+def about(found: ModesOverSpeed) -> dict[str, Any]:
+    """Attributes: region, searched speeds, intervals that were not looked at, and whether the modes are proven."""
+    region, nodes = found.region, [n for n in found.followed.nodes if n.pencil is not None]
+    return {
+        "region_reach": region.reach, "region_floor": region.floor, "region_zeta": region.zeta,
+        "searched_from": found.searched[0], "searched_to": found.searched[1],
+        "not_looked_at": np.array(found.refused, float).ravel(),
+        "nodes": len(nodes), "nodes_proven": len(nodes) - len(found.unproven),
+    }  # fmt: skip
+
+
+def critical_rows(found: xr.Dataset) -> list[tuple[int, float, str, float, str, int]]:
+    """Critical speeds of a Campbell diagram: order, speed [rpm], direction, damping ratio, sense of whirl, branch."""
+    names = ("order", "speed", "direction", "zeta", "whirl", "branch")
+    columns = [found[f"critical_{name}"].values.tolist() for name in names]
+    return [
+        (int(order), speed * TO_RPM, "upward" if direction > 0 else "downward", zeta, str(whirl), int(branch))
+        for order, speed, direction, zeta, whirl, branch in zip(*columns, strict=True)
+    ]
+
+
+def modes_line(found: xr.Dataset) -> str:
+    """How many modes the region of a Campbell diagram holds, and at how many of its speeds that is proven."""
+    counts, missing, attrs = found["modes"].values, found["missing"].values, found.attrs
+    carried = np.isfinite(counts)
+    if not carried.any():
+        return "none: the film carries the rotor at no speed"
+    least, most = int(np.nanmin(counts)), int(np.nanmax(counts))
+    number = str(most) if least == most else f"{least} to {most}"
+    return (
+        f"all {number} between {attrs['region_floor'] * TO_HZ:.2g} and {attrs['region_reach'] * TO_HZ:.4g} Hz with a "
+        f"damping ratio below {attrs['region_zeta']:g}, proven at {int((missing == 0).sum())} of {len(counts)} speeds"
     )
 
 
-def lowest_modes(plant: Plant, model: LinearPlant, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues [rad/s] of the `count` lowest modes and the roundness of their orbits at the measuring plane."""
-    near = np.unique(plant.assembly.mesh.reduced.frequencies.round(3))
-    found: list[tuple[complex, float]] = []
-    for shift in near[:1] if model.film is None else near:
-        one = replace(model, near=float(shift))
-        known = [s for s, _ in found]  # of the shifts before: a double eigenvalue is found twice from one
-        for s, sense in zip(one.eigenvalues, one.whirl_ratio, strict=True):
-            same = next((k for k, other in enumerate(known) if abs(s - other) <= SAME * abs(s)), None)
-            if same is not None:
-                known.pop(same)
-            elif -s.real < DAMPED * abs(s):
-                found.append((complex(s), float(sense)))
-    found = sorted(found, key=lambda entry: abs(entry[0]))[:count]
-    return np.array([s for s, _ in found], complex), np.array([sense for _, sense in found])
+def searched_line(found: xr.Dataset) -> str:
+    """Range of speeds in which critical speeds were searched, and what was not looked at in it."""
+    text = f"{found.attrs['searched_from'] * TO_RPM:.0f} to {found.attrs['searched_to'] * TO_RPM:.0f} rpm"
+    gaps = np.reshape(found.attrs["not_looked_at"], (-1, 2)) * TO_RPM
+    return text + "".join(f"; not looked at {a:.0f} to {b:.0f} rpm, the film does not carry" for a, b in gaps)
 
 
-def _follow(before: np.ndarray, senses: np.ndarray, s: np.ndarray, sense: np.ndarray) -> np.ndarray:
-    """Branch of each eigenvalue, so that eigenvalues and senses change least in all."""
-    change = np.abs(s[:, None] - before[None, :]) / np.abs(s[:, None])
-    change = change + SENSE * np.abs(sense[:, None] - senses[None, :])
-    return np.asarray(linear_sum_assignment(np.nan_to_num(change, nan=10.0))[1])
+def critical_speeds(
+    plant: Plant,
+    pressures: Sequence[float] | np.ndarray,
+    orders: tuple[int, ...] = ORDERS,
+    highest: float | None = None,
+) -> xr.Dataset:
+    """Critical speeds [rad/s] from rest up to `highest` [rad/s], at gauge pressures (p,) [Pa], ascending by order.
+
+    By default `highest` is 40000 rpm, or four times the rotor's first natural frequency on its nominal bearings. A
+    critical speed is a crossing of an order line with the natural frequency of any mode with a damping ratio below one
+    half, in either direction; NaN behind the last one. `searched` is 0 at pressures where some speeds carry no rotor
+    or the number of modes is not proven somewhere: not all was looked at there.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.critical_speeds(plant, [0.5e6], orders=(1,))
+    >>> found["critical_speed"].dims[0]
+    'pressure'
+    """
+    import xarray as xr
+
+    pressures = checked("critical speeds: pressures [Pa]", pressures)
+    top = highest_speed(plant) if highest is None else highest
+    rows = [modes_over_speed(plant, [0.0, top], float(p), orders=orders) for p in pressures]
+    lists = [[[c for c in row.crossings if c.order == order and c.at <= top] for order in orders] for row in rows]
+    size = max((len(one) for row in lists for one in row), default=0)
+    found = np.full((4, len(pressures), len(orders), max(size, 1)), np.nan)
+    senses = np.full(found.shape[1:], np.nan)
+    for i, row in enumerate(lists):
+        for j, one in enumerate(row):
+            for k, c in enumerate(one):
+                s = complex(c.modes.values[0])
+                found[:, i, j, k] = c.at, -s.real / abs(s), 1 if c.upward else -1, abs(s)
+                senses[i, j, k] = roundness(c.pencil, c.modes.right)[0]
+    over = ("pressure", "order", "mode")
+    complete = [float(not row.refused and not row.unproven) for row in rows]
+    return xr.Dataset(
+        {
+            "critical_speed": (over, found[0], {"units": "rad/s", "long_name": "critical speed"}),
+            "critical_zeta": (over, found[1], {"units": "1", "long_name": "damping ratio at the critical speed"}),
+            "critical_direction": (over, found[2], {"units": "1", "long_name": "natural frequency leaves the line"}),
+            "critical_whirl": (over, sense(senses), {"long_name": "sense of whirl at the critical speed"}),
+            "searched": ("pressure", complete, {"units": "1", "long_name": "whether every speed was looked at"}),
+        },
+        {
+            "pressure": ("pressure", pressures, {"units": "Pa", "long_name": "supply pressure, gauge"}),
+            "order": ("order", list(orders), {"units": "1", "long_name": "order of the speed"}),
+            "mode": ("mode", np.arange(1, found.shape[-1] + 1), {"long_name": "number of the critical speed"}),
+        },
+        {"searched_to": float(top)},
+    )
 
 
-def _crossing(speeds: np.ndarray, wn: np.ndarray, order: int) -> float:
-    """First speed at which `order` times the speed is the natural frequency, interpolated; NaN where there is none."""
-    gap = wn - order * speeds
-    change = np.flatnonzero((gap[:-1] > 0) & (gap[1:] <= 0))
-    if not change.size:
-        return float("nan")
-    k = int(change[0])
-    return float(speeds[k] + (speeds[k + 1] - speeds[k]) * gap[k] / (gap[k] - gap[k + 1]))
+def highest_speed(plant: Plant) -> float:
+    """Speed [rad/s] up to which critical speeds and the onset of whirl are searched when none is given."""
+    return max(HIGHEST, ABOVE * float(plant.assembly.mesh.reduced.frequencies.min()))
 
 
 def critical_speed_map(

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar
 
+from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.lift_off import HIGHEST, lift_off
 from rotorsim.analysis.load_capacity import load_capacity
 from rotorsim.analysis.unbalance_response import largest_response, unbalances_of
-from rotorsim.analysis.whirl_onset import highest_speed, stability_limit
+from rotorsim.analysis.whirl_onset import Search, stability_limit
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import ConvergenceError, NoLiftOffError
 from rotorsim.experiments.parameters import check_parameters, param
@@ -113,7 +114,8 @@ class OperatingPoint(AtPoint):
         model = plant.linearise(self.speed, self.pressure)
         if not model.zeta.size:
             return {"flow": flow, "damping": float("nan"), "frequency": float("nan")}
-        return {"flow": flow, "damping": float(model.zeta.min()), "frequency": float(model.wn[0])}
+        damping, _ = Search.of(plant, self.pressure, highest_speed(plant)).least_of(model)
+        return {"flow": flow, "damping": damping, "frequency": float(model.wn[0])}
 
     def missing(self, plant: Plant) -> str:
         """Overdamped modes alone."""

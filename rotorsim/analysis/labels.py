@@ -26,15 +26,28 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "wn": (("mode",), "rad/s", "natural frequency"),
     "zeta": (("mode",), "1", "damping ratio"),
     "whirl_ratio": (("mode",), "1", "roundness of the disc's orbit, 1 forward, -1 backward"),
-    "zeta_least": ((), "1", "least damping ratio"),
+    "zeta_least": ((), "1", "least damping ratio of all modes up to the highest speed, and of the first four"),
+    "looked": ((), "1", "1: all modes and the critical speeds around the speed were looked for, 0: not all"),
     "static_gain": (("axis", "reference"), "m/V", "static gain from reference to disc"),
     "delay": (("axis",), "s", "delay of the film force behind the reference"),
     "film_frequency": (("at",), "rad/s", "whirl frequency of film stiffness and damping"),
     "film_stiffness": (("at", "axis", "to"), "N/m", "film stiffness K(omega)"),
     "film_damping": (("at", "axis", "to"), "N s/m", "film damping C(omega)"),
-    "safe": ((), "1", "lifted, stable and clear of the critical speeds"),
-    "critical_speed": ((), "rad/s", "speed that equals a natural frequency"),
 }
+"""Variables of a point: dimensions, unit, name."""
+CRITICAL: dict[str, tuple[str, str]] = {
+    "critical_speed": ("rad/s", "speed that a natural frequency equals"),
+    "critical_zeta": ("1", "damping ratio at the critical speed"),
+    "critical_direction": ("1", "1: the natural frequency rises above the speed, -1: it falls below"),
+    "critical_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+}
+"""Variables of a critical speed, in the order of the columns of `safe_region.Surroundings.critical`: unit, name."""
+BRANCHES: dict[str, tuple[str, str]] = {
+    "branch_wn": ("rad/s", "natural frequency of a mode, followed"),
+    "branch_zeta": ("1", "damping ratio of a mode, followed"),
+    "branch_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+}
+"""Variables of a branch, in the order of the last axis of `safe_region.Surroundings.branches`: unit, name."""
 
 
 def coordinates(
@@ -58,9 +71,15 @@ def coordinates(
 
 
 def label(
-    tables: dict[str, np.ndarray], coords: dict[str, Any], fields: Sequence[Field], attrs: dict[str, Any]
+    tables: dict[str, np.ndarray],
+    critical: np.ndarray,
+    branches: np.ndarray,
+    coords: dict[str, Any],
+    fields: Sequence[Field],
+    attrs: dict[str, Any],
 ) -> xr.Dataset:
-    """The Dataset of tables (fields..., pressure, speed, ...)."""
+    """The Dataset of tables (fields..., pressure, speed, ...), of critical speeds (fields..., pressure, k, 4) and of
+    branches (fields..., pressure, b, speed, 3)."""
     import xarray as xr
 
     over = (*(f.name for f in fields), "pressure", "speed")
@@ -70,6 +89,9 @@ def label(
         if tables[key].ndim > len(over) + len(dims):
             dims = tuple(d for dim in dims for d in (("bearing", dim) if dim == "axis" else (dim,)))
         variables[key] = ((*over, *dims), tables[key], {"units": unit, "long_name": text})
+    for known, dims, values in ((CRITICAL, ("critical",), critical), (BRANCHES, ("branch", "speed"), branches)):
+        for column, (key, (unit, text)) in enumerate(known.items()):
+            variables[key] = ((*over[:-1], *dims), values[..., column], {"units": unit, "long_name": text})
     modes = tables["wn"].shape[-1] if "wn" in tables else 0
     extra = {"mode": ("mode", np.arange(1, modes + 1), {"long_name": "mode, by frequency"})} if modes else {}
     used = {d for dims, *_ in variables.values() for d in dims}

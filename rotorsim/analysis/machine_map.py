@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.analysis.axes import Field
-from rotorsim.analysis.critical import critical_speeds
+from rotorsim.analysis.campbell import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.safe_region import safe_region
@@ -94,8 +94,8 @@ def _more(
     pressures, speeds = found["pressure"].values, found["speed"].values
 
     def crossings(plant: Plant) -> xr.Dataset:
-        extra = critical_speeds(plant, pressures).rename(mode="mode_crossing", critical_speed="crossing_speed")
-        return extra.rename(critical_zeta="crossing_zeta")
+        extra = critical_speeds(plant, pressures).rename(mode="mode_crossing", searched="crossing_searched")
+        return extra.rename({name: name.replace("critical", "crossing") for name in extra if "critical" in str(name)})
 
     asked: list[tuple[bool, Callable[[Plant], xr.Dataset]]] = [
         (film is not None, lambda plant: _lift_off(plant, speeds, film or 0.0)),

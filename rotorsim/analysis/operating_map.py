@@ -12,6 +12,7 @@ import numpy as np
 from rotorsim.analysis import labels
 from rotorsim.analysis.axes import MOST, Field, checked
 from rotorsim.analysis.point import AT, MODES, numbers
+from rotorsim.analysis.safe_region import surroundings
 from rotorsim.analysis.varied import with_fields
 from rotorsim.analysis.workers import spread, useful
 from rotorsim.base.errors import DataError
@@ -21,6 +22,9 @@ from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Row = tuple[list[dict[str, np.ndarray]], np.ndarray, np.ndarray]
+"""Points of one pressure of one machine, critical speeds (k, 4) around them, branches of modes (b, speeds, 3)."""
 
 
 def operating_map(
@@ -49,7 +53,8 @@ def operating_map(
 
     Returns
     -------
-    Dataset over (fields..., pressure, speed); NaN and `lifted` = 0 where the film does not carry the rotor. After an
+    Dataset over (fields..., pressure, speed); NaN and `lifted` = 0 where the film does not carry the rotor. Critical
+    speeds, `critical_speed` and more (fields..., pressure, critical), are those within 15 % of the speeds. After an
     interrupt `ended` is "interrupted" and `done` is 0 where nothing was computed; before the first row of points an
     interrupt is raised as KeyboardInterrupt.
 
@@ -73,11 +78,11 @@ def operating_map(
     machines = [with_fields(plant.machine, fields, values) for values in product(*(f.values for f in fields))]
     jobs = [(m.text, speeds, p, frequencies) for m in machines for p in pressures]
     total, done, ended = int(np.prod(shape)), 0, "complete"
-    rows: dict[int, list[dict[str, np.ndarray]]] = {}
+    rows: dict[int, Row] = {}
     try:
         for number, row in spread(_row, jobs, useful(workers, total)):
             rows[number] = row
-            done += len(row)
+            done += len(row[0])
             if progress:
                 progress(done, total)
     except KeyboardInterrupt:
@@ -86,9 +91,12 @@ def operating_map(
         finishing()
         ended = "interrupted"
     tables = _tables(rows, len(jobs), shape)
+    critical, branches = (_padded([rows[i][k] if i in rows else None for i in range(len(jobs))], shape) for k in (1, 2))
     at = AT if frequencies is None else _names(frequencies)
     coords = labels.coordinates(fields, speeds, pressures, at, plant.machine.film_names)
-    return labels.label(tables, coords, fields, plant.provenance() | {"kind": "map", "ended": ended})
+    return labels.label(
+        tables, critical, branches, coords, fields, plant.provenance() | {"kind": "map", "ended": ended}
+    )
 
 
 def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | None) -> None:
@@ -104,27 +112,44 @@ def _plant(text: str) -> Plant:
     return Plant(Machine.from_text(text))
 
 
-def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[float] | None) -> list[dict]:
-    """The points of one pressure of one machine."""
+def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[float] | None) -> Row:
+    """The points of one pressure of one machine, and the critical speeds around them."""
     plant = _plant(text)
-    return [numbers(plant, float(speed), float(pressure), frequencies) for speed in speeds]
+    found = surroundings(plant, speeds, float(pressure))
+    rows = []
+    for k, speed in enumerate(speeds.tolist()):
+        row = numbers(plant, speed, float(pressure), frequencies, found.models.get(speed))
+        if row["lifted"]:
+            row |= {"zeta_least": np.array(found.zeta_least[k]), "looked": np.array(found.looked[k])}
+        rows.append(row)
+    return rows, found.critical, found.branches
 
 
 def _names(frequencies: Sequence[float]) -> tuple[str, ...]:
     return tuple(f"{f / (2 * np.pi):.6g} Hz" for f in frequencies)
 
 
-def _tables(rows: dict[int, list[dict]], n_jobs: int, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
+def _tables(rows: dict[int, Row], n_jobs: int, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
     """Arrays (*shape, ...) of everything that any point has, NaN where a point has it not."""
-    sizes = {key: value.shape for row in rows.values() for point in row for key, value in point.items()}
+    sizes = {key: value.shape for row, *_ in rows.values() for point in row for key, value in point.items()}
     tables = {key: np.full((n_jobs, shape[-1], *size), np.nan) for key, size in sizes.items()}
     done = np.zeros((n_jobs, shape[-1]))
-    for number, row in rows.items():
+    for number, (row, *_) in rows.items():
         done[number] = 1.0
         for k, point in enumerate(row):
             for key, value in point.items():
                 tables[key][number, k] = value
     return {key: table.reshape(*shape, *table.shape[2:]) for key, table in (tables | {"done": done}).items()}
+
+
+def _padded(rows: list[np.ndarray | None], shape: tuple[int, ...]) -> np.ndarray:
+    """Lists (k, ...) of every pressure as one array (*shape without the speeds, k, ...), NaN where one is shorter."""
+    known = [row for row in rows if row is not None]
+    table = np.full((len(rows), max(map(len, known)), *known[0].shape[1:]), np.nan)
+    for line, row in zip(table, rows, strict=True):
+        if row is not None:
+            line[: len(row)] = row
+    return table.reshape(*shape[:-1], *table.shape[1:])
 
 
 __all__ = ["MODES", "operating_map"]

@@ -50,9 +50,16 @@ def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Se
     >>> import rotorsim as rs
     >>> point = rs.analysis.operating_point(plant, 300.0, 0.5e6)
     """
+    return _point(plant, speed, pressure, frequencies, None)
+
+
+def _point(
+    plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None, model: LinearPlant | None
+) -> Point:
+    """The point with its linear model, where that is known already."""
     a = plant.assembly
     w = settle(a, speed, pressure)
-    model = linearise(a, w, speed)
+    model = model or linearise(a, w, speed)
     at = np.array([0.0, *model.wn[:2]] if frequencies is None else frequencies, float)
     if a.film_model is None:
         K = C = np.full((len(at), 2, 2), np.nan)
@@ -61,10 +68,16 @@ def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Se
     return Point(describe(a, w), model, at, K, C)
 
 
-def numbers(plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None) -> dict[str, np.ndarray]:
+def numbers(
+    plant: Plant,
+    speed: float,
+    pressure: float,
+    frequencies: Sequence[float] | None,
+    model: LinearPlant | None,
+) -> dict[str, np.ndarray]:
     """Values of a map at one point; without lift-off only `lifted` = 0."""
     try:
-        point = operating_point(plant, speed, pressure, frequencies)
+        point = _point(plant, speed, pressure, frequencies, model)
     except NoLiftOffError:
         return {"lifted": np.array(0.0)}
     rest, model = point.equilibrium, point.model
@@ -81,7 +94,6 @@ def numbers(plant: Plant, speed: float, pressure: float, frequencies: Sequence[f
         "wn": padded(model.wn),
         "zeta": padded(model.zeta),
         "whirl_ratio": padded(model.whirl_ratio),
-        "zeta_least": np.array(model.zeta.min() if model.zeta.size else np.nan),
         "static_gain": model.static_gain,
         "delay": model.delay,
         "film_frequency": point.at,

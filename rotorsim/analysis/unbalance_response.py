@@ -15,11 +15,13 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.analysis.axes import checked
+from rotorsim.analysis.whirl_onset import Search
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
@@ -28,6 +30,7 @@ from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +62,8 @@ def unbalance_response(
     Dataset
         response_re, response_im (speed, place, axis) [m, 0-pk], major (speed, place) [m], the larger half axis of the
         orbit, zeta_least (speed); NaN where the film does not carry. Places are the measuring plane, discs, bearings
-        and shaft probes, with their positions z [m].
+        and shaft probes, with their positions z [m]. The attribute `warnings`, where there is one, holds a sentence a
+        line about speeds beyond the tables of bearings or the checked range, and at which a mode grows.
 
     Examples
     --------
@@ -71,17 +75,20 @@ def unbalance_response(
     import xarray as xr
 
     speeds = checked("response: speeds [rad/s]", speeds)
-    unbalances = tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(speeds[-1]))
+    unbalances = (
+        tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
+    )
     places = measuring_places(plant)
     response = np.full((len(speeds), len(places), 2), np.nan, complex)
     zeta = np.full(len(speeds), np.nan)
+    search = Search.of(plant, pressure, float(np.abs(speeds).max()))
     for k, speed in enumerate(speeds.tolist()):
         try:
             model = plant.linearise(speed, pressure)
         except NoLiftOffError:
             continue
         response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
-        zeta[k] = model.zeta.min() if model.zeta.size else np.nan
+        zeta[k] = search.least_of(model)[0] if model.zeta.size else np.nan
     over = ("speed", "place", "axis")
     metres = {"units": "m", "long_name": "response, 0-pk"}
     return xr.Dataset(
@@ -97,7 +104,7 @@ def unbalance_response(
             "axis": ["x", "y"],
             "z": ("place", list(places.values()), {"units": "m", "long_name": "position along the shaft"}),
         },
-        plant.provenance() | {
+        plant.provenance() | linear_warnings(plant, speeds, zeta, pressure) | {
             "kind": "response", "pressure": float(pressure), "unbalance": describe(plant.machine, unbalances),
         },
     )  # fmt: skip
@@ -141,6 +148,22 @@ def half_axis(response: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (np.abs(x - 1j * y) + np.abs(x + 1j * y)))
 
 
+def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
+    """Largest response of a result at a place where no mode grows; None where there is none.
+
+    um [0-pk], rpm, and `at_end`: "start" or "end" where it lies at the first or last such speed, and may be larger
+    beyond, else "".
+    """
+    steady = np.flatnonzero(~(found["zeta_least"].values < -DAMPED))
+    sizes = found["major"].sel(place=place).values[steady]
+    if not np.isfinite(sizes).any():
+        return None
+    k, known = int(np.nanargmax(sizes)), np.flatnonzero(np.isfinite(sizes))
+    at_end = "start" if k == known[0] else "end" if k == known[-1] else ""
+    speed = float(found["speed"].values[steady[k]])
+    return {"um": float(sizes[k]) * TO_UM, "rpm": speed * TO_RPM, "at_end": at_end if len(known) > 1 else ""}
+
+
 def unbalances_of(machine: Machine, highest: float) -> tuple[Unbalance, ...]:
     """The machine's own unbalances, or one of grade G 2.5 at the `highest` speed [rad/s] where it has none."""
     own = tuple(e for e in machine.effects.get("unbalance", ()) if isinstance(e, Unbalance) and e.me > 0)
@@ -166,14 +189,14 @@ def largest_response(
     Speeds at which a mode grows are left out: there is no steady response. The largest of `count` equal steps is
     narrowed by three divisions. NaN where no speed carries or is stable.
     """
-    z = (plant.assembly.mesh.probe,)
+    z, search = (plant.assembly.mesh.probe,), Search.of(plant, pressure, highest)
 
     def size(speed: float) -> float:
         try:
             model = plant.linearise(speed, pressure)
         except NoLiftOffError:
             return float("nan")
-        if model.zeta.size and model.zeta.min() < -DAMPED:
+        if search.least_of(model)[0] < -DAMPED:
             return float("nan")
         return float(half_axis(whirl(plant, model, speed, unbalances, z))[0])
 
@@ -191,4 +214,13 @@ def largest_response(
     return float(sizes[k]), float(speeds[k])
 
 
-__all__ = ["GRADE", "describe", "half_axis", "largest_response", "unbalance_response", "unbalances_of", "whirl"]
+__all__ = [
+    "GRADE",
+    "describe",
+    "half_axis",
+    "largest_response",
+    "peak_of",
+    "unbalance_response",
+    "unbalances_of",
+    "whirl",
+]

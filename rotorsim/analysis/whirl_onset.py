@@ -1,27 +1,41 @@
-"""Whirl onset over supply pressure: lowest speed at which a mode of film and rotor loses its damping."""
+"""Whirl onset over supply pressure: lowest speed at which any mode of film and rotor loses its damping.
+
+Every mode is followed that is slower than the highest speed that is searched and whose damping ratio is below one half,
+their number proven at each step; motions that grow without oscillation count too.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fe_shaft.follower import Followed, Node, follow
+from fe_shaft.spectrum import Modes, Region, modes_in
 from rotorsim.analysis.axes import checked
+from rotorsim.analysis.campbell import HIGHEST, highest_speed
+from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
 
 if TYPE_CHECKING:
     import xarray as xr
 
-HIGHEST, STEP = 40e3 * RPM, 1e3 * RPM
-"""Least speed [rad/s] up to which is looked, and the steps of the search up to there."""
-ABOVE = 4.0
-"""Speed up to which is looked, over the rotor's first natural frequency on its nominal bearings."""
+STEP = 1e3 * RPM
+"""Steps [rad/s] of the search up to the least highest speed, in proportion up to others."""
+FIRST = 2
+"""Pairs of the rotor's modes on its nominal bearings that are looked at, however low the highest speed."""
 WIDEST, NARROWEST = 8, 40
 """Longest and shortest step of `stability_limit`: the range over these numbers."""
+AT_ONCE = 10
+"""Steps that are followed before the next ones, as long as every mode is damped."""
 
 
 def whirl_onset(
@@ -32,9 +46,10 @@ def whirl_onset(
 ) -> xr.Dataset:
     """Onset speed and whirl frequency [rad/s] and their ratio over the pressures [Pa]; NaN where there is none.
 
-    Scans up in steps until the least damping ratio is negative, then Brent's method on it. `highest` is by default
-    40000 rpm, or four times the rotor's first natural frequency where that is more; `step` a fortieth of it. Raises
-    DataError for a machine without a film.
+    The modes are followed up in steps until one grows, then Brent's method on the least damping ratio. `highest` is by
+    default 40000 rpm, or four times the rotor's first natural frequency where that is more; `step` a fortieth of it.
+    `onset_looked` is 1 where every mode was looked for at each speed up to the onset or the highest speed that carries
+    the rotor, 0 where the number of modes is not proven somewhere. Raises DataError for a machine without a film.
 
     Examples
     --------
@@ -48,21 +63,18 @@ def whirl_onset(
     pressures = checked("whirl onset: pressures [Pa]", pressures)
     highest = highest_speed(plant) if highest is None else highest
     step = STEP * highest / HIGHEST if step is None else step
-    found = np.array([_at(plant, float(p), highest, step) for p in pressures])
+    speeds = np.arange(0.0, highest + step / 2, step)
+    found = np.array([first_loss(Search.of(plant, float(p), highest), speeds) for p in pressures])
     over = ("pressure",)
     return xr.Dataset(
         {
             "onset_speed": (over, found[:, 0], {"units": "rad/s", "long_name": "whirl onset"}),
             "onset_frequency": (over, found[:, 1], {"units": "rad/s", "long_name": "whirl frequency at the onset"}),
             "onset_ratio": (over, found[:, 1] / found[:, 0], {"units": "1", "long_name": "whirl over speed"}),
+            "onset_looked": (over, found[:, 2], {"units": "1", "long_name": "1: every mode was looked for, 0: not"}),
         },
         {"pressure": (over, pressures, {"units": "Pa", "long_name": "supply pressure, gauge"})},
     )
-
-
-def highest_speed(plant: Plant) -> float:
-    """Speed [rad/s] up to which the onset of whirl is looked for when none is given."""
-    return max(HIGHEST, ABOVE * float(plant.assembly.mesh.reduced.frequencies.min()))
 
 
 def stability_limit(plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5) -> float:
@@ -72,10 +84,11 @@ def stability_limit(plant: Plant, pressure: float, highest: float, accuracy: flo
     eighth and a fortieth of the range, then Brent's method. Raises NoLiftOffError where no speed carries the rotor.
     """
     known: dict[float, float] = {}
+    search = Search.of(plant, pressure, highest)
 
     def margin(speed: float) -> float:
         if speed not in known:
-            known[speed] = least(plant, speed, pressure)[0] + DAMPED
+            known[speed] = search.least(speed)[0] + DAMPED
         return known[speed]
 
     before: float | None = None
@@ -103,40 +116,119 @@ def _step(known: dict[float, float], before: float | None, speed: float, highest
     return min(float(np.clip(ahead, highest / NARROWEST, highest / WIDEST)), highest - speed)
 
 
-def _at(plant: Plant, pressure: float, highest: float, step: float) -> tuple[float, float]:
-    def zeta(speed: float) -> float:
-        try:
-            return least(plant, speed, pressure)[0]
-        except NoLiftOffError:
-            return float("nan")
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Modes of a plant at a gauge pressure [Pa] in a region, each speed's found from those of the one before."""
 
-    onset = first_growth(zeta, np.arange(0.0, highest + step / 2, step))
-    return (onset, least(plant, onset, pressure)[1]) if np.isfinite(onset) else (onset, onset)
+    plant: Plant
+    pressure: float
+    region: Region
+    hints: list[float]
+    known: list[Modes] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, plant: Plant, pressure: float, highest: float) -> Search:
+        """The search for onsets up to the `highest` speed [rad/s]."""
+        hints = plant.assembly.mesh.reduced.frequencies
+        first = float(np.sort(hints)[: 2 * FIRST].max())
+        reach = ABOVE * max(highest, 1.1 * first)
+        return cls(plant, pressure, Region(reach, BELOW * reach, STRONGLY), np.unique(hints.round(3)).tolist())
+
+    def least(self, speed: float) -> tuple[float, float]:
+        """Least damping ratio of all modes at a speed [rad/s] (inf: none oscillates), its frequency [rad/s].
+
+        Raises NoLiftOffError where the film does not carry the rotor.
+        """
+        return self.least_of(self.plant.linearise(speed, self.pressure))
+
+    def least_of(self, model: LinearPlant) -> tuple[float, float]:
+        """The same of a linear model."""
+        with one_thread():
+            modes = modes_in(model, self.region, self.hints, self.known[-1] if self.known else None)
+        self.known[:] = [modes]
+        return least_damped(modes, self.region)
+
+    def followed(self, speeds: Sequence[float]) -> Followed:
+        """The modes followed over ascending speeds (n,) [rad/s]."""
+        with one_thread():
+            return follow(at_speed(self.plant, self.pressure), speeds, self.region, self.hints)
 
 
-def first_growth(zeta: Callable[[float], float], speeds: np.ndarray) -> float:
-    """Lowest speed at which a damping ratio (NaN: not carried) is negative by more than rounding; NaN where none is.
+def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
+    """Least damping ratio of the modes in a region, those that grow without oscillation (-1) too, and its frequency.
 
-    Between the first such one of the speeds (n,) and the one before it, or at it where the rotor is not carried before.
+    (inf, NaN) without any mode; the frequency is in rad/s.
+    """
+    s = modes.values[np.abs(modes.values) < region.reach]
+    s = s[region.holds(s) | (s.real > DAMPED * np.abs(s))]
+    if not s.size:
+        return float("inf"), float("nan")
+    k = int((-s.real / np.abs(s)).argmin())
+    return float(-s[k].real / np.abs(s[k])), float(np.abs(s[k]))
+
+
+def first_loss(search: Search, speeds: np.ndarray) -> tuple[float, float, float]:
+    """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
+
+    Between the first of the nodes over ascending speeds (n,) [rad/s] at which a mode grows by more than rounding and
+    the one before it; a rotor that is not carried there does not whirl.
     """
 
     def margin(speed: float) -> float:
-        value = zeta(speed)
-        return 1.0 if np.isnan(value) else value + DAMPED
+        try:
+            return search.least(speed)[0] + DAMPED
+        except NoLiftOffError:
+            return 1.0
 
-    low = float("nan")
-    for speed in speeds.tolist():
-        value = zeta(speed)
-        if value < -DAMPED:
-            return speed if np.isnan(low) else falls_below_zero(margin, low, speed, xtol=1e-6, rtol=1e-8)
-        low = float("nan") if np.isnan(value) else speed
-    return float("nan")
+    proven = True
+    for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
+        found = search.followed(speeds[start : start + AT_ONCE + 1].tolist())
+        proven &= all(node.pencil is None or node.modes.proven for node in found.nodes)
+        bracket = next(_losses(search, found), None)
+        if bracket is not None:
+            low, high = bracket
+            onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=1e-8)
+            return onset, search.least(onset)[1], float(proven)
+    return float("nan"), float("nan"), float(proven)
 
 
-def least(plant: Plant, speed: float, pressure: float) -> tuple[float, float]:
-    """Least damping ratio of the modes near the first critical speeds (inf: none oscillates), its frequency [rad/s]."""
-    model = plant.linearise(speed, pressure)
-    if not model.zeta.size:
-        return float("inf"), float("nan")
-    k = int(model.zeta.argmin())
-    return float(model.zeta[k]), float(model.wn[k])
+def _losses(search: Search, found: Followed) -> Iterator[tuple[float, float]]:
+    """Speeds [rad/s] between which damping is lost, in turn; the same twice where it is lost at the first one."""
+    if found.nodes[0].pencil is not None and _grows(found.nodes[0], found.region):
+        yield found.nodes[0].at, found.nodes[0].at
+    dips = _dips(found)
+    for before, after in pairwise(found.nodes):
+        if after.pencil is None:
+            continue
+        for dip in (at for at in dips if before.at < at < after.at):
+            if search.least(dip)[0] < -DAMPED:
+                yield before.at, dip
+        if _grows(after, found.region):
+            yield before.at, after.at
+
+
+def _grows(node: Node, region: Region) -> bool:
+    return least_damped(node.modes, region)[0] < -DAMPED
+
+
+def _dips(found: Followed) -> list[float]:
+    """Speeds between the nodes at which a parabola through three damping ratios of a branch is negative."""
+    out = []
+    for branch in found.branches:
+        at, s = found.values(branch)
+        zeta = -s.real / np.abs(s)
+        for k in range(1, len(at) - 1):
+            if not 0 < zeta[k] <= min(zeta[k - 1], zeta[k + 1]) or zeta[k - 1] == zeta[k + 1] == zeta[k]:
+                continue
+            curve = np.polyfit(at[k - 1 : k + 2] - at[k], zeta[k - 1 : k + 2], 2)
+            if curve[0] > 0 and np.polyval(curve, lowest := -curve[1] / (2 * curve[0])) < 0:
+                out.append(float(at[k] + lowest))
+    return sorted(out)
+
+
+def least(plant: Plant, speed: float, pressure: float, highest: float | None = None) -> tuple[float, float]:
+    """Least damping ratio of all modes (inf: none oscillates) up to the `highest` speed [rad/s], its frequency [rad/s].
+
+    Without one, up to the speed to which the onset is searched. Raises NoLiftOffError where no film carries.
+    """
+    return Search.of(plant, pressure, highest_speed(plant) if highest is None else highest).least(speed)

@@ -32,6 +32,11 @@ class FilmAnswer:
     L: np.ndarray
     Z: np.ndarray
 
+    @property
+    def log_det(self) -> complex:
+        """Logarithm of det A up to a multiple of i pi that is the same at every frequency."""
+        return complex(np.log(self.factor.U.diagonal() + 0j).sum())
+
 
 @dataclass(frozen=True, eq=False)
 class FilmResponse:
@@ -50,14 +55,15 @@ class FilmResponse:
         return J, places, {}
 
     def at(self, s: complex) -> FilmAnswer:
-        """The film's answer at s [rad/s]; real arithmetic at s = 0."""
-        J, places, known = self._pattern
+        """The film's answer at s [rad/s], kept; real arithmetic at s = 0."""
+        known = self._pattern[2]
         if s not in known:
-            known[s] = self._answer(J, places, s)
+            known[s] = self.answer(s)
         return known[s]
 
-    def _answer(self, J: Any, places: np.ndarray, s: complex) -> FilmAnswer:
-        film = self.film
+    def answer(self, s: complex) -> FilmAnswer:
+        """The same, not kept."""
+        film, (J, places, _) = self.film, self._pattern
         real = s == 0
         data = J.data.copy() if real else J.data.astype(complex)
         if not real:

@@ -15,7 +15,6 @@ linear model. Forces that vary with the shaft angle (a crack) and the flow in a 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -33,7 +32,7 @@ from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
-from rotorsim.plant.film_response import FilmResponse
+from rotorsim.plant.film_response import FilmAnswer, FilmResponse
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
@@ -55,7 +54,7 @@ class LinearPlant(Shown):
     wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn;
     static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. Eigenvalues are looked for around `near`
     [rad/s], the rotor's first natural frequency on its nominal bearing. `rotor` holds modal stiffness and damping and
-    the rows of the journal; the film's own matrices are in `film`.
+    the rows of the journal; the film's own matrices are in `film`; the shaft turns at `speed` [rad/s].
     """
 
     S: np.ndarray
@@ -64,6 +63,7 @@ class LinearPlant(Shown):
     near: float
     rotor: LinearRotor
     film: LinearFilm | None = None
+    speed: float = 0.0
     inputs: tuple[str, ...] = INPUTS
     outputs: tuple[str, ...] = OUTPUTS
 
@@ -147,9 +147,7 @@ class LinearPlant(Shown):
 
     def dynamic_stiffness(self, s: complex) -> np.ndarray:
         """Modal dynamic stiffness (m, m) of rotor and film."""
-        rotor, Bf = self.rotor, self.rotor.Bf
-        film = 0.0 if self.film is None else Bf.T @ self.response.at(s).Z @ Bf
-        return np.asarray(rotor.stiffness + s * rotor.damping + s * s * np.eye(len(rotor.stiffness)) + film)
+        return self.factor(s).stiffness
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -186,15 +184,20 @@ class LinearPlant(Shown):
 
     @property
     def whirl(self) -> tuple[str, ...]:
-        """Sense of whirl of each mode at the disc, from its orbit: forward is from x to y."""
+        """Sense of whirl of each mode at the disc, from its orbit: forward is that of the rotation, x to y at rest."""
         # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
         return tuple("mixed" if abs(v) < 0.02 else ("forward" if v > 0 else "backward") for v in self.whirl_ratio)
 
     @property
     def whirl_ratio(self) -> np.ndarray:
         """Roundness of each mode's orbit at the disc (n_modes,): 1 a forward circle, 0 a line, -1 a backward circle."""
-        x, y = self._disc_shapes
-        return np.asarray(-2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2))
+        return self.roundness(self._modes[1])
+
+    def roundness(self, vectors: np.ndarray) -> np.ndarray:
+        """Roundness (k,) of the orbits of states (n, k) at the disc, positive where they turn as the shaft does."""
+        x, y = self.H @ vectors
+        found = -2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
+        return np.asarray(found if self.speed >= 0 else -found)
 
     @cached_property
     def static_gain(self) -> np.ndarray:
@@ -227,29 +230,91 @@ class LinearPlant(Shown):
         if self.film is None or n <= 4 * count:
             return np.linalg.eig(self.J.toarray() / self.S[:, None])
         shift = 1j * self.near
-        operator = LinearOperator((n, n), matvec=self._inverse(shift), dtype=complex)
-        inverse, vectors = eigs(operator, k=count, v0=np.ones(n, complex), tol=1e-12)
-        if not np.all(np.isfinite(inverse)):
+        inverse = self.factor(shift)
+        operator = LinearOperator((n, n), matvec=lambda x: inverse.solve(self.S * x), dtype=complex)
+        values, vectors = eigs(operator, k=count, v0=np.ones(n, complex), tol=1e-12)
+        if not np.all(np.isfinite(values)):
             raise DataError("linearise: the eigenvalues did not converge; refine the grid")
-        return shift + 1 / inverse, vectors
+        return shift + 1 / values, vectors
 
-    def _inverse(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
-        """x -> (J - shift S)^-1 S x with the film's factors and the rotor condensed onto them."""
-        film, Bf = self.film, self.rotor.Bf
-        assert film is not None
-        n, m = len(film.S), len(self.rotor.stiffness)
-        answer = self.response.at(shift)
-        D = np.linalg.inv(self.dynamic_stiffness(shift))
-        onto, pushed = Bf.T @ answer.L.T, film.S_X @ Bf
-        damped = self.rotor.damping + shift * np.eye(m)
-        moved = (film.J_X + shift * film.S_X) @ Bf
+    @property
+    def size(self) -> int:
+        """Number of states n."""
+        return len(self.S)
 
-        def solve(x: np.ndarray) -> np.ndarray:
-            r = film.S * x[:n] + pushed @ x[n : n + m]
-            q = -D @ (x[n + m :] + damped @ x[n : n + m] + onto @ r)
-            return np.concatenate([-answer.factor.solve(r + moved @ q), q, x[n : n + m] + shift * q])
+    def times_J(self, x: np.ndarray) -> np.ndarray:
+        """J x for x (n, k)."""
+        return np.asarray(self.J @ x)
 
-        return solve
+    def times_S(self, x: np.ndarray, transposed: bool = False) -> np.ndarray:
+        """S x for x (n, k); S is diagonal, so the transposed one is the same."""
+        return self.S[:, None] * x
+
+    def factor(self, s: complex) -> ShiftedPlant:
+        """Factors of J - s S at s [rad/s]."""
+        return ShiftedPlant(self, s)
+
+    def log_det(self, s: complex) -> complex:
+        """Logarithm of det(J - s S) up to a constant, the imaginary part modulo 2 pi."""
+        return ShiftedPlant(self, s).log_det
+
+
+@dataclass(frozen=True, eq=False)
+class ShiftedPlant:
+    """J - s S at one complex frequency, with the film's factors and the rotor condensed onto them.
+
+    The determinant is that of the film with the journals held times that of the dynamic stiffness.
+    """
+
+    model: LinearPlant
+    s: complex
+
+    @cached_property
+    def film(self) -> FilmAnswer | None:
+        """The film at s; None without one."""
+        return None if self.model.film is None else self.model.response.answer(self.s)
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Modal dynamic stiffness (m, m)."""
+        rotor = self.model.rotor
+        film = 0.0 if self.film is None else rotor.Bf.T @ self.film.Z @ rotor.Bf
+        return np.asarray(rotor.stiffness + self.s * rotor.damping + self.s**2 * np.eye(len(rotor.stiffness)) + film)
+
+    @cached_property
+    def _terms(self) -> tuple[np.ndarray, ...]:
+        """Inverse stiffness, C + s, and of the film Bf' L', S_X Bf and (J_X + s S_X) Bf."""
+        rotor, film, m = self.model.rotor, self.model.film, len(self.model.rotor.stiffness)
+        D, damped = np.linalg.inv(self.stiffness), rotor.damping + self.s * np.eye(m)
+        if film is None or self.film is None:
+            none = np.zeros((0, m))
+            return D, damped, none.T, none, none
+        pushed = film.S_X @ rotor.Bf
+        return D, damped, rotor.Bf.T @ self.film.L.T, pushed, film.J_X @ rotor.Bf + self.s * pushed
+
+    @property
+    def log_det(self) -> complex:
+        """Logarithm of the determinant up to a constant, the imaginary part modulo 2 pi."""
+        sign, size = np.linalg.slogdet(self.stiffness.astype(complex))
+        return complex(size + 1j * np.angle(sign) + (0.0 if self.film is None else self.film.log_det))
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """(J - s S)^-1 b for b (n,)."""
+        D, damped, onto, pushed, moved = self._terms
+        m = len(D)
+        r, v = b[: -2 * m] + pushed @ b[-2 * m : -m], b[-2 * m : -m]
+        q = -D @ (b[-m:] + damped @ v + onto @ r)
+        y = r if self.film is None else -self.film.factor.solve(r + moved @ q)
+        return np.concatenate([y, q, v + self.s * q])
+
+    def adjoint(self, b: np.ndarray) -> np.ndarray:
+        """(J - s S)^-H b for b (n,)."""
+        D, damped, onto, pushed, moved = self._terms
+        m, back = len(D), np.conj(self.s)
+        film = b[: -2 * m] if self.film is None else self.film.factor.solve(b[: -2 * m], "H")
+        force = -D.conj().T @ (b[-2 * m : -m] + back * b[-m:] - moved.conj().T @ film)
+        y = onto.conj().T @ force - film
+        return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
 
 
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
@@ -270,7 +335,7 @@ def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
         E[:n, 4] = -film.J_u[:, -1]
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
     S = np.concatenate([np.zeros(0) if film is None else film.S, np.ones(2 * m)])
-    return LinearPlant(S, E, H, near, rotor, film)
+    return LinearPlant(S, E, H, near, rotor, film, speed)
 
 
 def linear_films(a: Assembly, w: np.ndarray, speed: float) -> LinearFilm:

@@ -31,8 +31,9 @@ class Spectrum:
 def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> Spectrum:
     """Root mean square of Hann-weighted amplitude spectra of a variable (time, axis), less another if given.
 
-    A sine of amplitude a shows a, a circular orbit of radius a shows a at its signed frequency. Frequencies reach
-    `most` [Hz]. Test: ``test_signals.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
+    A sine of amplitude a shows a, a circular orbit of radius a shows a at its signed frequency, positive where it turns
+    as the shaft does in the middle of the record. Frequencies reach `most` [Hz].
+    Test: ``test_signals.py::test_an_ellipse_shows_its_forward_and_backward_parts``.
 
     Examples
     --------
@@ -43,11 +44,12 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
     need(n * dt >= LEAST, f"The record of {n * dt:.2g} s is too short for a spectrum.")
     length = min(n, round(LONGEST / dt))
     window, single, full, count = taper(length), np.zeros(()), np.zeros(()), 0
+    turned = -1j if "speed" in record and float(record["speed"].isel(time=n // 2)) < 0 else 1j
     for part in segments(record, (name, less) if less else (name,), length, max(1, length // 2)):
         d = part[name] - part[less] if less else part[name]
         d = (d - d.mean(axis=0)) * window / window.sum()
         single = single + np.abs(2 * np.fft.rfft(d, axis=0)) ** 2
-        full = full + np.abs(np.fft.fftshift(np.fft.fft(d[:, 0] + 1j * d[:, 1]))) ** 2
+        full = full + np.abs(np.fft.fftshift(np.fft.fft(d[:, 0] + turned * d[:, 1]))) ** 2
         count += 1
     frequency, signed = np.fft.rfftfreq(length, dt), np.fft.fftshift(np.fft.fftfreq(length, dt))
     kept, kept_signed = frequency <= most, np.abs(signed) <= most

@@ -12,15 +12,19 @@ from scipy.signal.windows import hann
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.signals.order_tracking import SECONDS
+from rotorsim.signals.order_tracking import SECONDS, after_start
 from rotorsim.signals.record_blocks import displacement_name
+
+MIRROR = np.array([1.0, -1.0])
+"""Mirror image of a displacement (..., 2): that of a shaft that turns the other way."""
 
 
 def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0) -> xr.Dataset:
     """Amplitude spectra of the disc along a record, and full spectra that separate forward from backward whirl.
 
     Hann window, mean and trend removed, corrected for the window so that a sine of amplitude a shows a. Each line is
-    the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s.
+    the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s. A start transient
+    is left out.
 
     Parameters
     ----------
@@ -34,9 +38,11 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
     Returns
     -------
     Dataset
-        `amplitude` (line, frequency, axis) 0-pk [m]; `full` (line, signed_frequency) [m], spectrum of x + i y, positive
-        frequency = forward; coordinates `time` [s], `speed` [rad/s]; attribute `resolution_hz` = 1 / piece.
+        `amplitude` (line, frequency, axis) 0-pk [m]; `full` (line, signed_frequency) [m], spectrum of x + i y (of
+        x - i y where the shaft turns from y to x), positive frequency = forward; coordinates `time` [s], `speed`
+        [rad/s]; attribute `resolution_hz` = 1 / piece.
     """
+    record = after_start(record)
     name, n = displacement_name(record), record.sizes["time"]
     if n < 2:
         raise DataError(f"record: {n} samples make no spectrum; give at least 2")
@@ -49,7 +55,7 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
     for first, last in pairwise(edges):
         part = record.isel(time=slice(first, last))
         d, speed = np.asarray(part[name].values, float), float(part["speed"].values.mean())
-        rows.append((*_spectra(d, piece), ends[0] + (first + last - 1) / 2 * dt, speed))
+        rows.append((*_spectra(d if speed >= 0 else d * MIRROR, piece), ends[0] + (first + last - 1) / 2 * dt, speed))
     return _waterfall_dataset(rows, piece, dt, max_frequency)
 
 

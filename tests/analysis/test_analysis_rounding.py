@@ -4,28 +4,53 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fe_shaft.spectrum import Region
 from rotorsim.analysis.lift_off import EXACT, lowest
 from rotorsim.analysis.safe_region import safe_region
-from rotorsim.analysis.whirl_onset import first_growth
+from rotorsim.analysis.whirl_onset import Search, first_loss
+from rotorsim.base.errors import NoLiftOffError
 from rotorsim.plant.linearise import LinearPlant, LinearRotor
 
 pytestmark = pytest.mark.numerical
 SPEEDS = np.arange(0.0, 1001.0, 100.0)
 
 
+class Oscillator:
+    """A plant of one mode of 50 rad/s with a damping ratio over the speed; NaN: not carried."""
+
+    def __init__(self, zeta):
+        self.zeta = zeta
+
+    def linearise(self, speed, pressure):
+        if np.isnan(self.zeta(speed)):
+            raise NoLiftOffError("not carried")
+        rotor = LinearRotor(np.array([[2500.0]]), np.array([[100.0 * self.zeta(speed)]]), np.zeros((0, 1)))
+        return LinearPlant(np.ones(2), np.zeros((2, 5)), np.array([[1.0, 0.0], [0.0, 0.0]]), 50.0, rotor)
+
+
+def onset_of(zeta):
+    return first_loss(Search(Oscillator(zeta), 0.0, Region(1e3, 0.1), [50.0]), SPEEDS)
+
+
 def test_the_onset_is_where_damping_ends():
-    assert first_growth(lambda s: 0.1 - s / 4370, SPEEDS) == pytest.approx(437.0, rel=1e-6)
+    onset, frequency, looked = onset_of(lambda s: 0.1 - s / 4370)
+    assert (onset, frequency, looked) == (pytest.approx(437.0, rel=1e-6), pytest.approx(50.0), 1)
 
 
 def test_damping_that_is_rounding_is_no_onset():
-    assert np.isnan(first_growth(lambda s: -1e-16 * np.cos(s), SPEEDS))
+    assert np.isnan(onset_of(lambda s: -1e-16 * np.cos(s))[0])
+
+
+def test_damping_that_is_lost_between_two_steps_only_is_found():
+    """A parabola that is negative from 440 to 460 rad/s, between the steps of the search at 400 and 500."""
+    assert onset_of(lambda s: 1e-6 * (s - 440) * (s - 460))[0] == pytest.approx(440.0, abs=1e-3)
 
 
 def test_a_rotor_not_carried_between_two_speeds_is_whirling_where_it_is_carried_again():
     """The speed before the gap is no bracket: the search for the root ended in 'no lift-off'."""
     damping = {0.0: 0.1, 100.0: 0.05} | {float(s): -0.01 for s in SPEEDS[5:]}
-    assert first_growth(lambda s: damping.get(s, np.nan), SPEEDS) == 500.0
-    narrow = first_growth(lambda s: 0.1 if s < 120 else np.nan if s < 170 else -0.01, SPEEDS)
+    assert onset_of(lambda s: damping.get(s, np.nan))[0] == pytest.approx(500.0)
+    narrow = onset_of(lambda s: 0.1 if s < 120 else np.nan if s < 170 else -0.01)[0]
     assert narrow == pytest.approx(170.0, abs=1e-3)
 
 
@@ -48,10 +73,31 @@ def test_undamped_is_not_safe_whatever_sign_rounding_gives():
             "lifted": (over, np.ones((1, 4))),
             "zeta_least": (over, np.array([[1e-17, -1e-17, 1e-12, 1e-3]])),
             "wn": ((*over, "mode"), np.full((1, 4, 2), 1e4)),
+            "looked": (over, np.ones((1, 4))),
+            "critical_speed": (("pressure", "critical"), np.full((1, 1), np.nan)),
+            "critical_zeta": (("pressure", "critical"), np.full((1, 1), np.nan)),
         },
         {"speed": [10.0, 20.0, 30.0, 40.0], "pressure": [1e5]},
     )
     assert safe_region(found)["safe"].values.tolist() == [[0, 0, 0, 1]]
+
+
+def test_safe_is_a_matter_of_damping_of_amplification_and_of_having_looked():
+    """Critical speeds of amplification 5 at 100 rad/s and of 2 at 300 rad/s; at 400 not everything was looked at."""
+    over = ("pressure", "speed")
+    found = xr.Dataset(
+        {
+            "lifted": (over, np.ones((1, 6))),
+            "zeta_least": (over, np.array([[0.1, 0.1, 0.1, 0.1, -0.1, -0.1]])),
+            "wn": ((*over, "mode"), np.full((1, 6, 2), 1e4)),
+            "looked": (over, np.array([[1.0, 1.0, 1.0, 0.0, 0.0, 1.0]])),
+            "critical_speed": (("pressure", "critical"), np.array([[100.0, 300.0]])),
+            "critical_zeta": (("pressure", "critical"), np.array([[0.1, 0.25]])),
+        },
+        {"speed": [100 * 1.1499, 100 * 1.1501, 300.0, 400.0, 410.0, 420.0], "pressure": [1e5]},
+    )
+    safe = safe_region(found)["safe"].values[0]
+    np.testing.assert_array_equal(safe, [0, 1, 1, np.nan, 0, 0])
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -12,11 +12,11 @@ from itertools import product
 from typing import Any
 
 from rotorsim.analysis.axes import Field
+from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.cases import Analysis
 from rotorsim.analysis.sweeps.axes import POINTS, Over, read_over
 from rotorsim.analysis.sweeps.quantities import SweepQuantity, read_quantities
 from rotorsim.analysis.varied import with_fields
-from rotorsim.analysis.whirl_onset import highest_speed
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse, show

@@ -1,9 +1,11 @@
 r"""Labyrinth seal: damping against gas that turns with a share of the shaft's speed, and cross-coupled stiffness.
 
 .. math:: F = -\begin{bmatrix} K & k \\ -k & K \end{bmatrix} \begin{bmatrix} x \\ y \end{bmatrix}
-          - C \begin{bmatrix} \dot x \\ \dot y \end{bmatrix}, \qquad k = k_0 + \lambda\,\Omega\,C
+          - C \begin{bmatrix} \dot x \\ \dot y \end{bmatrix}, \qquad
+          k = k_0\,\mathrm{sgn}\,\Omega + \lambda\,\Omega\,C
 
-lambda is the mean swirl of the gas over the speed of the shaft, k_0 what swirl at the inlet adds. A seal drives
+lambda is the mean swirl of the gas over the speed of the shaft, k_0 what swirl at the inlet adds, which the shaft turns
+with it (a shaft at rest counts as turning from x to y). A seal drives
 forward whirl where k > omega (C + c_e), for a whirl at omega and the other damping c_e of its plane, so that without
 k_0 the threshold is Omega = (omega / lambda)(1 + c_e / C). With lambda = 1 it is internal damping at one plane; of a
 rotor in one mode records tell the two apart by the damping alone. Source: Childs (1993), Turbomachinery Rotordynamics,
@@ -18,7 +20,8 @@ from rotorsim.effects.diagnosis import CandidateForm
 @inlined
 def labyrinth_seal(t, angle, speed, x, y, vx, vy, p):
     """Force (fx, fy) [N] of the gas on the shaft."""
-    cross = p.cross_stiffness + p.swirl * speed * p.damping
+    inlet = p.cross_stiffness if speed >= 0.0 else -p.cross_stiffness
+    cross = inlet + p.swirl * speed * p.damping
     return (
         -p.stiffness * x - cross * y - p.damping * vx,
         -p.stiffness * y + cross * x - p.damping * vy,

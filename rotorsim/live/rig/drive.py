@@ -19,11 +19,11 @@ def ramp(speed: float, target: float, acceleration: float, samples: int, Ts: flo
 def torque_rows(speed: float, torque: float, drag: float, samples: int) -> np.ndarray:
     """Speed inputs under torque control: NaN (free shaft); a standing shaft first needs more than the drag."""
     rows = np.full(samples, np.nan)
-    if speed == 0.0 and torque > drag:
-        rows[0] = BREAKAWAY
+    if speed == 0.0 and abs(torque) > drag:
+        rows[0] = np.copysign(BREAKAWAY, torque)
     return rows
 
 
-def lay_on(parameters: Any, drag: float, torque: float) -> None:
-    """Apply a torque [N m] in addition to the dry drag [N m]; both act on a shaft that rotates forward."""
-    parameters.dry_drag = drag - torque
+def lay_on(parameters: Any, drag: float, torque: float, speed: float) -> None:
+    """Apply a torque [N m], positive from x to y, to a shaft at `speed` [rad/s] in addition to the dry drag [N m]."""
+    parameters.dry_drag = drag - torque * float(np.copysign(1.0, speed or torque))

@@ -110,7 +110,12 @@ class Rig:
     @property
     def target(self) -> float:
         """Speed that is set, with its sense [rad/s]."""
-        return self.settings.numbers["speed"] * (-1.0 if self.settings.positions["sense"] == "backward" else 1.0)
+        return self.settings.numbers["speed"] * self.sense
+
+    @property
+    def sense(self) -> float:
+        """Sense of rotation that is set: 1 from x to y, -1 from y to x."""
+        return -1.0 if self.settings.positions["sense"] == "backward" else 1.0
 
     @property
     def limit(self) -> float:
@@ -267,8 +272,8 @@ class Rig:
     def _rows(self, samples: int) -> np.ndarray:
         """Input rows (n, 6) of the coming samples; the reference is the constant one."""
         numbers, rows = self.settings.numbers, np.zeros((samples, INPUTS))
-        torque = numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
-        drive.lay_on(self.assembly.P, self.drag, torque)
+        torque = self.sense * numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
+        drive.lay_on(self.assembly.P, self.drag, torque, self.speed)
         if self._held:
             rows[:, 0] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from fe_shaft.bearing import mirrored
 from rotorsim.base.units import show
 from rotorsim.machine.part import Part, quantity
 
@@ -119,7 +120,8 @@ class Point(Coefficients):
 class TableBearing(Seat):
     """A bearing whose stiffness and damping are a table over the speed, linear in between.
 
-    Below its first speed and above its last one the values there hold.
+    Below its first speed and above its last one the values there hold. It is the table of a shaft that turns from x to
+    y; of one that turns the other way the cross terms have the opposite sign.
 
     Examples
     --------
@@ -139,12 +141,13 @@ class TableBearing(Seat):
         return np.array([p.speed for p in self.points])
 
     def at(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m] at a speed [rad/s]."""
+        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m] at a speed [rad/s] of either sense."""
         known, both = self.speeds, np.array([(p.K, p.C) for p in self.points])
-        k = min(max(int(np.searchsorted(known, speed)), 1), len(known) - 1)
-        share = min(max((speed - known[k - 1]) / (known[k] - known[k - 1]), 0.0), 1.0)
+        turning = abs(speed)
+        k = min(max(int(np.searchsorted(known, turning)), 1), len(known) - 1)
+        share = min(max((turning - known[k - 1]) / (known[k] - known[k - 1]), 0.0), 1.0)
         K, C = both[k - 1] + share * (both[k] - both[k - 1])
-        return K, C
+        return (mirrored(K), mirrored(C)) if speed < 0 else (K, C)
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Speeds ascend."""

@@ -83,7 +83,10 @@ class Grooves(Part):
     on: Literal["journal", "sleeve"] = Field(description="What has the grooves: the 'journal' or the 'sleeve'.")
     depth: float = quantity("m", "Depth of a groove.", above=0, high=1e-3, example=15e-6)
     share: float = quantity("1", "Share of the circumference that is groove.", above=0, high=0.95, example=0.5)
-    angle: float = quantity("rad", "Angle between grooves and circumference.", above=0, high=1.55, example=0.5)
+    angle: float = quantity(
+        "rad", "Angle between grooves and circumference; negative for the mirror image, which pumps the other way.",
+        low=-1.55, high=1.55, example=0.5,
+    )  # fmt: skip
     land: float = quantity("m", "Length in the middle of a herringbone that has no grooves.", 0.0, low=0, high=10)
 
     @property
@@ -92,7 +95,9 @@ class Grooves(Part):
         return sleeve.Grooves(self.depth, self.share, self.angle, self.land, self.on, self.pattern)
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """A spiral has no land."""
+        """Grooves are slanted, and a spiral has no land."""
+        if self.angle == 0:
+            yield "angle", "'0 rad' pumps neither way; write e.g. '28 deg', or '-28 deg' for its mirror image"
         if self.pattern == "spiral" and self.land > 0:
             yield "land", f"'{show(self.land, 'm')}' goes with a herringbone; remove it"
 

@@ -165,12 +165,16 @@ def build_support(w, R, f, dof, omega, zeta, gain):
 
 @inlined
 def add_tables(w, R, speed, first, factor, target):
-    """Add `factor` times the stiffness (first 0) or damping (first 4) of the tables at `speed` to a modal matrix."""
+    """Add `factor` times the stiffness (first 0) or damping (first 4) of the tables at `speed` to a modal matrix.
+
+    A shaft that turns from y to x is the mirror image: the tables at abs(speed), cross terms of the opposite sign.
+    """
     n, k = R.n, 1
-    while k < R.n_points - 1 and w[R.table_speeds + k] < speed:
+    turning = abs(speed)
+    while k < R.n_points - 1 and w[R.table_speeds + k] < turning:
         k += 1
     low, high = w[R.table_speeds + k - 1], w[R.table_speeds + k]
-    share = min(max((speed - low) / (high - low), 0.0), 1.0)
+    share = min(max((turning - low) / (high - low), 0.0), 1.0)
     for b in range(R.n_tables):
         rows = R.table_rows + 2 * n * b
         at = R.table_values + 8 * (R.n_points * b + k) + first
@@ -178,6 +182,8 @@ def add_tables(w, R, speed, first, factor, target):
             for j in range(2):
                 e = at + 2 * i + j
                 value = factor * (w[e - 8] + share * (w[e] - w[e - 8]))
+                if i != j and speed < 0.0:
+                    value = -value
                 for c in range(n):
                     for r in range(n):
                         w[target + c * n + r] += w[rows + i * n + r] * value * w[rows + j * n + c]

@@ -8,9 +8,10 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
 
-UNSAFE = "#7a3b3b"
+UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
 """Light enough for numbers on the lines and for the shade above."""
 DASHES = ("solid", "dash", "dot", "dashdot")
@@ -57,7 +58,8 @@ def contour_figure(found: xr.Dataset) -> go.Figure:
                        contours={"showlabels": True, "labelfont": {"size": 10, "color": INK}}, line={"width": 0.8},
                        hovertemplate=f"%{{x:.0f}} rpm, %{{y:.3g}} MPa: %{{z:.4g}}<extra>{title}</extra>",
                        ncontours=9), row, column)  # fmt: skip
-        figure.add_trace(_shade(found, x, y), row, column)
+        for shade in _shades(found, x, y):
+            figure.add_trace(shade, row, column)
         figure.update_xaxes(range=[x[0], x[-1]], row=row, col=column)
         figure.update_yaxes(range=[y[0], y[-1]], row=row, col=column)
         if k + columns >= len(panels):
@@ -108,31 +110,38 @@ def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.nda
     return np.asarray(data.transpose("pressure", "speed").values)
 
 
-def _shade(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> go.Contour:
-    """Unsafe region, half way to the next safe point; a contour, because plotly draws those over heat maps."""
-    unsafe = 1.0 - found["safe"].transpose("pressure", "speed").values
-    clear, colour = faint(UNSAFE, 0.0), faint(UNSAFE, 0.42)
-    return go.Contour(x=compact(x), y=compact(y), z=unsafe, showscale=False, hoverinfo="skip", zmin=0, zmax=1,
+def _shades(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> list[go.Contour]:
+    """What is not safe, and what is not known where anything is not, each half way to the next point."""
+    safe = found["safe"].transpose("pressure", "speed").values
+    shades = [_shade((safe == 0).astype(float), x, y, UNSAFE)]
+    return shades + ([_shade(np.isnan(safe).astype(float), x, y, UNKNOWN)] if np.isnan(safe).any() else [])
+
+
+def _shade(there: np.ndarray, x: np.ndarray, y: np.ndarray, shade: str) -> go.Contour:
+    """Region of a map (pressure, speed) where a flag is 1; a contour, because plotly draws those over heat maps."""
+    clear, colour = faint(shade, 0.0), faint(shade, 0.42)
+    return go.Contour(x=compact(x), y=compact(y), z=there, showscale=False, hoverinfo="skip", zmin=0, zmax=1,
                       colorscale=[[0, clear], [0.5, clear], [0.5, colour], [1, colour]], line={"width": 0},
                       contours={"start": 0.5, "end": 0.5, "size": 1, "coloring": "fill"})  # fmt: skip
 
 
 def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
-    """Natural frequencies and damping ratios over speed at a few pressures, with 1X, 2X, 3X and the forbidden band."""
-    carried = np.flatnonzero(np.isfinite(_values(found, "wn", {"mode": 0})).any(axis=1))
+    """Natural frequencies and damping ratios of the modes, followed over speed at a few pressures, with 1X, 2X, 3X."""
+    wn = found["branch_wn"].transpose("pressure", "branch", "speed").values * TO_HZ
+    carried = np.flatnonzero(np.isfinite(wn).any(axis=(1, 2)))
     chosen = carried[np.unique(np.linspace(0, len(carried) - 1, pressures).round().astype(int))]
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
     speed = found["speed"].values * TO_RPM
     for k, i in enumerate(chosen):
         _add_modes(figure, found.isel(pressure=int(i)), speed, PIN_COLOURS[k % len(PIN_COLOURS)])
-    top = np.nanmax(found["wn"].values[..., :2]) * TO_HZ * 1.08
     for order in (1, 2, 3):
         figure.add_trace(go.Scatter(x=compact(speed), y=compact(order * np.abs(speed) / 60), mode="lines",
                                     name=f"{order}X", hoverinfo="skip",
                                     line={"color": INK, "width": 1, "dash": DASHES[order]}), 1, 1)  # fmt: skip
     _add_crossings(figure, found)
-    low = np.nanmin(found["wn"].values[..., :2]) * TO_HZ * 0.92
-    figure.update_yaxes(title_text="natural frequency [Hz]", range=[low, top], row=1, col=1)
+    first = np.where(np.isnan(wn), np.inf, wn).min(axis=2)[:, :2]
+    top = 1.15 * max(first[np.isfinite(first)].max(), np.abs(speed).max() / 60)
+    figure.update_yaxes(title_text="natural frequency [Hz]", range=[0.92 * np.nanmin(wn), top], row=1, col=1)
     figure.update_yaxes(title_text="damping ratio", row=2, col=1)
     figure.add_hline(y=0, line={"color": INK, "width": 1}, row=2)
     figure.update_xaxes(title_text="speed [rpm]", range=[speed.min(), speed.max()], row=2, col=1)
@@ -141,14 +150,16 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
 
 
 def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: str) -> None:
-    label = f"{float(one['pressure']) * TO_MPA:.3g} MPa"
-    for mode in range(2):
-        sense = [_sense(v) for v in one["whirl_ratio"].isel(mode=mode).values]
-        look = {"color": colour, "width": 2, "dash": DASHES[mode]}
-        for row, name, scale in ((1, "wn", TO_HZ), (2, "zeta", 1.0)):
+    label = quantity(float(one["pressure"]) * TO_MPA, "MPa")
+    for branch in range(one.sizes["branch"]):
+        if not np.isfinite(one["branch_wn"].isel(branch=branch)).any():
+            continue
+        sense = [_sense(v) for v in one["branch_whirl_ratio"].isel(branch=branch).values]
+        look = {"color": colour, "width": 2, "dash": DASHES[branch % len(DASHES)]}
+        for row, name, scale in ((1, "branch_wn", TO_HZ), (2, "branch_zeta", 1.0)):
             figure.add_trace(
-                go.Scatter(x=compact(speed), y=compact(one[name].isel(mode=mode).values * scale), mode="lines+markers",
-                           name=f"{label}, {'lower' if mode == 0 else 'upper'} mode", legendgroup=f"{label}{mode}",
+                go.Scatter(x=compact(speed), y=compact(one[name].isel(branch=branch).values * scale),
+                           mode="lines+markers", name=f"{label}, mode {branch + 1}", legendgroup=f"{label}{branch}",
                            showlegend=row == 1, line=look, text=sense,
                            marker={"symbol": ["triangle-up" if s == "forward" else "triangle-down" if s == "backward"
                                               else "circle" for s in sense], "size": 7},
@@ -160,17 +171,19 @@ def _sense(ratio: float) -> str:
 
 
 def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:
-    """Marks where orders meet modes, as far as they were computed."""
-    if "crossing_speed" not in found:
-        return
-    crossings = found["crossing_speed"].transpose("order", ...)
-    fastest = np.abs(found["speed"].values).max() * TO_RPM
-    for order in crossings["order"].values:
-        x = crossings.sel(order=order).values.ravel() * TO_RPM
-        good = np.isfinite(x) & (np.abs(x) <= fastest)
+    """Marks where orders meet modes: of 1X those that the map knows, of all orders where they were asked for."""
+    if "crossing_speed" in found:
+        by_order = found["crossing_speed"].transpose("order", ...)
+        known = {int(order): by_order.sel(order=order).values.ravel() for order in by_order["order"].values}
+    else:
+        known = {1: found["critical_speed"].values.ravel()}
+    speed = found["speed"].values * TO_RPM
+    for order, values in known.items():
+        x = values * TO_RPM
+        good = np.isfinite(x) & (x >= speed.min()) & (x <= speed.max())
         if not good.any():
             continue
-        figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * x[good] / 60), mode="markers",
+        figure.add_trace(go.Scatter(x=compact(x[good]), y=compact(order * np.abs(x[good]) / 60), mode="markers",
                                     name=f"{order}X crossings", marker={"symbol": "x-thin", "size": 9,
                                     "line": {"width": 1.6, "color": INK}},
                                     hovertemplate="%{x:.0f} rpm<extra></extra>"), 1, 1)  # fmt: skip

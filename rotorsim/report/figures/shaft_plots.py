@@ -9,6 +9,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.phase import phase_axes, phase_lag
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
@@ -43,13 +44,29 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
                            name=f"mode {k + 1}", legendgroup=str(k), showlegend=row == 1,
                            line={"color": colour, "dash": "solid" if k < len(PIN_COLOURS) else "dot"},
                            marker={"symbol": marks, "size": 6}), row, 1)  # fmt: skip
-    figure.add_trace(go.Scatter(x=compact(speed), y=compact(speed / 60), mode="lines", name="1X", hoverinfo="skip",
-                                line={"color": INK, "width": 1, "dash": "dash"}), 1, 1)  # fmt: skip
+    figure.add_trace(go.Scatter(x=compact(speed), y=compact(np.abs(speed) / 60), mode="lines", name="1X",
+                                hoverinfo="skip", line={"color": INK, "width": 1, "dash": "dash"}), 1, 1)  # fmt: skip
+    _add_criticals(figure, found)
     top = float(np.nanmax(found["wn"].values)) * TO_HZ
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
     figure.update_yaxes(title_text="log. decrement", row=2, col=1)
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
     return style(figure, 640)
+
+
+def _add_criticals(figure: go.Figure, found: xr.Dataset) -> None:
+    """Rings where a mode crosses an order line within the speeds, the orders' lines above the first beside them."""
+    if "critical_speed" not in found:
+        return
+    speeds = found["speed"].values
+    inside = (found["critical_speed"].values >= speeds[0]) & (found["critical_speed"].values <= speeds[-1])
+    for order in np.unique(found["critical_order"].values[inside]).tolist():
+        one = found.isel(critical=inside & (found["critical_order"].values == order))
+        x, text = one["critical_speed"].values * TO_RPM, [f"damping {z:.3g}" for z in one["critical_zeta"].values]
+        figure.add_trace(go.Scatter(x=compact(x, 7), y=compact(np.abs(x) / 60 * order, 7), mode="markers", text=text,
+                                    name=f"critical {order:.0f}X",
+                                    marker={"symbol": "circle-open", "size": 12, "color": INK,
+                                            "line": {"width": 3 - 0.75 * (order - 1)}}), 1, 1)  # fmt: skip
 
 
 def critical_speed_map(found: xr.Dataset) -> go.Figure:
@@ -86,7 +103,7 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
     speed = found["frequency"].values * TO_RPM
     for k, node in enumerate(chosen):
         one = found.isel(node=node)
-        colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {float(one['z']) * 1e3:.0f} mm"
+        colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {quantity(float(one['z']) * 1e3, 'mm', '.0f')}"
         for row, values in ((1, one["major"].values * TO_UM), (2, phase_lag(one["x"].values))):
             figure.add_trace(go.Scatter(x=compact(speed), y=compact(values), mode="lines", name=name, legendgroup=name,
                                         showlegend=row == 1, line={"color": colour}), row, 1)  # fmt: skip

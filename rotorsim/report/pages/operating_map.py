@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.exchange import toml_text as tomllib
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.map_plots import (
     campbell_figure,
     constants,
@@ -35,6 +36,7 @@ GAINS = ("gain x by x [µm/V]", "gain y by y [µm/V]")
 MOST_ROWS = 400
 
 
+@in_page_units
 def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None) -> None:
     """Write the page; of further axes the first value is drawn. Raises DataError where it cannot be written.
 
@@ -53,17 +55,23 @@ def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", fi
 def blocks(one: xr.Dataset) -> list[Block]:
     """Sections that the map allows."""
     margin = 100 * float(one.attrs.get("safe_margin", 0.15))
+    least, unknown = float(one.attrs.get("least_amplification", 2.5)), bool(np.isnan(one["safe"].values).any())
     out = []
     if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1 and varying(one):
         shaded = (
-            f"Shaded: not carried by the film, unstable, or within {margin:g} % of a speed that equals a natural "
-            "frequency (interpolated in this map, or extrapolated by at most a fifth beyond its highest speed). "
-            "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
+            f"Shaded red: not carried by the film, a mode grows, or within {margin:g} % of a critical speed, where the "
+            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (looked for beyond "
+            "the ends of the map as far as it matters). "
+            + ("Shaded grey: not known, because not all modes could be looked for. " if unknown else "")
+            + "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
             + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
         ).strip()
         out.append(Block("Operating map", shaded, figure=contour_figure(one)))
-    if one.sizes["speed"] > 1 and np.isfinite(one["wn"]).any():
-        text = "Triangles up whirl forward at the disc, down backward. Crosses: orders of the speed meet a mode."
+    if one.sizes["speed"] > 1 and np.isfinite(one["branch_wn"]).any():
+        text = (
+            "The lowest modes, followed over the speed. Triangles up whirl forward at the disc, down backward. "
+            "Crosses: orders of the speed meet a mode."
+        )
         out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
     if has_onset(one):
         text = "Whirl onset: right of it a mode grows. Lift-off: below it the film does not carry the rotor."
@@ -108,7 +116,7 @@ def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
             wn, zeta, gain = p["wn"].values * TO_HZ, p["zeta"].values, p["static_gain"].values * TO_UM
             numbers = (float(p["eccentricity_ratio"]), *(float(v) for v in (wn[0], zeta[0], wn[1], zeta[1])))
             own = (float(gain[0, 0]), float(gain[1, 1])) if gains else ()
-            safe = "yes" if float(p["safe"]) == 1 else "no"
+            safe = {1.0: "yes", 0.0: "no"}.get(float(p["safe"]), "not known")
             rows.append((f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}", *numbers, *own, safe))
     return rows
 

@@ -1,0 +1,145 @@
+"""Modes of the coupled machine over speed, all of a region, and where order lines cross them.
+
+The region of the complex plane is a sector from 0 to a reach, of damping ratios below one half: beyond it lie most
+motions of the gas, which the film's storage damps. Its reach covers every order line over the speeds that are searched:
+the asked ones and those around them whose critical speeds matter to a margin of 15 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fe_shaft.follower import Crossing, Followed, crossings, follow
+from fe_shaft.spectrum import Pencil, Region
+from rotorsim.base.errors import NoLiftOffError
+from rotorsim.base.processes import one_thread
+from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
+
+DAMPED = 0.5
+"""Damping ratio from which a mode lies outside the region."""
+MARGIN = 0.15
+"""Distance of a speed from a critical speed, over it, below which the critical speed matters."""
+ORDERS = (1, 2, 3)
+"""Orders of the speed whose lines are crossed."""
+ABOVE, BELOW = 1.02, 1e-4
+"""Reach of the region over the highest frequency of an order line, and its floor over the reach."""
+PLANAR = 0.02
+"""Roundness of an orbit below which its sense of whirl is mixed."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModesOverSpeed:
+    """Modes of a plant at a gauge pressure [Pa], followed over speeds, and its crossings with order lines.
+
+    `searched` are the lowest and highest speed [rad/s] at which crossings were looked for; where the film does not
+    carry the rotor in between, nothing was looked at.
+    """
+
+    plant: Plant
+    pressure: float
+    followed: Followed
+    orders: tuple[int, ...] = ORDERS
+
+    @property
+    def region(self) -> Region:
+        """The region of the complex plane."""
+        return self.followed.region
+
+    @property
+    def searched(self) -> tuple[float, float]:
+        """Lowest and highest speed [rad/s]."""
+        return self.followed.nodes[0].at, self.followed.nodes[-1].at
+
+    @cached_property
+    def crossings(self) -> list[Crossing]:
+        """Crossings of the order lines, by order and speed."""
+        with one_thread():
+            return crossings(at_speed(self.plant, self.pressure), self.followed, self.orders)
+
+    @property
+    def refused(self) -> list[tuple[float, float]]:
+        """Intervals of speed [rad/s] in which the film does not carry: nothing was looked at there."""
+        out: list[tuple[float, float]] = []
+        nodes = self.followed.nodes
+        for k, node in enumerate(nodes):
+            if node.pencil is None:
+                low, high = nodes[max(k - 1, 0)].at, nodes[min(k + 1, len(nodes) - 1)].at
+                if out and out[-1][1] >= low:
+                    out[-1] = out[-1][0], high
+                else:
+                    out.append((low, high))
+        return out
+
+    @property
+    def unproven(self) -> list[float]:
+        """Speeds [rad/s] of the nodes at which the number of modes is not proven."""
+        return [n.at for n in self.followed.nodes if n.pencil is not None and not n.modes.proven]
+
+
+def at_speed(plant: Plant, pressure: float) -> Callable[[float], LinearPlant | None]:
+    """The linear model at a speed [rad/s]; None where the film does not carry."""
+
+    def model(speed: float) -> LinearPlant | None:
+        try:
+            return plant.linearise(speed, pressure)
+        except NoLiftOffError:
+            return None
+
+    return model
+
+
+def modes_over_speed(
+    plant: Plant,
+    speeds: Sequence[float] | np.ndarray,
+    pressure: float = 0.0,
+    least: int = 0,
+    orders: tuple[int, ...] = ORDERS,
+) -> ModesOverSpeed:
+    """All modes of the region over ascending speeds (n,) [rad/s] at a gauge pressure [Pa], and around them.
+
+    The region also reaches over the `least` lowest natural frequencies of the rotor on its nominal bearings.
+    """
+    searched = around(speeds)
+    family, hints = at_speed(plant, pressure), plant.assembly.mesh.reduced.frequencies
+    rotor = np.sort(hints)[: max(least, 1)]
+    reach = ABOVE * max(max(orders) * float(np.abs(searched).max()), ABOVE * float(rotor[-1]) if least else 0.0)
+    reach = reach or ABOVE * float(rotor[-1])
+    kinks = plant.assembly.mesh.tables.speeds
+    inner = [float(v) for v in np.concatenate([-kinks, kinks]) if searched[0] < v < searched[-1]]
+    with one_thread():
+        region = Region(reach, BELOW * reach, DAMPED)
+        found = follow(family, np.unique([*searched, *inner]).tolist(), region, np.unique(hints.round(3)).tolist())
+    return ModesOverSpeed(plant, pressure, found, orders)
+
+
+def around(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Speeds (n,) [rad/s] with those on either side whose critical speeds lie within the margin of one of them.
+
+    Examples
+    --------
+    >>> from rotorsim.analysis.modes_over_speed import around
+    >>> around([100.0, 200.0]).round(1).tolist()
+    [87.0, 100.0, 200.0, 235.3]
+    """
+    speeds = np.asarray(speeds, float)
+    low, high = speeds[0], speeds[-1]
+    low = low / (1 + MARGIN) if low > 0 else low / (1 - MARGIN)
+    high = high / (1 - MARGIN) if high > 0 else high / (1 + MARGIN)
+    return np.unique([low, *speeds, high])
+
+
+def roundness(pencil: Pencil, vectors: np.ndarray) -> np.ndarray:
+    """Roundness (k,) of the orbits of modes (n, k) at the measuring plane: 1 a forward circle, -1 a backward one."""
+    assert isinstance(pencil, LinearPlant)
+    return pencil.roundness(vectors)
+
+
+def sense(roundness: np.ndarray) -> np.ndarray:
+    """'forward', 'backward' or 'mixed' for the roundness (...) of orbits; empty at a NaN."""
+    words = np.where(roundness > 0, "forward", "backward")
+    return np.where(np.isnan(roundness), "", np.where(np.abs(roundness) < PLANAR, "mixed", words))

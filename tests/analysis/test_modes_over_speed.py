@@ -1,0 +1,177 @@
+"""Modes and critical speeds over the speed against a direct search at every speed, on seeded and shipped machines."""
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+from direct_search import all_eigenvalues, crossings
+from mirror import mirrored
+from random_machines import COUNT, random_machine
+from rotorsim.analysis import campbell, map_machine
+from rotorsim.analysis.modes_over_speed import modes_over_speed
+from rotorsim.plant import Plant
+
+RPM = np.pi / 30
+QUICK = (33, 45, 53, 7)
+"""Machines on tables: criticals in both directions, soft at rest and unstable, crossing stiffnesses."""
+EXACT = 1e-6
+
+
+def found_criticals(plant, low, high, count=20, modes=8, pressure=0.0):
+    """Rows (speed, damping ratio, direction) of 1X between two speeds, and the number of unproven speeds."""
+    found = campbell(plant, np.linspace(low, high, count), pressure, modes)
+    one = found["critical_order"].values == 1
+    columns = ("critical_speed", "critical_zeta", "critical_direction")
+    rows = np.column_stack([found[name].values[one] for name in columns])
+    inside = (np.abs(rows[:, 0]) >= min(abs(low), abs(high))) & (np.abs(rows[:, 0]) <= max(abs(low), abs(high)))
+    return rows[inside], found
+
+
+def agrees(rows, direct):
+    """The same crossings to 1e-6; those at the ends of the range or of the region may be in one of the two alone."""
+    assert len(rows) == len(direct), (rows, direct)
+    order = np.argsort(rows[:, 0]), np.argsort(direct[:, 0])
+    assert rows[order[0], 0] == pytest.approx(direct[order[1], 0], rel=EXACT)
+    assert rows[order[0], 1] == pytest.approx(direct[order[1], 1], abs=1e-5)
+    assert (rows[order[0], 2] == direct[order[1], 2]).all()
+
+
+def check_against_direct_search(number):
+    machine, top = random_machine(number)
+    plant = Plant(machine)
+    low = top / 20
+    direct = crossings(lambda speed: all_eigenvalues(plant, speed), low, top)
+    rows, found = found_criticals(plant, low, top)
+    agrees(rows, direct)
+    assert (found["missing"].dropna("speed") == 0).all()
+    return machine, plant, low, top, rows
+
+
+@pytest.mark.parametrize("number", QUICK)
+def test_critical_speeds_are_those_of_a_direct_search(number):
+    check_against_direct_search(number)
+
+
+def test_the_seeded_machines_hold_what_is_hard():
+    """Speeds at which a natural frequency rises above the speed, and falls below it; damping lost."""
+    rows = np.concatenate([found_criticals(Plant(m), top / 20, top)[0] for m, top in map(random_machine, QUICK)])
+    assert (rows[:, 2] == 1).sum() >= 3 and (rows[:, 2] == -1).sum() >= 8 and (rows[:, 1] < 0).any()
+
+
+@pytest.mark.parametrize("number", QUICK[:2])
+def test_critical_speeds_do_not_depend_on_what_is_shown_or_on_the_grid(number):
+    machine, top = random_machine(number)
+    plant = Plant(machine)
+    rows, _ = found_criticals(plant, top / 20, top)
+    for count, modes in ((10, 8), (80, 8), (20, 4), (20, 16)):
+        other, _ = found_criticals(plant, top / 20, top, count, modes)
+        assert other == pytest.approx(rows, rel=EXACT)
+
+
+@pytest.mark.parametrize("number", QUICK[:2])
+def test_critical_speeds_of_the_mirror_image_are_mirrored(number):
+    machine, top = random_machine(number)
+    rows, found = found_criticals(Plant(machine), top / 20, top)
+    other, back = found_criticals(Plant(mirrored(machine)), -top, -top / 20)
+    assert np.sort(-other[:, 0]) == pytest.approx(np.sort(rows[:, 0]), rel=EXACT)
+    by_speed, by_mirror = np.argsort(rows[:, 0]), np.argsort(-other[:, 0])
+    assert (rows[by_speed, 2] == other[by_mirror, 2]).all()
+    one, two = (f["critical_whirl"].values[f["critical_order"].values == 1] for f in (found, back))
+    assert sorted(one) == sorted(two)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("number", range(COUNT))
+def test_every_seeded_machine_has_the_critical_speeds_of_a_direct_search(number):
+    """Also for 4 and 16 modes, 10 and 80 speeds, and for the mirror image."""
+    machine, plant, low, top, rows = check_against_direct_search(number)
+    for count, modes in ((10, 4), (80, 16)):
+        assert found_criticals(plant, low, top, count, modes)[0] == pytest.approx(rows, rel=EXACT)
+    other, _ = found_criticals(Plant(mirrored(machine)), -top, -low)
+    assert np.sort(-other[:, 0]) == pytest.approx(np.sort(rows[:, 0]), rel=EXACT)
+
+
+SHIPPED = {
+    "aerostatic_spindle": (0.5e6, 1e3, 60e3), "bently_rk4": (0.0, 300, 10e3), "dtu_gas_bearing": (0.5e6, 500, 12e3),
+    "foil_turbo_rotor": (0.0, 6e3, 40e3), "grooved_turbo_rotor": (0.0, 20e3, 200e3), "plain_rotor": (0.0, 300, 20e3),
+    "pump_on_tables": (0.0, 300, 5e3), "rigid_rotor_self_acting": (0.0, 3e3, 30e3),
+}  # fmt: skip
+"""Gauge pressure [Pa] and range [rpm]."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SHIPPED)
+def test_critical_speeds_of_shipped_machines_are_those_of_a_direct_search(name):
+    pressure, low, high = SHIPPED[name]
+    plant = Plant(name)
+    direct = crossings(lambda s: all_eigenvalues(plant, s, pressure), low * RPM, high * RPM, cells=32)
+    agrees(found_criticals(plant, low * RPM, high * RPM, pressure=pressure)[0], direct)
+
+
+STEP = """
+name = "stiffened between 3000 and 4000 rpm"
+[shaft]
+start = "0 mm"
+damping_ratio = 0.01
+[shaft.material]
+density = "7850 kg/m^3"
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[[shaft.sections]]
+length = "400 mm"
+outer_diameter = "30 mm"
+[[discs]]
+position = "200 mm"
+mass = "20 kg"
+polar_inertia = "0.1 kg*m^2"
+diametral_inertia = "0.05 kg*m^2"
+"""
+TABLE = """
+[[bearings]]
+kind = "table"
+position = "{z} mm"
+points = [
+    {{speed = "0 rpm", kxx = "0.4 MN/m", cxx = "100 N*s/m"}},
+    {{speed = "3000 rpm", kxx = "0.4 MN/m", cxx = "100 N*s/m"}},
+    {{speed = "4000 rpm", kxx = "20 MN/m", cxx = "100 N*s/m"}},
+    {{speed = "9000 rpm", kxx = "20 MN/m", cxx = "100 N*s/m"}},
+]
+"""
+
+
+@pytest.fixture(scope="module")
+def stiffened():
+    return Plant(rs.machine.Machine.from_text(STEP + TABLE.format(z=0) + TABLE.format(z=400)))
+
+
+def test_a_bearing_that_stiffens_makes_critical_speeds_in_both_directions_and_none_is_safe(stiffened):
+    """A map that ends below the crossings beyond its range, and one with a single speed, know of them too."""
+    rows, _ = found_criticals(stiffened, 500 * RPM, 8000 * RPM)
+    assert set(rows[:, 2]) == {-1.0, 1.0} and len(rows) >= 3
+    for speed in rows[rows[:, 1] < 0.2, 0]:
+        for grid in ([0.99 * speed], [0.5 * speed, 0.87 * speed], [1.1 * speed, 1.2 * speed]):
+            safe = map_machine(stiffened, grid, [0.0], workers=1)["safe"].values[0]
+            assert safe[np.abs(np.array(grid) / speed - 1) < 0.149].max() == 0
+
+
+def test_speeds_within_15_percent_of_the_critical_speeds_of_the_file_are_not_safe():
+    """Bently's RK4 amplifies 2.9 and 3.0 times at 4004 and 4066 rpm, its third and fourth crossing."""
+    found = map_machine(Plant("bently_rk4"), np.array([3000, 4000, 4250, 5000]) * RPM, [0.0], workers=1)
+    assert found["safe"].values.tolist() == [[1, 0, 0, 1]]
+    assert found["critical_speed"].values[0] / RPM == pytest.approx([4003.9, 4066.3], rel=1e-4)
+
+
+@pytest.mark.slow
+def test_the_grooved_rotor_is_not_safe_one_percent_from_its_mode():
+    """At 80,000 rpm, between the critical speeds of 78,774 and 89,145 rpm."""
+    found = map_machine(Plant("grooved_turbo_rotor"), [70e3 * RPM, 80e3 * RPM], [0.0], workers=1)
+    assert found["safe"].values[0, 1] == 0
+
+
+def test_what_carries_on_a_part_of_the_margin_alone_is_not_known():
+    """A self-acting rotor just above the speed that lifts it."""
+    plant = Plant("rigid_rotor_self_acting")
+    known = modes_over_speed(plant, [10.0, 60.0], 0.0, orders=(1,)).refused
+    edge = max(high for _, high in known) if known else pytest.skip("carried from the start")
+    safe = map_machine(plant, [1.05 * edge, 2 * edge], [0.0], workers=1)["safe"].values[0]
+    assert np.isnan(safe[0]) or safe[0] == 0
