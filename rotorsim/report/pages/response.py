@@ -55,8 +55,8 @@ def write_campbell(found: xr.Dataset, path: str | Path, stiffness: xr.Dataset | 
     >>> page = rs.report.write_campbell(found, "campbell.html")
     """
     text = (
-        "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where a "
-        "mode leaves the region that is looked at or the film does not carry."
+        "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
+        "a mode leaves the region that is looked at or the film does not carry."
     )
     orders = ("order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode")
     sure = f"Modes: {modes_line(found)}. Critical speeds are searched from {searched_line(found)}."
